@@ -62,12 +62,12 @@ bench: | $(UV)  ## measure the speed, and write docs/performance.md
 # two hours on two cores; stopped, it goes on where it was
 ATLAS := .atlas
 atlas: export UV_PROJECT_ENVIRONMENT := .tools/atlas
-atlas: | $(UV)  ## simulate and fit the atlas anew, into src/springpot/atlases/atlas.npz
+atlas: | $(UV)  ## simulate and fit the atlas anew, into src/springpot/evidence/atlases/atlas.npz
 	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group atlas
 	for part in elastic lossy losses; do \
 		.tools/atlas/bin/springpot study run atlas/$$part.toml --store $(ATLAS)/$$part.zarr || exit; \
 	done
-	.tools/atlas/bin/python atlas/make.py $(ATLAS) src/springpot/atlases/atlas.npz
+	.tools/atlas/bin/python atlas/make.py $(ATLAS) src/springpot/evidence/atlases/atlas.npz
 
 docs: export UV_PROJECT_ENVIRONMENT := .tools/docs
 docs: | $(UV)  ## build the documentation into docs/_build/html, running every example; a warning is an error

@@ -6,6 +6,7 @@ import argparse
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from benchmarks.studies import studies
 from benchmarks.systems import systems
 from benchmarks.white_noise import white_noise_wall
 from benchmarks.whole_runs import asked_error, cost_of_length, start_up, theory
+from springpot import SpringpotWarning
 
 _HERE = Path(__file__).parent
 _SECTIONS: tuple[Callable[[bool], list[Row]], ...] = (
@@ -36,6 +38,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="folder for table, picture and page")
     parser.add_argument("--only", choices=[section.__name__ for section in _SECTIONS], help="keep the other rows")
     chosen = parser.parse_args()
+    warnings.simplefilter("ignore", SpringpotWarning)  # of runs that are short, or begin at rest
     folder = chosen.out or (Path(tempfile.mkdtemp()) if chosen.quick else _HERE / "results")
     folder.mkdir(parents=True, exist_ok=True)
     table = folder / "table.csv"

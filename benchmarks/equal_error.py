@@ -22,7 +22,7 @@ from benchmarks.history import one_thread
 from benchmarks.measure import Row, load
 from benchmarks.peers import compiled_diffrax, mirrored_chain, numpy_and_numba, numpy_only
 from benchmarks.plain import plain_of
-from springpot import Oscillator, Springpot
+from springpot import Oscillator, Springpot, System
 from springpot.simulation import simulate
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.random import key_words
@@ -45,7 +45,7 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 QUANTITIES = {"amplitude_mean_square": "<A^2>", "x_mean": "<x>", "impact_rate": "impact rate"}
 TARGETS = (0.01, 0.002)
-OURS, RTOL = "springpot, best step", "springpot, run(rtol=)"
+OURS, RTOL = "springpot, best step", "springpot, simulate(rtol=)"
 HYBRID, PLAIN, NUMPY, DIFFRAX = "NumPy normals, Numba step", "plain kernel", "NumPy", "diffrax"
 PAST = "NumPy, whole past"
 METHODS = {1.0: (OURS, RTOL, PLAIN, HYBRID, NUMPY, DIFFRAX), 0.5: (OURS, RTOL, PLAIN, PAST)}
@@ -56,7 +56,7 @@ _FINE = 0.025  # step of the reference, in s
 _PAST_SIZE = 1000  # paths and steps, at which the whole past is timed
 
 
-# the reference at order 0.5 starts from rest, as the other methods do; run(rtol=) starts from the stationary mean
+# the reference at order 0.5 starts from rest, as the other methods do; simulate(rtol=) starts from the stationary mean
 _OFF = {1.0: "their error", 0.5: "off the runs from rest by"}
 
 
@@ -172,15 +172,15 @@ def _count(step: float) -> tuple[int, int]:
     return round(_LENGTH / step), round(_BURN / step)
 
 
-def _ours(oscillator: Oscillator, scheme: str, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
+def _ours(oscillator: System, scheme: str, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
     found = simulate(
         oscillator, paths=paths, duration=_LENGTH, window=(_BURN, _LENGTH), step=step, start="rest", threads=1,
         seed=seed, scheme=scheme,  # type: ignore[arg-type]
     )  # fmt: skip
-    return np.array([found.values[q] for q in QUANTITIES]), np.array([found.errors[q] for q in QUANTITIES])
+    return np.array([found[q].value for q in QUANTITIES]), np.array([found[q].error for q in QUANTITIES])
 
 
-def _plain(oscillator: Oscillator, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
+def _plain(oscillator: System, step: float, paths: int, seed: int) -> tuple[Floats, Floats]:
     steps, burn = _count(step)
     plain = plain_of(oscillator, steps, step=step)
     out = np.concatenate([plain.run(steps, burn, key_words((seed << 32) + block)) for block in range(paths // LANES)])
@@ -230,7 +230,7 @@ def _cost_of_past(quick: bool, turns: int) -> float:
     return min(one_thread(size, size) for _ in range(turns)) / size**3
 
 
-def _asked(oscillator: Oscillator, name: str, target: float, truth: float, seeds: int) -> tuple[float, float]:
+def _asked(oscillator: System, name: str, target: float, truth: float, seeds: int) -> tuple[float, float]:
     """Mean processor time of a run asked for this error, pilot runs included, and the error that it had (rms)."""
     taken, errors = [], []
     for seed in range(1, seeds + 1):

@@ -27,11 +27,11 @@ step bias and sampling error together, as a root mean square. Each method runs a
 steps h tried of (time of a path-step) x (path-steps after which bias² + variance = error²), from the measured numbers
 in the sections on equal error below. Not counted: compilation, the time of a call before its first step, and the steps
 until the start is forgotten (also not for springpot's best step). The best step and the paths needed must be known
-beforehand. `run(rtol=)` finds them itself and bounds the bias: its times are those of whole calls, pilot runs included,
-asked for a 95 % interval of 1.96 times the error.
+beforehand. `simulate(rtol=)` finds them itself and bounds the bias: its times are those of whole calls, pilot runs
+included, asked for a 95 % interval of 1.96 times the error.
 
-At order 0.5 the start is forgotten slowly. Averages between 40 and 400 s from rest differ from those of `run(rtol=)`,
-which starts from the stationary mean, by START. No step cures this: the error stated for the other
+At order 0.5 the start is forgotten slowly. Averages between 40 and 400 s from rest differ from those of
+`simulate(rtol=)`, which starts from the stationary mean, by START. No step cures this: the error stated for the other
 methods is that of step and sampling alone.
 """
 

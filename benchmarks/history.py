@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from benchmarks.measure import Row, best_cpu, exponent
-from springpot import Oscillator, Springpot
+from springpot import Dimensionless, Oscillator, Springpot, System
 from springpot.memory import direct
 from springpot.simulation import simulate
 
@@ -21,12 +21,12 @@ POINTS, PATHS, STEPS = 63, 5000, 100_000  # Fig. 2
 STEP = 1e-3
 
 
-def numpy_history(oscillator: Oscillator, paths: int, steps: int, seed: int = 1) -> float:
+def numpy_history(oscillator: System, paths: int, steps: int, seed: int = 1) -> float:
     """Mean of x^2 + v^2 / Omega^2 at the end: Grunwald-Letnikov sum, Euler step, velocity reversed at the wall.
 
     Parameters
     ----------
-    oscillator : Oscillator
+    oscillator : System
         With its wall at 0 and elastic.
     paths, steps : int
     seed : int
@@ -36,10 +36,11 @@ def numpy_history(oscillator: Oscillator, paths: int, steps: int, seed: int = 1)
     float
     """
     random = np.random.default_rng(seed)
-    order, frequency = oscillator.springpot.order, oscillator.natural_frequency
+    paper = Dimensionless.of(oscillator)
+    order, frequency = paper.springpot.order, paper.natural_frequency
     # weights of the increments of x, the oldest first, so that the past need not be turned round
-    weights = oscillator.springpot.coefficient * STEP**-order * direct("grunwald", order, steps)[::-1].copy()
-    kick = math.sqrt(oscillator.excitation.intensity * STEP)
+    weights = paper.springpot.coefficient * STEP**-order * direct("grunwald", order, steps)[::-1].copy()
+    kick = math.sqrt(paper.excitation.intensity * STEP)
     increments = np.empty((steps, paths))
     x, v = np.zeros(paths), np.zeros(paths)
     for n in range(steps):

@@ -12,7 +12,7 @@ from numba import njit
 
 from benchmarks.measure import Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
-from springpot import Oscillator
+from springpot import Oscillator, System
 from springpot.simulation.kernel.block import COLUMNS, Memory, _remember, block
 from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
@@ -158,7 +158,7 @@ def padded(memory: Memory, modes: int = MODES) -> Memory:
 
 
 def parts_of(
-    oscillator: Oscillator, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
+    oscillator: System, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
 ) -> Parts:
     """What `block` needs for ``steps`` steps."""
     plan = plan_of(oscillator, duration=step * steps, step=step, start="rest")
@@ -211,7 +211,7 @@ def _division(parts: Parts) -> dict[str, Callable[[], Any]]:
 # --- the plain kernel ---------------------------------------------------------------------------------------------
 
 
-def _plain(oscillator: Oscillator, steps: int, precision: str) -> Callable[[], None]:
+def _plain(oscillator: System, steps: int, precision: str) -> Callable[[], None]:
     """One block of LANES paths of the plain kernel with MODES modes, compiled."""
     plain, key = plain_of(oscillator, steps, modes=MODES, precision=precision), key_words(1)
     plain.run(GROUP, GROUP // 2, key)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot import Oscillator
+from springpot import Dimensionless, System
 from springpot.memory import direct, exponential_sum
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
@@ -102,11 +102,12 @@ class Plain(NamedTuple):
 
 
 def plain_of(
-    oscillator: Oscillator, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
+    oscillator: System, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
 ) -> Plain:
     """The plain kernel of an oscillator, with as many modes as it needs for so many steps, or with more."""
-    order = oscillator.springpot.order
-    scale = oscillator.springpot.coefficient * step**-order
+    paper = Dimensionless.of(oscillator)
+    order = paper.springpot.order
+    scale = paper.springpot.coefficient * step**-order
     rates = weights = np.empty(0)  # a dashpot has no memory
     if order < 1.0:
         past = exponential_sum("grunwald", order, steps + 1, 1e-6)
@@ -114,6 +115,6 @@ def plain_of(
     lacking = -rates.size % 4 if modes is None else modes - rates.size  # it takes four at once
     return Plain(
         np.pad(np.exp(-rates), (0, lacking)).astype(precision), np.pad(weights, (0, lacking)).astype(precision),
-        np.dtype(precision).type(scale * direct("grunwald", order, 1)[0]), step, oscillator.natural_frequency**2,
-        math.sqrt(oscillator.excitation.intensity * step),
+        np.dtype(precision).type(scale * direct("grunwald", order, 1)[0]), step, paper.natural_frequency**2,
+        math.sqrt(paper.excitation.intensity * step),
     )  # fmt: skip

@@ -52,7 +52,7 @@ ABOUT = {
         "error at least as small. springpot is a call of `run`, which takes a millisecond or two before its first "
         "step. So for one short path a few lines of Numba with the whole past are faster."
     ),
-    "<A^2>": "Time to reach a given total error (sampling, step, memory, start): `run(oscillator, rtol=0.01)`.",
+    "<A^2>": "Time to reach a given total error (sampling, step, memory, start): `simulate(oscillator, rtol=0.01)`.",
     "one block": "Cost against the number of steps N, with a fixed number of modes and with the number that N needs.",
     "memory held": "What a run holds per path, for two lengths.",
     "the command": "`springpot simulate`, first with empty caches and then again.",

@@ -25,7 +25,7 @@ __all__ = ["systems"]
 _BASE = (Spring(1.0), Springpot(0.5, 0.5))
 _LOW, _HIGH, _WHITE = Barrier(-0.5, 0.9), Barrier(1.5, 0.9, "below"), WhiteNoise(1.0)
 _CUBIC, _COLORED = PolynomialSpring((0.0, 0.0, 0.2)), ColoredNoise(1.0, 0.5)
-_PROBLEMS: dict[str, Oscillator | System] = {
+_PROBLEMS: dict[str, System] = {
     "oscillator with a wall": Oscillator(1.0, Springpot(0.5, 0.5), _LOW, _WHITE),
     "and a cubic spring": System(*_BASE, _LOW, _WHITE, _CUBIC),
     "and a second wall": System(*_BASE, _LOW, _HIGH, _WHITE),

@@ -22,7 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import optimize
 
-from springpot import Barrier, Oscillator, Springpot, WhiteNoise
+from springpot import Barrier, Oscillator, Springpot, System, WhiteNoise
 from springpot.figures.style import COLORS, save
 from springpot.machine.processors import threads_available
 from springpot.simulation.estimate.samples import samples_of
@@ -82,7 +82,7 @@ class Case:
         return f"alpha = {self.order:g}, {wall}"
 
     @property
-    def oscillator(self) -> Oscillator:
+    def oscillator(self) -> System:
         """The oscillator itself."""
         barrier = Barrier(self.position, self.restitution, side="above") if self.restitution > 0.0 else None
         return Oscillator(1.0, Springpot(self.order, 1.0), barrier, WhiteNoise(1.0))

@@ -12,7 +12,7 @@ from functools import partial
 
 from benchmarks.kernels import MODES, block_cpu, parts_of
 from benchmarks.measure import Row, best_wall, exponent
-from springpot import Barrier, Oscillator, Springpot
+from springpot import Barrier, Dimensionless, Oscillator, Springpot, System
 from springpot.machine.processors import threads_available
 from springpot.simulation import Run, simulate
 from springpot.simulation.kernel.lanes import LANES
@@ -36,7 +36,8 @@ def asked_error(quick: bool) -> list[Row]:
         seconds = best_wall(work, 1)
         if seconds < _SHORT:
             seconds = best_wall(work, 3)
-        value, budget = found[-1].values["amplitude_mean_square"], found[-1].budgets["amplitude_mean_square"]
+        last = found[-1]["amplitude_mean_square"]
+        value, budget = last.value, last.budget
         settings = found[-1].settings
         note = (
             f"warm, {threads_available()} threads; <A^2> = {value:.4g} +- {budget.total:.2g} (total error); "
@@ -46,7 +47,7 @@ def asked_error(quick: bool) -> list[Row]:
     return rows
 
 
-def _keep(found: list[Run], oscillator: Oscillator, rtol: float) -> None:
+def _keep(found: list[Run], oscillator: System, rtol: float) -> None:
     found.append(simulate(oscillator, rtol=rtol))
 
 
@@ -98,7 +99,7 @@ def theory(quick: bool) -> list[Row]:
     """Rows of the section on theory."""
     section = "one oscillator by each analytical method"
     wall = Barrier(-0.5, 0.8)
-    cases: dict[str, tuple[Callable[[Oscillator], Result], Oscillator]] = {
+    cases: dict[str, tuple[Callable[[System], Result], System]] = {
         "averaging": (averaging, Oscillator()),
         "envelope": (envelope, Oscillator(barrier=wall)),
         "closure": (memory_closure, Oscillator(barrier=wall)),
@@ -113,10 +114,11 @@ def theory(quick: bool) -> list[Row]:
     return rows
 
 
-def _asked(oscillator: Oscillator) -> str:
-    wall = oscillator.barrier
+def _asked(oscillator: System) -> str:
+    paper = Dimensionless.of(oscillator)
+    wall = paper.barrier
     place = "no wall" if wall is None else f"b = {wall.position:g}, r = {wall.restitution:g}"
-    return f"alpha = {oscillator.springpot.order:g}, c = {oscillator.dimensionless_coefficient:g}, {place}; warm"
+    return f"alpha = {paper.springpot.order:g}, c = {paper.dimensionless_coefficient:g}, {place}; warm"
 
 
 def start_up(quick: bool) -> list[Row]:

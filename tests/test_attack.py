@@ -57,7 +57,7 @@ def use(place: Path) -> str:
         return str(error)
     with np.errstate(all="ignore"):  # numbers may be anything
         run.to_dict()
-        run.to_dataset()
+        run.to_xarray()
     repr(run)
     return ""
 
@@ -112,7 +112,7 @@ import springpot as sp
 from springpot.studies.export import export
 from springpot.studies.store import open_store
 folder, study = Path(sys.argv[1]), sys.argv[2]
-run = sp.run(sp.Oscillator(), paths=64, duration=20.0, record=20)
+run = sp.simulate(sp.Oscillator(), paths=64, duration=20.0, record=20)
 store = open_store(study)
 kept = run.save(folder / "kept.nc").read_bytes()
 resource.setrlimit(resource.RLIMIT_FSIZE, (700, 700))
@@ -127,7 +127,7 @@ for suffix in (".nc", ".csv"):
     fails(lambda place: export(store, place), folder / f"study{suffix}")
 fails(run.save, folder / "kept.nc", overwrite=True)
 assert (folder / "kept.nc").read_bytes() == kept
-fails(lambda place: sp.figures.save(sp.figures.path(run).figure, place), folder / "picture.png")
+fails(lambda place: sp.figures.save(sp.figures.plot_path(run).figure, place), folder / "picture.png")
 print("alive", run["x_mean"].value > 0.0)
 """
 

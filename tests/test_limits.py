@@ -39,7 +39,7 @@ def _warnings_are_errors() -> Any:
 
 
 @pytest.mark.parametrize("problem", [PRESSED, HUGE, FAR])
-def test_theory_of_extreme_numbers_answers_or_refuses(problem: sp.Oscillator | sp.System) -> None:
+def test_theory_of_extreme_numbers_answers_or_refuses(problem: sp.System) -> None:
     answers = all_methods(problem)
     assert "envelope" in answers
 
@@ -72,10 +72,10 @@ REFUSED: list[Any] = [
     (lambda: plan_of(sp.Oscillator(), duration=1e290), "takes more than the 100,000,000 steps of 0.01 s"),
     (lambda: sp.System(*SPRINGS, *MANY), "a system must have at most 64 parts, not 202"),
     (lambda: sp.System(*SPRINGS, *MANY[:17]), "a system must have at most 16 contacts, not 17"),
-    (lambda: sp.explain([MANY]), "problem must be a System or an Oscillator, not "),
+    (lambda: sp.explain([MANY]), "system must be a System"),
     (lambda: sp.Oscillator([*range(10_000)]), "natural_frequency must be a real number, not "),  # type: ignore[arg-type]
-    (lambda: sp.simulate(MANY), "system must be a System or an Oscillator, not "),  # type: ignore[arg-type]
-    (lambda: sp.theory.envelope(MANY), "must be an Oscillator"),  # type: ignore[call-overload]
+    (lambda: sp.simulate(MANY), "system must be a System"),  # type: ignore[arg-type]
+    (lambda: sp.theory.envelope(MANY), "system must be a System"),  # type: ignore[call-overload]
     (lambda: plan_of(sp.Oscillator(), seed=[0] * 5000), "seed must be a whole number, not "),
     (lambda: sp.design(_walled(7), "c", {"impact_rat": (None, 1.0)}), "did you mean impact_rate"),
 ]

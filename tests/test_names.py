@@ -46,7 +46,7 @@ def test_what_was_meant_is_named(make: Any, sentence: str) -> None:
 )
 def test_an_unknown_result_names_a_near_one(word: str, hint: str) -> None:
     result = sp.simulate(sp.Oscillator(), paths=64, duration=2.0, start="rest")
-    for numbers in (result.values, result.errors):
+    for numbers in (result, result.estimates):
         with pytest.raises(KeyError, match=re.escape(f"{word} is not among the results{hint}")):
             numbers[word]
 

@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.house.types import questions
+from tests.house.way import both
+
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
 PACKAGES, ROOMS, *_ = (
@@ -24,7 +27,6 @@ def heights(table: str) -> dict[str, int]:
     return {name.removesuffix("/").removesuffix(".py"): level for level, names in enumerate(rows) for name in names}
 
 
-IN_TURN = "springpot.problem.dimensionless", "springpot.problem.system"  # until `System.canonical` is gone
 HEIGHT, HEIGHT_OF_ROOM = heights(PACKAGES), heights(ROOMS)
 
 
@@ -119,8 +121,28 @@ def test_no_circle_of_imports() -> None:
         if not ends:
             break
         left = {module: names for module, names in left.items() if module not in ends}
-    circles = {module: names & left.keys() for module, names in left.items()}
-    assert circles == {IN_TURN[0]: {IN_TURN[1]}, IN_TURN[1]: {IN_TURN[0]}}
+    assert {module: names & left.keys() for module, names in left.items()} == {}
+
+
+@pytest.mark.parametrize("name", ["oscillator", "two walls"])
+def test_the_way_of_a_problem_through_the_files_is_short(name: str) -> None:
+    """As `tests.house.way` counts it: `python -m tests.house way` shows the files."""
+    way = both()[name]
+    assert way.total() <= 60
+    assert way.total() - len(way) <= 35
+    assert max(way.values()) <= 4, way.most_common(3)
+
+
+def test_after_the_plan_every_problem_goes_the_same_way() -> None:
+    one, other = ({file: n for file, n in way.items() if "/plan/" not in file} for way in both().values())
+    assert one == other
+
+
+def test_no_question_of_type_after_the_plan() -> None:
+    """As `tests.house.types` defines one: `python -m tests.house types` shows them."""
+    asked = questions()
+    assert [each for each in asked if not each.at_a_door] == []
+    assert len(asked) <= 6, asked
 
 
 def test_the_files_that_the_contributing_page_names_exist() -> None:

@@ -30,7 +30,7 @@ def test_a_seed_of_its_own_depends_on_seed_and_thing() -> None:
 
 
 def test_comparisons_of_unlike_systems_have_unlike_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
-    taken = _seeds_taken(monkeypatch, comparison, "run")
+    taken = _seeds_taken(monkeypatch, comparison, "simulated")
     for frequency in (1.0, 2.0, 1.0):
         for simulate in (comparison.compare, comparison.observe):
             with pytest.raises(InterruptedError):
@@ -42,7 +42,7 @@ def test_comparisons_of_unlike_systems_have_unlike_seeds(monkeypatch: pytest.Mon
 
 
 def test_cells_of_the_map_have_seeds_by_the_same_rule(monkeypatch: pytest.MonkeyPatch) -> None:
-    taken = _seeds_taken(monkeypatch, validity, "run")
+    taken = _seeds_taken(monkeypatch, validity, "simulated")
     for cell in ((0.5, 1.0, 1.0, 0.0), (0.5, 1.0, 0.8, 0.0)):
         with pytest.raises(InterruptedError):
             validity.simulate_cell(cell)

@@ -30,17 +30,18 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
     sp.figures.plot_against(
         "order", above, oscillator=oscillator, values=np.linspace(0.05, 1.0, 96), color=sp.figures.COLORS[color],
         theory={f"Eq. 20, q = {q:g} m²/s³": lambda o: sp.theory.averaging(o, form="printed")},
-        runs=runs, label="Monte Carlo, 95 %" if q == 10.0 else "",
+        runs=runs, label=f"Monte Carlo, q = {q:g} m²/s³",
     )  # fmt: skip
     for order, run in zip(orders, runs, strict=True):
         printed = sp.theory.averaging(run.system, form="printed").amplitude_mean_square
-        ratios[q, order] = [found["amplitude_mean_square"] / printed for found in (run.values, run.errors)]
+        found = run["amplitude_mean_square"]
+        ratios[q, order] = [found.value / printed, found.error / printed]
     value, error = np.array([ratios[q, order] for order in orders]).T
     beside = np.array(orders) + 0.008 * (np.log2(q) - 1.7)
     sp.figures.bars(below, beside, value, error, color=sp.figures.COLORS[color])
 above.set_yscale("log")
 above.set_xlabel("")
-above.legend(frameon=False)
+above.legend(frameon=False, ncols=2)
 below.axhline(1.0, color="black", lw=1.0)
 below.set(xlabel=r"order of the derivative $\alpha$ (1)", ylabel="Monte Carlo / Eq. 20 (1)")
 plt.show()

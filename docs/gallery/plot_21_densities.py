@@ -21,7 +21,7 @@ panels[0, 0].legend(frameon=False, fontsize="small")
 plt.show()
 
 # %%
-# The validity map, which holds their gaps to Monte Carlo, shows which method to trust:
+# The validity map, which holds their deviations from Monte Carlo, shows which method to trust:
 
 print("recommended:", sp.recommended(oscillator, answers))
 print("no result:", statements["averaging"])

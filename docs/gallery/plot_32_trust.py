@@ -2,8 +2,8 @@ r"""
 How far to trust a method
 =========================
 
-The gap of each method to Monte Carlo has been measured on 700 cells of the dimensionless problem. The panels show
-the cells with an elastic wall at the equilibrium. Numbers are bold where the gap is more than 2 % of
+The deviation of each method from Monte Carlo has been measured on 700 cells of the dimensionless problem. The panels
+show the cells with an elastic wall at the equilibrium. Numbers are bold where it is more than 2 % of
 :math:`\langle A^2\rangle`; cells are hatched where the method has no result.
 """
 
@@ -30,7 +30,7 @@ for order, c, r in ((0.9, 0.03, 1.0), (0.3, 1.0, 1.0), (0.5, 0.3, 0.6)):
     print(f"order {order:g}, c = {c:g}, r = {r:g}: {best},", *(f"{name} {gap:.1f} %" for name, gap in gaps.items()))
 
 # %%
-# Systems with a hardening spring, other walls or colored noise have a map of their own, of 548 cells. The panels have
+# A hardening spring, other walls or colored noise are on a second map, of 911 cells. The panels have
 # :math:`\kappa q/\Omega^5 = 1`: three show :math:`\langle x^2\rangle` without a wall, the last one the impact rate at a
 # wall of restitution 0.8.
 

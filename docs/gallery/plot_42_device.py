@@ -28,7 +28,7 @@ rms = run["x_mean_square"].value ** 0.5
 rms_error = run["x_mean_square"].error / (2.0 * rms)  # the derivative of the square root
 fast, fast_error = run.distributions["impact_speed"].quantile(0.99)
 print(f"1. rms displacement: {1e3 * rms:.3f} +- {1e3 * rms_error:.3f} mm")
-print(f"2. impacts per second: {run.values['impact_rate']:.2f} +- {run.errors['impact_rate']:.2f}")
+print(f"2. impacts per second: {run['impact_rate'].value:.2f} +- {run['impact_rate'].error:.2f}")
 print(f"3. 99 % of the impacts are slower than {fast:.3f} +- {fast_error:.3f} m/s")
 
 watched = sp.simulate(

@@ -28,21 +28,22 @@ def building(k_alpha):
 
 def upper_end(k_alpha):
     found = sp.atlas(building(k_alpha))
-    return found.impact_rate + found["impact_rate"].error
+    return found.impact_rate + found.errors["impact_rate"]
 
 
 chosen = brentq(lambda k_alpha: upper_end(k_alpha) - LIMIT, 1e5, 1.6e6)
 chosen = 1e4 * np.ceil(chosen / 1e4)  # a round number on the safe side
 run = sp.simulate(building(chosen), rtol=0.01, quantities=("impact_rate",))
 rate, error = run["impact_rate"].value, run["impact_rate"].budget.total
-print(f"k_alpha = {chosen / 1e3:.0f} kN s^0.5/m, that is C = {building(chosen).springpot.coefficient:.3f} s^-1.5")
+paper = sp.Dimensionless.of(building(chosen))
+print(f"k_alpha = {chosen / 1e3:.0f} kN s^0.5/m, that is c = {paper.dimensionless_coefficient:.3f}")
 print(f"atlas: at most {upper_end(chosen):.4f} impacts per second; Monte Carlo: {rate:.4f} +- {error:.4f}")
 assert rate + error < LIMIT
 
 figure, axes = plt.subplots(figsize=(6.8, 4.2))
 strengths = np.geomspace(6e4, 1.5e6, 40)
 found = [sp.atlas(building(k_alpha)) for k_alpha in strengths]
-rates, errors = np.array([(answer.impact_rate, answer["impact_rate"].error) for answer in found]).T
+rates, errors = np.array([(answer.impact_rate, answer.errors["impact_rate"]) for answer in found]).T
 axes.fill_between(strengths / 1e3, rates - errors, rates + errors, color=sp.figures.COLORS["sky"], alpha=0.4, lw=0.0)
 axes.plot(strengths / 1e3, rates, color=sp.figures.COLORS["blue"], label="atlas, with its 95 % interval")
 sp.figures.bars(

@@ -51,8 +51,8 @@ for gap, color, marker in ((0.008, "blue", "o"), (0.004, "green", "^"), (0.0035,
     axes.plot(measured / 1e3, power, ":", color=look["color"], lw=0.8)
     best = runs[2]
     stops = best["left_power"].value + best["right_power"].value
-    print(f"stops at {1e3 * gap:g} mm: {best.values['impact_rate']:.2f} impacts per second take {1e6 * stops:.1f} uW "
-          f"of {1e6 * best.values['input_power']:.1f} uW")  # fmt: skip
+    print(f"stops at {1e3 * gap:g} mm: {best['impact_rate'].value:.2f} impacts per second take {1e6 * stops:.1f} uW "
+          f"of {1e6 * best['input_power'].value:.1f} uW")  # fmt: skip
 axes.plot(fine / 1e3, [1e6 * sp.theory.linear(linear(R)).harvested_power for R in fine], "-", color="black", lw=1.4,
           label="linear, without stops: exact")  # fmt: skip
 axes.axhline(1e6 * MASS * GROUND.intensity / 2.0, color="0.4", ls="--", lw=1.0, label="power of the ground")

@@ -35,7 +35,7 @@ for axes, coefficient in zip(panels, coefficients, strict=True):
     axes.set(title=f"$C$ = {coefficient:g}", xlabel="displacement $x$ (m)", aspect="equal", xlim=(-2.4, 1.4))
     axes.grid(visible=False)
     taken = {name: round(run[f"{name}_power"].value, 4) for name in ("van_der_pol", "damping", "barrier", "input")}
-    print(f"C = {coefficient:g}: {run.values['impact_rate']:.3f} impacts per second; powers in m2/s3: {taken}")
+    print(f"C = {coefficient:g}: {run['impact_rate'].value:.3f} impacts per second; powers in m2/s3: {taken}")
 panels[0].set_ylabel("velocity $v$ (m/s)")
 plt.show()
 

@@ -51,6 +51,6 @@ plt.show()
 # becomes finer, and so does its error. The power that this wall takes does not change. Behind an elastic wall the rate
 # has a value, and every step finds it.
 #
-# So ``sp.run`` gives NaN for the rate behind a lossy wall without white noise, with the warning printed above. The
+# So ``sp.simulate`` gives NaN for the rate behind a lossy wall without white noise, with the warning printed above. The
 # impacts were counted here by an observable of our own, ``{"impacts": lambda speed: 1.0}``. For wear, ask for a power
 # of the impact speed: slow impacts then do not count, and the result has a value.

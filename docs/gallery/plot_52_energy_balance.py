@@ -2,7 +2,7 @@ r"""
 Where the energy goes
 =====================
 
-Every run of a system sums the power of each part: what the noise feeds in, and what springpots, dampers, stops and
+Every run sums the power of each part: what the noise feeds in, and what springpots, dampers, stops and
 circuits take out. In the stationary state the two must be equal. This is a check of the simulation, and it is an
 answer: here, how much of the power of the road a harvester in a car turns into electricity, and how much its stops
 waste as the road becomes rougher.
@@ -29,7 +29,7 @@ shares = {name: [] for name in LOOK}
 for place, road in enumerate(roads):
     noise = sp.WhiteNoise.from_psd(road, "g2/Hz")
     run = sp.simulate(sp.System(MASS, road=noise, **PARTS), paths=1000, duration=3.0, window=(1.0, 3.0), seed=place)
-    power = run.values
+    power = {name: found.value for name, found in run.estimates.items()}
     taken = {
         "circuit": power["harvested_power"], "rubber": power["damping_power"] - power["harvested_power"],
         "air": power["air_power"], "stops": power["lower_power"] + power["upper_power"],
@@ -38,7 +38,7 @@ for place, road in enumerate(roads):
         shares[name].append(100.0 * value / power["input_power"])
     print(f"{road:.0e} g2/Hz: the road feeds in {1e3 * power['input_power']:.2f} mW, m q / 2 is "
           f"{500.0 * MASS.value * noise.intensity:.2f} mW; residual {100.0 * power['energy_residual']:.1f} +- "
-          f"{100.0 * run.errors['energy_residual']:.1f} %; {power['impact_rate']:.1f} impacts per second")  # fmt: skip
+          f"{100.0 * run['energy_residual'].error:.1f} %; {power['impact_rate']:.1f} impacts per second")  # fmt: skip
 
 figure, axes = plt.subplots(figsize=(6.8, 4.4), layout="constrained")
 bottom = np.zeros(len(roads))

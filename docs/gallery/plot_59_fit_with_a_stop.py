@@ -28,7 +28,8 @@ levels = [0.01, 0.04]  # g^2/Hz
 random = np.random.default_rng(1)
 cases = []
 for psd in levels:
-    true = sp.simulate(device(psd, 0.3, 150.0, 0.7), paths=5000, seed=11).values
+    run = sp.simulate(device(psd, 0.3, 150.0, 0.7), paths=5000, seed=11)
+    true = {name: run[name].value for name in names}
     measured = {name: (true[name] * (1.0 + 0.01 * random.standard_normal()), 0.01 * abs(true[name])) for name in names}
     free = device(
         psd, sp.free("order", 0.5, (0.05, 0.95)), sp.free("C", 80.0, (5.0, 1000.0)), sp.free("r", 0.9, (0.3, 1.0))

@@ -2,7 +2,7 @@ r"""
 A study, from a file to a chart
 ===============================
 
-A dict (or a TOML file, for ``springpot study run``) describes a grid of oscillators, which is computed by theory
+A dict (or a TOML file, for ``springpot study run``) describes a grid of systems, which is computed by theory
 and by Monte Carlo. With ``store=`` the results are saved: a study that was stopped continues where it was, and a
 study with longer axes computes only what is new. The result is an xarray DataTree with ``theory`` and
 ``simulation``, units included.

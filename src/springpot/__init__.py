@@ -1,4 +1,4 @@
-"""Random vibration of oscillators with power-law memory that strike a wall.
+"""Random vibration of a mass on a viscoelastic mount that hits a stop.
 
 The names below are loaded when they are first used, so that ``import springpot`` (and ``springpot --help``) is quick.
 Nothing at all is loaded with this file, so that the command is ready for Ctrl-C at once.

@@ -19,11 +19,13 @@ from typing import Any
 import pytest
 
 import springpot
-from springpot import cli, simulation
+from springpot import cli
 from springpot.cli import doctor, terminal
+from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.simulation import monte_carlo
 from springpot.simulation.plan.options import DEFAULTS
 from tests.signals import in_a_terminal
 from tests.sizes import validation
@@ -57,15 +59,15 @@ class Answer:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """What the command asked of `run`, which only takes note here."""
+    """What the command asked of `simulated`, which only takes note here."""
     note: dict[str, Any] = {}
 
-    def run(oscillator: springpot.Oscillator, **settings: Any) -> Answer:
+    def run(system: springpot.System, **settings: Any) -> Answer:
         settings.pop("progress")(0.5)
-        note.update(settings, oscillator=oscillator)
-        return Answer(settings, oscillator)
+        note.update(settings, system=system)
+        return Answer(settings, system)
 
-    monkeypatch.setattr(simulation, "run", run)
+    monkeypatch.setattr(monte_carlo, "simulated", run)
     return note
 
 
@@ -184,7 +186,7 @@ def test_theory_warns_of_the_method_it_recommends(capsys: pytest.CaptureFixture[
 def test_simulate_leaves_the_defaults_to_the_library(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--json"]) == 0
     capsys.readouterr()
-    assert asked == {"oscillator": springpot.Oscillator()}
+    assert asked == {"system": springpot.Oscillator()}
 
 
 def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -> None:
@@ -209,7 +211,7 @@ def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.Cap
     assert cli.main(["simulate", *words.split()]) == 0
     capsys.readouterr()
     assert asked == {
-        "oscillator": springpot.Oscillator(
+        "system": springpot.Oscillator(
             natural_frequency=3.0,
             springpot=springpot.Springpot(order=0.25, coefficient=2.0),
             barrier=springpot.Barrier(position=-0.5, restitution=0.9, side="below"),
@@ -233,11 +235,11 @@ def test_simulate_passes_every_flag_on(asked: dict[str, Any], capsys: pytest.Cap
 
 
 def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    words = "--rtol 0.01 --quantity x_mean --quantity impact_rate --seed 3 --threads 2"
+    words = "--rtol 0.01 --quantities x_mean impact_rate --seed 3 --threads 2"
     assert cli.main(["simulate", *words.split()]) == 0
     capsys.readouterr()
     assert asked == {
-        "oscillator": springpot.Oscillator(),
+        "system": springpot.Oscillator(),
         "rtol": 0.01,
         "quantities": ["x_mean", "impact_rate"],
         "seed": 3,
@@ -248,7 +250,7 @@ def test_simulate_passes_an_error_asked_for_on(asked: dict[str, Any], capsys: py
 def test_no_barrier(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", "--no-barrier"]) == 0
     capsys.readouterr()
-    assert not asked["oscillator"].of(springpot.Barrier)
+    assert not asked["system"].of(springpot.Barrier)
 
 
 def test_json_is_one_object_without_nan(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -277,7 +279,7 @@ def test_the_table_shows_values_with_errors_and_units(
 
 
 def test_the_table_shows_an_error_and_its_parts(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["simulate", "--rtol", "0.03", "--quantity", "x_mean"]) == 0
+    assert cli.main(["simulate", "--rtol", "0.03", "--quantities", "x_mean"]) == 0
     lines = capsys.readouterr().out.partition("\nsettings: ")[2].splitlines()
     cells = [[cell.strip() for cell in line.split("  ") if cell] for line in lines if line.startswith("  ")]
     assert cells[0] == ["value +- total error (95 %)", "standard error", "step", "memory", "transient"]
@@ -330,7 +332,7 @@ def test_a_real_run_with_distributions(capsys: pytest.CaptureFixture[str]) -> No
     ],
 )
 def test_values_have_the_digits_of_their_errors(value: float | None, error: float | None, text: str) -> None:
-    assert cli.tables.with_error(value, error) == text
+    assert with_error(value, error) == text
 
 
 @pytest.mark.parametrize(
@@ -352,7 +354,7 @@ def test_failures_say_one_sentence(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(simulation, "run", raising(error))
+    monkeypatch.setattr(monte_carlo, "simulated", raising(error))
     assert cli.main(["simulate", *flags]) == code
     out, err = capsys.readouterr()
     assert out == ""
@@ -372,7 +374,7 @@ def test_failures_say_one_sentence(
 def test_failures_of_the_system_are_sentences(
     error: Exception, sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(simulation, "run", raising(error))
+    monkeypatch.setattr(monte_carlo, "simulated", raising(error))
     assert cli.main(["simulate"]) == 1
     assert capsys.readouterr() == ("", f"springpot: {sentence}\n")
 
@@ -380,7 +382,8 @@ def test_failures_of_the_system_are_sentences(
 def test_a_refused_argument_is_named_as_its_flag(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(simulation, "run", raising(ValueError("memory_tolerance is 2, but at most 1 is allowed.")))
+    refusal = ValueError("memory_tolerance is 2, but at most 1 is allowed.")
+    monkeypatch.setattr(monte_carlo, "simulated", raising(refusal))
     assert cli.main(["simulate"]) == 2
     assert capsys.readouterr().err == "springpot: --memory-tolerance is 2, but at most 1 is allowed.\n"
 
@@ -394,13 +397,13 @@ def test_a_refused_argument_is_named_as_its_flag(
             "step cannot be given with rtol; only seed and threads can.",
             "--step cannot be given with --rtol; only seed and threads can.",
         ),
-        ("quantities must be among x_mean, not y.", "--quantity must be among x_mean, not y."),
+        ("quantities must be among x_mean, not y.", "--quantities must be among x_mean, not y."),
         ("The paths start at the initial_position.", "The paths start at the --initial-position."),
         ('Use start="stationary" for those.', "Use --start stationary for those."),
-        ("use record_every=4 or at most 3 paths.", "use --every 4 or at most 3 paths."),
+        ("use record_every=4 or at most 3 paths.", "use --record-every 4 or at most 3 paths."),
         ("give another name, or overwrite=True to replace it.", "give another name, or --overwrite to replace it."),
         ("With rtol= the error is bounded.", "With --rtol the error is bounded."),
-        ("quantities does not name these results.", "--quantity does not name these results."),
+        ("quantities does not name these results.", "--quantities does not name these results."),
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:

@@ -91,7 +91,7 @@ def test_a_file_that_is_an_oscillator_runs_as_one(tmp_path: Path, capsys: pytest
     place = tmp_path / "oscillator.toml"
     place.write_text(sp.to_toml(asked))
     flags = ["--paths", "64", "--duration", "2", "--start", "rest", "--json"]
-    numbers = asked.numbers
+    numbers = sp.Dimensionless.of(asked).numbers
     words = [f"--{name.replace('_', '-')}={numbers[name]}" for name in numbers if name not in ("side", "barrier")]
     assert cli.main(["simulate", str(place), *flags]) == 0
     from_file = json.loads(capsys.readouterr().out)

@@ -102,6 +102,6 @@ def test_design_refuses_in_one_sentence(
 
 
 def test_sensitivity_draws(device: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert cli.main(["sensitivity", device, "--quantity", "impact_rate", "--plot", "found.png"]) == 0
+    assert cli.main(["sensitivity", device, "--quantities", "impact_rate", "--plot", "found.png"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "found.png"
     assert (tmp_path / "found.png").stat().st_size > 10_000

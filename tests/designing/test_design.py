@@ -115,14 +115,14 @@ def test_the_best_design_so_far_is_kept_when_the_time_is_over(monkeypatch: pytes
         if limit < math.inf and self.limit < math.inf:
             raise OutOfTimeError
 
-    def once(*given: Any, run: Any = rounds_module.run, **how: Any) -> Any:
+    def once(*given: Any, run: Any = rounds_module.simulated, **how: Any) -> Any:
         nonlocal limit
         found = run(*given, **{**how, "progress": None})
         limit = 0.0
         return found
 
     monkeypatch.setattr(Clock, "check", check)
-    monkeypatch.setattr(rounds_module, "run", once)
+    monkeypatch.setattr(rounds_module, "simulated", once)
     found = sp.design(
         damped(sp.free("c", 0.5, (0.05, 5.0))), "c", {"impact_rate": (None, 0.2)}, max_time=99.0, cost_rtol=1e-3
     )
@@ -189,7 +189,7 @@ def test_a_system_that_no_method_covers_is_designed() -> None:
     fresh = sp.simulate(found.model, rtol=0.006, quantities=("v_mean_square",), seed=99)
     assert found.method == "monte_carlo"
     assert found.margin < 0.02  # of the damper; of the velocity it is a sixth more
-    assert 0.4 * 0.97 < fresh.values["v_mean_square"] < 0.4
+    assert 0.4 * 0.97 < fresh["v_mean_square"].value < 0.4
 
 
 @pytest.mark.validation  # every day: the same in test_rounds.py, without a simulation
@@ -267,7 +267,7 @@ def judged(number: int) -> tuple[bool, float]:
     rtol = max(0.01 / math.sqrt(10.0) * min(promise.error / promise.value / coarse, 1.0), 1e-4)
     fresh = sp.simulate(found.model, rtol=rtol, quantities=("impact_rate",), seed=1000 + number)
     low, high = max(found.values["C"] / 1.3, c / 5.0), min(found.values["C"] * 1.3, 5.0 * c)
-    ratio = fresh.values["impact_rate"] / by_theory(found.values["C"])
+    ratio = fresh["impact_rate"].value / by_theory(found.values["C"])
     grid = np.geomspace(low, high, 106)  # half a per cent apart
     best = min(float(each) for each in grid if ratio * by_theory(float(each)) <= limit)
-    return fresh.values["impact_rate"] <= limit, found.values["C"] / best
+    return fresh["impact_rate"].value <= limit, found.values["C"] / best

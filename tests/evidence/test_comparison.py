@@ -40,6 +40,7 @@ def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
     assert found.recommended in ("envelope", "memory_closure")
     estimate = found.simulation["amplitude_mean_square"]
     value, budget = estimate.value, estimate.budget
+    assert budget is not None
     error = math.hypot(budget.standard_error, budget.step_bias, budget.memory_bias, budget.transient)
     gap = found.gaps("averaging")["amplitude_mean_square"]
     assert gap.percent == pytest.approx(100.0 * (2.2963 / value - 1.0), abs=0.01)
@@ -358,3 +359,14 @@ def test_the_readme_counts_the_cells_of_the_map() -> None:
     for found in near.values():
         assert f"{sum(found)} of {len(found)}" in readme
         assert sum(found) >= 0.9 * len(found)
+
+
+def test_the_recommended_result_has_the_warnings_of_the_map() -> None:
+    """The method's own result knows only what theory knows."""
+    strong = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Springpot(0.5, 6.0), sp.WhiteNoise(4.0), stop=sp.Barrier(0.0))
+    found = sp.recommended(strong)
+    assert found.method in ("envelope", "memory_closure")
+    assert found.result.stop_impact_rate == found.result.impact_rate > 0.0
+    own = getattr(sp.theory, found.method)(strong).warnings
+    assert found.result.warnings == (*own, *sp.trust(strong, found.method).warnings)
+    assert "gaps to Monte Carlo" in sp.trust(strong, "averaging_printed").warnings[0]

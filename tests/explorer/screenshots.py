@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 from PIL import Image
 
 from tests.explorer.conftest import Server, launched_browser, running
+from tests.explorer.talk import link
 from tests.explorer.test_page import Tab
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 WIDTHS = (1440, 768, 390)
-SHOWN = "a=0.5&C=0.3&b=-0.3&r=0.8&paths=10000"
+SHOWN = link(10_000, coefficient=0.3, position=-0.3, restitution=0.8)
 SECONDS = 18.0  # of motion, until there is something to see
 SYSTEM = Path(__file__).with_name("systems") / "two_walls.toml"
 SHOWN_OF_SYSTEM, SECONDS_OF_SYSTEM = "paths=5000", 0.75

@@ -14,6 +14,27 @@ from springpot.explorer.frames import unpack
 from tests.explorer.conftest import Server
 
 
+def numbers(
+    *,
+    order: float = 0.5,
+    coefficient: float = 1.0,
+    natural_frequency: float = 1.0,
+    intensity: float = 1.0,
+    position: float = 0.0,
+    restitution: float = 1.0,
+) -> dict[str, float]:
+    """The numbers of the paper's oscillator by the names of their sliders."""
+    return {
+        "springpot-order": order, "springpot-coefficient": coefficient, "spring-stiffness": natural_frequency**2,
+        "white_noise-intensity": intensity, "barrier-position": position, "barrier-restitution": restitution,
+    }  # fmt: skip
+
+
+def link(paths: int = 640, *, more: str = "", **given: float) -> str:
+    """What stands behind the address of the page for the paper's oscillator with these numbers."""
+    return "&".join(f"{name}={value}" for name, value in numbers(**given).items()) + f"&paths={paths}{more}"
+
+
 class Tab:
     """One connection."""
 

@@ -109,7 +109,7 @@ def test_messages_of_a_fit() -> None:
 
 def test_faults_of_a_file_are_one_sentence(rubber: Server) -> None:
     with tab(rubber) as page:
-        page.say(kind="system", generation=1, paths=64)
+        page.say(kind="problem", generation=1, paths=64)
         page.until("accepted")
         page.say(kind="fit", free=["spring-stiffness"])
         assert page.until("refused")["sentence"] == "fit: there are no data yet."
@@ -139,7 +139,7 @@ impact_rate (1/s),4.88,0.05
 
 def test_a_fit_of_statistics_that_is_stopped_at_once_has_found_nothing(rubber: Server) -> None:
     with tab(rubber) as page:
-        page.say(kind="system", generation=1, paths=64)
+        page.say(kind="problem", generation=1, paths=64)
         page.until("accepted")
         page.say(kind="stop-fit")  # nothing runs: nothing happens
         page.say(kind="data", name="struck.csv", part=0, of=1, text=STRUCK)
@@ -164,7 +164,7 @@ def send(page: Tab, text: str, name: str = "a.csv") -> None:
 
 def test_slow_work_of_one_tab_keeps_no_other_waiting_and_ends_with_it(rubber: Server) -> None:
     with tab(rubber) as slow:
-        slow.say(kind="system", generation=1, paths=64)
+        slow.say(kind="problem", generation=1, paths=64)
         slow.until("accepted")
         send(slow, many_impacts(60_000))
         assert slow.until("data")["said"] == "impacts, 59999 points"
@@ -172,7 +172,7 @@ def test_slow_work_of_one_tab_keeps_no_other_waiting_and_ends_with_it(rubber: Se
         slow.until("fit", running=True)
         with tab(rubber) as quick:
             quick.say(kind="play", playing=False, speed=1.0)
-            quick.say(kind="system", generation=1, paths=64)
+            quick.say(kind="problem", generation=1, paths=64)
             quick.until("accepted")
             send(quick, moduli())
             quick.until("data", fault="")
@@ -195,7 +195,7 @@ def idle(server: Server) -> bool:
 @pytest.mark.validation
 def test_a_fit_of_statistics_tells_how_far_it_is_and_stops_with_the_best_so_far(rubber: Server) -> None:
     with tab(rubber) as page:
-        page.say(kind="system", generation=1, paths=64)
+        page.say(kind="problem", generation=1, paths=64)
         page.until("accepted")
         page.say(kind="data", name="struck.csv", part=0, of=1, text=STRUCK)
         page.until("data")

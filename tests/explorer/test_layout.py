@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.explorer.conftest import Server
+from tests.explorer.talk import link
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
 from tests.sizes import validation
 
@@ -15,12 +16,15 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
+LONG = link(order=0.35, coefficient=0.123, natural_frequency=2.34, intensity=12.3, position=-1.23, restitution=0.87)
+
+
 @pytest.fixture(scope="module")
 def long_numbers(browser: Browser, server: Server) -> Iterator[Tab]:
     """A page with long numbers, opened as on a phone; wider ones follow."""
     with (
         browser.new_context(viewport={"width": 390, "height": 850}) as context,
-        opened(context, server, "a=0.35&C=0.123&W=2.34&q=12.3&b=-1.23&r=0.87&paths=640") as tab,
+        opened(context, server, LONG) as tab,
     ):
         yield tab
 

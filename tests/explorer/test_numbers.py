@@ -8,25 +8,26 @@ import pytest
 import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.gathering import BINS, Gathering, growth_times
-from springpot.explorer.motion import Player, blocks, impacts, record
+from springpot.explorer.motion import Player, blocks, marks, record
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
+from springpot.theory.registry import METHODS
 from tests.sizes import validation
 
+FREQUENCY = 2.0
 LOSSY = sp.Oscillator(
-    natural_frequency=2.0,
+    natural_frequency=FREQUENCY,
     springpot=sp.Springpot(0.6, 0.4),
     barrier=sp.Barrier(-0.1, 0.8),
     excitation=sp.WhiteNoise(0.5),
 )
 
 
-def gathered(oscillator: sp.Oscillator, **given: object) -> Gathering:
-    settings = resolve(oscillator, **given)  # type: ignore[arg-type]
-    adapted = adapt(oscillator, settings) if settings.start == "stationary" else None
-    gathering = Gathering(simulation_of(oscillator, settings, adapted))
+def gathered(system: sp.System, *, speeds: float = 0.0, **given: object) -> Gathering:
+    plan = plan_of(system, **given)  # type: ignore[arg-type]
+    gathering = Gathering(simulation_of(adapt(plan) if plan.settings.start == "stationary" else plan), speeds=speeds)
     while not gathering.complete:
         gathering.grow()
     return gathering
@@ -35,25 +36,26 @@ def gathered(oscillator: sp.Oscillator, **given: object) -> Gathering:
 @pytest.mark.parametrize("position", [validation(-1.0), validation(0.0), validation(0.5), 5.0])
 def test_a_density_of_the_amplitude_is_drawn_where_it_is(position: float) -> None:
     """Under preload too, where it begins far from 0: nearly all of it, and no needle in a wide chart."""
-    oscillator = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above"))
-    found = table(oscillator, *solve(oscillator))
+    system = sp.Oscillator(springpot=sp.Springpot(1.0, 0.2), barrier=sp.Barrier(position, 1.0, side="above"))
+    answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
+    found = table(system, answers, {})
     places = np.array(found["places"]["amplitude"])
-    density = np.array(found["methods"][found["recommended"]]["densities"]["amplitude"])
+    density = np.array(found["methods"]["envelope"]["densities"]["amplitude"])
     assert places[0] == max(position, 0.0)
     assert np.trapezoid(density, places) == pytest.approx(1.0, abs=0.03)
     assert np.mean(density > 0.05 * density.max()) > 0.3
 
 
 @pytest.mark.parametrize("start", ["rest", "stationary"])
-@pytest.mark.parametrize("oscillator", [LOSSY, sp.Oscillator(barrier=None)])
-def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) -> None:
+@pytest.mark.parametrize("system", [LOSSY, sp.Oscillator(barrier=None)])
+def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
     """Whatever the blocks: the same numbers to the last bit, with the same errors, warnings and counts."""
     given = {"paths": 300, "seed": 11, "start": start}
-    ours = gathered(oscillator, **given)
-    run = sp.simulate(oscillator, distributions=True, **given)  # type: ignore[arg-type]
+    ours = gathered(system, **given)
+    run = sp.simulate(system, distributions=True, **given)
     values, errors = ours.estimates()
-    np.testing.assert_equal(values, run.values)
-    np.testing.assert_equal(errors, run.errors)
+    np.testing.assert_equal(values, {name: run[name].value for name in run})
+    np.testing.assert_equal(errors, {name: run[name].error for name in run})
     assert ours.warnings() == run.warnings
     for name, found in ours.distributions().items():
         np.testing.assert_array_equal(found.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
@@ -61,10 +63,10 @@ def test_the_grown_ensemble_is_the_run(oscillator: sp.Oscillator, start: str) ->
 
 
 def test_a_shown_path_is_a_path_of_the_run() -> None:
-    settings = resolve(LOSSY, paths=129, seed=5, start="rest")
-    simulation = simulation_of(LOSSY, settings)
+    plan = plan_of(LOSSY, paths=129, seed=5, start="rest")
+    simulation = simulation_of(plan)
     run = sp.simulate(LOSSY, paths=129, seed=5, record=129, start="rest")
-    assert blocks(settings) == 3
+    assert blocks(plan.settings) == 3
     for number in range(3):
         shown = record(simulation, number)
         assert shown.path == 64 * number
@@ -74,23 +76,22 @@ def test_a_shown_path_is_a_path_of_the_run() -> None:
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:
     """Within two in a hundred: the kernel also counts those between the ends of a step."""
-    for oscillator in (sp.Oscillator(), LOSSY):
-        settings = resolve(
-            oscillator, paths=64, record=64, seed=2, window=(0.0, 100.0 / oscillator.natural_frequency), start="rest"
-        )
-        found = simulation_of(oscillator, settings).advance()
+    for system, frequency in ((sp.Oscillator(), 1.0), (LOSSY, FREQUENCY)):
+        end = 100.0 / frequency
+        plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
+        found = simulation_of(plan).advance()
         counted = found.rows[:, COLUMNS.index("impacts")].sum()
-        marked = sum(impacts(oscillator, settings.step, *path.T).size for path in found.record)
+        marked = sum(marks(system, plan.settings.step, *path.T)[0].size for path in found.record)
         assert counted > 1000
         assert abs(marked / counted - 1.0) < 0.02
 
 
 def test_growth_is_the_mean_over_recorded_paths() -> None:
-    gathering = gathered(LOSSY, paths=256, seed=3, start="rest")
+    gathering = gathered(LOSSY, speeds=FREQUENCY**-2, paths=256, seed=3, start="rest")
     mean, error = gathering.growth()
-    times = growth_times(LOSSY, gathering.simulation.settings)
+    times = growth_times(gathering.simulation.plan)
     run = sp.simulate(LOSSY, paths=256, seed=3, record=256, start="rest")
-    square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / LOSSY.natural_frequency) ** 2).mean(axis=0)
+    square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / FREQUENCY) ** 2).mean(axis=0)
     assert mean.shape == error.shape == times.shape == (BINS,)
     width = times[1] - times[0]
     for at in (0, 3, 40, BINS - 1):
@@ -100,14 +101,15 @@ def test_growth_is_the_mean_over_recorded_paths() -> None:
 
 
 def test_a_path_is_shown_once_and_whole() -> None:
-    settings = resolve(LOSSY, paths=64, start="rest")
-    shown = record(simulation_of(LOSSY, settings), 0)
-    player = Player(shown, natural_frequency=LOSSY.natural_frequency)
+    plan = plan_of(LOSSY, paths=64, start="rest")
+    settings, shown = plan.settings, record(simulation_of(plan), 0)
+    player = Player(shown, frequency=FREQUENCY)
     times, x, struck = [], [], []
     while not player.ended:
         player.forward(0.37)
         if part := player.due():
-            (begin, spacing, path, end), here, _, hits, _ = part
+            (begin, spacing, path, end), here, _, hits, _, walls, voltages = part
+            assert (len(walls), len(voltages)) == (len(hits), 0)
             assert path == 0
             assert end == settings.duration
             times.append(begin + spacing * np.arange(len(here)))

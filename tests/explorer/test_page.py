@@ -14,7 +14,9 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.result.results import Estimate
 from tests.explorer.conftest import Others, Server, running
+from tests.explorer.talk import link as link_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -115,13 +117,13 @@ def tab(context: BrowserContext, server: Server) -> Iterator[Tab]:
 @pytest.mark.validation  # every day: a question before the kernel, in test_connections.py
 def test_the_page_is_there_before_the_kernel(context: BrowserContext) -> None:
     """Its controls work at once, it says that the kernel is loading, and what was asked meanwhile is answered."""
-    with running() as fresh, opened(context, fresh, f"wall=0&{QUICK}", wait=False) as early:
-        early.page.get_by_role("slider", name="order").wait_for()
+    with running() as fresh, opened(context, fresh, f"without=barrier&{QUICK}", wait=False) as early:
+        early.page.get_by_role("slider", name="springpot, order").wait_for()
         assert early.page.locator("#status").inner_text() != "live"
-        early.changed(lambda: early.page.locator("#field-order").fill("0.8"))
+        early.changed(lambda: early.page.locator("#field-springpot-order").fill("0.8"))
         assert early.page.locator("#status").inner_text() == "live"
         run = sp.simulate(sp.Oscillator(springpot=sp.Springpot(0.8, 1.0), barrier=None), paths=640)
-        assert early.number() == run.values["amplitude_mean_square"]
+        assert early.number() == run["amplitude_mean_square"].value
 
 
 def test_little_stands_before_the_first_move(tab: Tab) -> None:
@@ -141,7 +143,7 @@ def test_usable_within_a_second(context: BrowserContext) -> None:
     others = Others()
     while not times or (min(times) >= 1.0 and len(times) < 5):
         with running() as fresh, opened(context, fresh, wait=False) as early:
-            early.page.locator("#slider-order").press("ArrowRight")
+            early.page.locator("#slider-springpot-order").press("ArrowRight")
             early.wait("springpotExplorer.generation > 0")
             times.append(time.monotonic() - fresh.answered)
     others.excuse(f"the page took {min(times):.1f} s", unless=min(times) < 1.0)
@@ -165,38 +167,45 @@ OVERLAPPING = """(() => {
 
 
 def test_an_unsound_link_is_said_and_harmless(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, "a=5&C=<script>&seed=1e999&length=furlong&paths=640", wait=False) as page:
+    with opened(
+        context, server, "springpot-order=x&C=<script>&seed=1e999&length=furlong&paths=640", wait=False
+    ) as page:
         page.wait("springpotExplorer.generation > 0")
         banner = page.page.locator("#banner")
         assert banner.is_visible()
-        wrong = "order, springpot, seed and unit of length"
+        wrong = "order of springpot, C, seed and unit of length"
         assert banner.inner_text() == f"The link has invalid values for {wrong}; defaults are used."
-        assert page.page.locator("#field-order").input_value() == "0.5"
+        assert page.page.locator("#field-springpot-order").input_value() == "0.5"
         asked = page.generation()
         page.page.locator("#reset").click()
         page.wait(f"springpotExplorer.generation > {asked}")
         assert banner.is_visible()
-        page.changed(lambda: page.page.locator("#field-order").fill("0.6"))
+        page.changed(lambda: page.page.locator("#field-springpot-order").fill("0.6"))
         assert banner.is_hidden()
 
 
 @pytest.mark.validation
 def test_a_link_in_dimensionless_numbers_knows_the_way_back(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, "a=0.5&C=0.8&W=2&q=3&b=-0.1&r=0.9&paths=640") as page:
-        page.changed(lambda: page.page.get_by_text("dimensionless", exact=True).click())
+    given = link_of(coefficient=0.8, natural_frequency=2, intensity=3, position=-0.1, restitution=0.9)
+    with opened(context, server, given) as page:
+        page.page.get_by_text("dimensionless", exact=True).click()
         page.page.locator("#copy-link").click()
         link = page.page.evaluate("navigator.clipboard.readText()")
-        assert " m" not in page.page.locator("#silent").inner_text().replace(" method", "")
+        page.page.locator("#tile-rate").filter(has_text="Ω").wait_for()
     with opened(context, server, link.partition("#")[2]) as other:
-        other.changed(lambda: other.page.get_by_text("SI units", exact=True).click())
+        other.page.locator("#tile-rate").filter(has_text="Ω").wait_for()
+        other.page.get_by_text("SI units", exact=True).click()
         other.page.locator("#copy-link").click()
         link = other.page.evaluate("navigator.clipboard.readText()")
-        assert "C=0.8&W=2&q=3&b=-0.1&" in link
+        assert link.partition("#")[2] == (
+            "spring-stiffness=4&springpot-coefficient=0.8&barrier-position=-0.1&barrier-restitution=0.9&"
+            "white_noise-intensity=3&seed=1&paths=640&start=stationary"
+        )
 
 
 @pytest.mark.validation
 def test_two_tabs_are_independent(context: BrowserContext, server: Server) -> None:
-    with opened(context, server, f"a=0.8&{QUICK}") as one, opened(context, server, f"a=0.2&{QUICK}") as two:
+    with opened(context, server, link_of(order=0.8)) as one, opened(context, server, link_of(order=0.2)) as two:
         assert one.number() != two.number()
         held = one.number()
         one.page.locator("#play").click()
@@ -205,11 +214,14 @@ def test_two_tabs_are_independent(context: BrowserContext, server: Server) -> No
         two.page.wait_for_timeout(700)
         assert one.time() == at
         assert two.frames() > frames + 5
-        two.changed(lambda: two.page.locator("#field-order").fill("0.9"))
+        two.changed(lambda: two.page.locator("#field-springpot-order").fill("0.9"))
         assert one.number() == held
 
 
-SLIDERS = ["order", "coefficient", "natural_frequency", "intensity", "position", "restitution"]
+SLIDERS = [
+    "springpot-order", "springpot-coefficient", "spring-stiffness", "white_noise-intensity", "barrier-position",
+    "barrier-restitution",
+]  # fmt: skip
 
 
 def test_each_slider_moves_its_number_and_asks(tab: Tab) -> None:
@@ -224,7 +236,7 @@ def test_each_slider_moves_its_number_and_asks(tab: Tab) -> None:
 @pytest.mark.parametrize("name", SLIDERS)
 def test_each_slider_changes_the_numbers(tab: Tab, name: str) -> None:
     """By the keyboard, for whoever has no mouse."""
-    tab.changed(lambda: tab.page.locator("#preset").select_option("pounding"))
+    tab.changed(lambda: tab.page.locator("#example").select_option(label="Pounding across a gap"))
     measured, theory, shown = tab.number(), tab.theory("envelope"), tab.page.locator(f"#field-{name}").input_value()
     slider = tab.page.locator(f"#slider-{name}")
     slider.focus()
@@ -235,17 +247,16 @@ def test_each_slider_changes_the_numbers(tab: Tab, name: str) -> None:
 
 
 def test_fields_take_numbers_and_refuse_others(tab: Tab) -> None:
-    field, said = tab.page.locator("#field-order"), tab.page.locator("#range-order")
+    field, said = tab.page.locator("#field-springpot-order"), tab.page.locator("#range-springpot-order")
     tab.changed(lambda: field.fill("0.33"))
-    assert tab.page.locator("#slider-order").input_value() == "33"
+    assert tab.page.locator("#slider-springpot-order").input_value() == "33"
     before = tab.generation()
     field.fill("7")
+    said.filter(has_text="springpot.order must be in [0, 1]").wait_for()
     assert field.get_attribute("aria-invalid") == "true"
-    assert said.inner_text() == "from 0 to 1"
-    assert field.get_attribute("aria-describedby") == "range-order"
-    time.sleep(0.2)
+    assert field.get_attribute("aria-describedby") == "range-springpot-order"
     assert tab.generation() == before
-    tab.page.locator("#field-coefficient").focus()
+    tab.page.locator("#field-springpot-coefficient").focus()
     assert field.input_value() == "0.33"
     assert field.get_attribute("aria-invalid") == "false"
     assert said.is_hidden()
@@ -302,25 +313,25 @@ def test_reset_repeats_and_a_seed_does_not(tab: Tab) -> None:
 
 @pytest.mark.validation  # every day: the link of a system, in test_systems.py
 def test_a_link_reproduces_the_state(context: BrowserContext, server: Server, tab: Tab) -> None:
-    tab.page.locator("#preset").select_option("preload")
+    tab.page.locator("#example").select_option(label="Preload: pressed to a stop")
     tab.changed(lambda: tab.page.locator("#seed").fill("77"))
     tab.page.locator("#copy-link").click()
     link = tab.page.evaluate("navigator.clipboard.readText()")
     with opened(context, server, link.partition("#")[2]) as second:
         assert second.number() == tab.number()
         assert second.theory("envelope") == tab.theory("envelope")
-        for name in ("order", "coefficient", "position", "restitution"):
+        for name in SLIDERS:
             place = f"#field-{name}"
             assert second.page.locator(place).input_value() == tab.page.locator(place).input_value()
         # and a link pasted into an open page
-        second.changed(lambda: second.page.evaluate("location.hash = '#a=1&C=1&wall=0&paths=640'"))
+        second.changed(lambda: second.page.evaluate("location.hash = '#springpot-order=1&without=barrier&paths=640'"))
         assert second.theory("exact") == 1.0
 
 
 @pytest.mark.validation  # every day: what is copied from the page of a system
 def test_what_is_copied_runs(tab: Tab, capsys: pytest.CaptureFixture[str]) -> None:
     """The command and the program give the page's numbers."""
-    tab.changed(lambda: tab.page.locator("#preset").select_option("pounding"))
+    tab.changed(lambda: tab.page.locator("#example").select_option(label="Pounding across a gap"))
     shown = tab.number()
     tab.page.locator("#copy-command").click()
     command = shlex.split(tab.page.evaluate("navigator.clipboard.readText()"))
@@ -330,18 +341,19 @@ def test_what_is_copied_runs(tab: Tab, capsys: pytest.CaptureFixture[str]) -> No
     tab.page.locator("#copy-python").click()
     exec(tab.page.evaluate("navigator.clipboard.readText()"), {})
     printed = capsys.readouterr().out
-    assert f"Monte Carlo: <A^2> = {shown:.5g} +-" in printed
-    assert f"envelope: <A^2> = {tab.theory('envelope'):.5g} m2" in printed
+    (line,) = (line for line in printed.splitlines() if line.startswith("amplitude_mean_square "))
+    assert line.split(maxsplit=1)[1] == str(Estimate(shown, tab.number(name="error"), "m2"))
+    assert f"envelope: <x^2> = {tab.theory('envelope', 'x_rms') ** 2:.5g} m2" in printed
 
 
 def test_numbers_share_their_power_of_ten_with_their_error(tab: Tab) -> None:
     written = tab.page.evaluate(
         """import("/static/js/numbers.js").then(({ withError, typeset }) => [
             withError(2.1234e6, 40000), withError(-9.8e-4, 1.2e-4), withError(1.23456, 0.004), withError(5, null),
-            typeset("a wall at 0.3 m, at 2 m/s or 5 steps of 0.1 s (m^2)", false)])"""
+            typeset("alpha <= 0.3 m, <x^2> of 0.1 s")])"""
     )
     assert written == [
-        "(2.12 ± 0.04)·10⁶", "(−9.8 ± 1.2)·10⁻⁴", "1.235 ± 0.004", "5", "a wall at 0.3, at 2 or 5 steps of 0.1 (m^2)"
+        "(2.12 ± 0.04)·10⁶", "(−9.8 ± 1.2)·10⁻⁴", "1.235 ± 0.004", "5", "α ≤ 0.3 m, ⟨x²⟩ of 0.1 s"
     ]  # fmt: skip
 
 
@@ -353,7 +365,7 @@ def test_a_chart_tells_its_numbers(tab: Tab) -> None:
     told = tab.page.locator("#growth .tip").inner_text().splitlines()
     assert [line.split()[0] for line in told[:2]] == ["t", "Monte"]
     assert "±" in told[1]
-    assert any(line.startswith(("envelope", "memory_closure")) for line in told)
+    assert any(line.startswith(("envelope", "memory closure")) for line in told)
     tab.page.mouse.move(1, 1)
     tab.page.locator("#growth .tip").wait_for(state="hidden")
 
@@ -364,7 +376,7 @@ def test_a_click_on_the_curve_moves_the_order(tab: Tab) -> None:
     assert box is not None
     at = (0.75 + 0.02) / 1.04 * box["width"]  # the chart goes from -0.02 to 1.02
     tab.changed(lambda: over.click(position={"x": at, "y": 0.5 * box["height"]}))
-    assert tab.page.locator("#field-order").input_value() == "0.75"
+    assert tab.page.locator("#field-springpot-order").input_value() == "0.75"
 
 
 def test_all_is_reachable_by_keyboard_and_has_a_name(tab: Tab) -> None:
@@ -391,12 +403,23 @@ def test_all_is_reachable_by_keyboard_and_has_a_name(tab: Tab) -> None:
 
 
 def test_the_numbers_are_those_of_simulate(tab: Tab) -> None:
-    tab.ask("a=0.7&C=0.3&W=2&q=1.5&b=-0.2&r=0.8&seed=9&paths=1000")
+    tab.ask(
+        link_of(
+            1000,
+            order=0.7,
+            coefficient=0.3,
+            natural_frequency=2,
+            intensity=1.5,
+            position=-0.2,
+            restitution=0.8,
+            more="&seed=9",
+        )
+    )
     oscillator = sp.Oscillator(2.0, sp.Springpot(0.7, 0.3), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.5))
     run = sp.simulate(oscillator, paths=1000, seed=9)
     for name in ("amplitude_mean_square", "x_mean", "v_mean_square", "impact_rate"):
-        assert tab.number(name) == run.values[name]
-        assert tab.number(name, name="error") == run.errors[name]
+        assert tab.number(name) == run[name].value
+        assert tab.number(name, name="error") == run[name].error
     answers, _ = sp.theory.solve_all(oscillator)
     for method, answer in answers.items():
         assert tab.theory(method) == pytest.approx(answer.amplitude_mean_square, rel=1e-6)
@@ -404,47 +427,74 @@ def test_the_numbers_are_those_of_simulate(tab: Tab) -> None:
 
 @pytest.mark.validation  # every day: other units, in test_designs.py
 def test_dimensionless_numbers_are_the_same_problem(tab: Tab) -> None:
-    tab.ask("a=0.5&C=0.8&W=2&q=3&b=-0.3&r=1&paths=640")
-    in_metres, length = tab.number(), (3.0 / 8.0) ** 0.5
-    tab.changed(lambda: tab.page.get_by_text("dimensionless", exact=True).click())
-    assert tab.page.locator("#field-natural_frequency").is_hidden()
-    assert float(tab.page.locator("#field-coefficient").input_value()) == pytest.approx(0.8 * 2.0**-1.5, rel=1e-5)
-    assert tab.number() * length**2 == pytest.approx(in_metres, rel=1e-4)
-    tab.changed(lambda: tab.page.get_by_text("SI units", exact=True).click())
-    assert tab.number() == pytest.approx(in_metres, rel=1e-9)
-    assert tab.page.locator("#field-position").input_value() == "-0.3"
+    """Only what is shown changes: nothing is computed anew, and the sliders stay."""
+    tab.ask(link_of(coefficient=0.8, natural_frequency=2, intensity=3, position=-0.3))
+    page, in_metres, length, asked = tab.page, tab.number(), (3.0 / 8.0) ** 0.5, tab.generation()
+    said = page.locator("#paper-numbers").inner_text()
+    assert f"order α = 0.5, strength c = C Ω^(α−2) = {0.8 * 2.0**-1.5:.4f}" in said
+    assert f"wall at −{0.3 / length:.4f} √(q/Ω³), restitution r = 1." in said
+
+    def shown(quantity: str) -> float:
+        return float(page.locator(f"#table tr.measured [data-quantity={quantity}]").inner_text().split()[0])
+
+    for_rate = tab.number("impact_rate")
+    assert shown("amplitude_mean_square") == pytest.approx(in_metres, rel=0.02)
+    page.get_by_text("dimensionless", exact=True).click()
+    page.wait_for_timeout(300)
+    assert shown("amplitude_mean_square") == pytest.approx(in_metres / length**2, rel=0.02)
+    assert shown("impact_rate") == pytest.approx(for_rate / 2.0, rel=0.02)
+    assert page.locator("#table thead small").first.inner_text().strip() == ""
+    page.get_by_text("SI units", exact=True).click()
+    page.wait_for_timeout(300)
+    assert (tab.number(), tab.generation()) == (in_metres, asked)
+    assert page.locator("#field-barrier-position").input_value() == "-0.3"
 
 
 @pytest.mark.validation  # every day: a number that is not possible, in test_systems.py
 def test_a_wall_too_far_stays_where_it_was_put(tab: Tab) -> None:
-    """A faster oscillator has a shorter scale: the server says so, and nothing of it is drawn, nothing else changed."""
-    tab.ask(f"a=0.6&b=-3&{QUICK}")
-    banner, scale = tab.page.locator("#banner"), tab.page.locator("#field-natural_frequency")
-    before, waits = tab.number(), tab.generation()
-    scale.fill("10")
-    banner.filter(has_text="wall must lie within").wait_for()
-    assert tab.generation() > waits
-    assert tab.page.locator("#field-position").input_value() == "-3"
-    assert tab.page.locator("#range-position").is_visible()
-    tab.wait("!document.querySelector('#table [data-method]')", seconds=10.0)  # with the next picture
-    assert tab.page.locator(".card.old").count() == 0
+    """A faster oscillator has a shorter scale: the wall is then out of view, nothing else changed."""
+    tab.ask(link_of(order=0.6, position=-3))
+    far, scale = tab.page.locator("#out-of-view"), tab.page.locator("#field-spring-stiffness")
+    before = tab.number()
+    assert far.is_hidden()
+    tab.changed(lambda: scale.fill("10"))
+    far.filter(has_text="← barrier at −3 m").wait_for()
+    assert tab.page.locator("#field-barrier-position").input_value() == "-3"
+    assert tab.number("impact_rate") == 0.0
     tab.changed(lambda: scale.fill("1"))
+    far.wait_for(state="hidden")
+    assert tab.number() == before
+
+
+@pytest.mark.validation  # every day: a refusal says why, in test_server.py
+def test_a_run_that_would_take_too_long_is_said(tab: Tab) -> None:
+    """And nothing of it is drawn; nothing else changed."""
+    tab.ask(link_of())
+    banner, before, asked = tab.page.locator("#banner"), tab.number(), tab.generation()
+    tab.page.evaluate("link => { location.hash = link; }", link_of(100_000, coefficient=1e-4))
+    banner.filter(has_text="take too long for a page").wait_for()
+    assert tab.generation() > asked
+    tab.wait("document.querySelector('#table tr.measured [data-quantity=x_mean]').dataset.value === ''")
+    tab.ask(link_of())
     assert banner.is_hidden()
     assert tab.number() == before
 
 
 def test_what_has_no_answer_is_said(tab: Tab) -> None:
-    tab.ask(f"a=0&{QUICK}")
+    tab.ask(link_of(order=0))
     assert "no method has a stationary answer" in tab.page.locator("#warnings").inner_text()
-    assert "growing response" in tab.page.locator("#warnings").inner_text()
-    tab.changed(lambda: tab.page.locator("#preset").select_option("free"))
-    assert tab.theory("exact") > 0.0
-    assert tab.page.locator("#slider-restitution").is_disabled()
+    assert "grows without limit" in tab.page.locator("#warnings").inner_text()
+    tab.changed(lambda: tab.page.locator("#example").select_option(label="Without walls"))
+    assert float(tab.page.locator("#table tr.recommended [data-quantity=x_rms]").get_attribute("data-value") or 0) > 0.0
+    assert tab.page.locator("#slider-barrier-restitution").is_disabled()
+    assert not tab.page.locator("#with-barrier").is_checked()
+    tab.changed(lambda: tab.page.locator("#with-barrier").check())
+    assert tab.page.locator("#slider-barrier-restitution").is_enabled()
 
 
 @pytest.mark.validation  # every day: what has no answer
 def test_a_wall_that_is_never_struck_is_said(tab: Tab) -> None:
-    tab.ask(f"a=0.5&C=2&b=-15&{QUICK}")
+    tab.ask(link_of(coefficient=2, position=-15))
     assert tab.number("impact_rate") == 0.0
     shown = tab.page.evaluate(
         """(async () => { const text = CanvasRenderingContext2D.prototype.fillText, said = [];

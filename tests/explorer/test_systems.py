@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from springpot.problem.units import UNITS
 
 import springpot as sp
-from springpot.explorer.motion import impacts, record, voltages
-from springpot.explorer.protocol import SystemProblem, parse
+from springpot.explorer.answers import solve, table
+from springpot.explorer.examples import examples
+from springpot.explorer.motion import marks, record, voltages
+from springpot.explorer.protocol import Problem, parse
 from springpot.explorer.question import Opened, question_of
 from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
-from springpot.explorer.system_answers import names, solve, table
-from springpot.explorer.views import labels, sizes
+from springpot.explorer.views import labels, sizes, view_of
 from springpot.simulation.paths.simulation import simulation_of
-from springpot.simulation.plan.settings import resolve
+from springpot.simulation.plan.plan import plan_of
+from springpot.theory.registry import METHODS
 from tests.explorer.conftest import Server, running
 from tests.explorer.test_numbers import gathered
 from tests.explorer.test_page import CUT, OVERLAPPING, Tab, opened
@@ -29,7 +30,7 @@ from tests.sizes import validation
 from tests.struck import rates_of
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 FOLDER = Path(__file__).with_name("systems")
 FILES = sorted(FOLDER.glob("*.toml"))
@@ -39,8 +40,8 @@ QUICK = "paths=128"
 everyday_one = [file if file == USUAL else validation(file) for file in FILES]
 
 
-def asked(**numbers: float) -> SystemProblem:
-    return SystemProblem(kind="system", numbers={name.replace("__", "-"): value for name, value in numbers.items()})
+def asked(**numbers: float) -> Problem:
+    return Problem(numbers={name.replace("__", "-"): value for name, value in numbers.items()})
 
 
 # --- without a browser ------------------------------------------------------------------------------------------------
@@ -104,14 +105,14 @@ def test_what_the_system_refuses_is_said_in_its_own_words(numbers: dict[str, flo
 
 
 def test_messages_of_a_system() -> None:
-    found = parse(json.dumps({"kind": "system", "generation": 2, "numbers": {"mass-value": 2}, "paths": 64}))
-    assert isinstance(found, SystemProblem)
+    found = parse(json.dumps({"kind": "problem", "generation": 2, "numbers": {"mass-value": 2}, "paths": 64}))
+    assert isinstance(found, Problem)
     assert found.numbers == {"mass-value": 2.0}
-    with pytest.raises(ValueError, match="system: this page was opened without a system"):
-        question_of(found, None)
+    with pytest.raises(ValueError, match="numbers: this system has no number 'mass-value'"):
+        question_of(found, Opened())
     for wrong in ({"numbers": {"mass-value": "2"}}, {"numbers": {"mass-value": math.nan}}, {"numbers": [1.0]}):
         with pytest.raises(ValueError, match=r"^[^\n]+\.$"):
-            parse(json.dumps({"kind": "system", **wrong}))
+            parse(json.dumps({"kind": "problem", **wrong}))
 
 
 def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
@@ -119,8 +120,8 @@ def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
     system = sp.read_system(USUAL)
     ours, run = gathered(system, paths=192, seed=4), sp.simulate(system, paths=192, seed=4, distributions=True)
     values, errors = ours.estimates()
-    np.testing.assert_equal(values, run.values)
-    np.testing.assert_equal(errors, run.errors)
+    np.testing.assert_equal(values, {name: run[name].value for name in run})
+    np.testing.assert_equal(errors, {name: run[name].error for name in run})
     assert ours.warnings() == run.warnings
     for name, found in ours.distributions().items():
         np.testing.assert_array_equal(found.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
@@ -129,17 +130,16 @@ def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
 
 def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
     system = sp.read_system(USUAL)
-    simulation = simulation_of(
-        system, resolve(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0))
-    )
+    simulation = simulation_of(plan_of(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0)))
     run = sp.simulate(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
     shown = record(simulation, 0)
     np.testing.assert_array_equal(shown.x, run.record[0, :, 0])
-    marked = [impacts(system, run.settings.step, *path.T) for path in run.record]
-    lower = sum((path[found, 1] < 0.0).sum() for path, found in zip(run.record, marked, strict=True))
-    upper = sum((path[found, 1] > 0.0).sum() for path, found in zip(run.record, marked, strict=True))
-    assert lower / 640.0 == pytest.approx(run.values["lower_impact_rate"], rel=0.05)
-    assert upper / 640.0 == pytest.approx(run.values["upper_impact_rate"], rel=0.05)
+    marked = [marks(system, run.settings.step, *path.T) for path in run.record]
+    lower = sum((path[steps, 1] < 0.0).sum() for path, (steps, _) in zip(run.record, marked, strict=True))
+    upper = sum((path[steps, 1] > 0.0).sum() for path, (steps, _) in zip(run.record, marked, strict=True))
+    assert [sum((walls == n).sum() for _, walls in marked) for n in (0, 1)] == [lower, upper]
+    assert lower / 640.0 == pytest.approx(run["lower_impact_rate"].value, rel=0.05)
+    assert upper / 640.0 == pytest.approx(run["upper_impact_rate"].value, rel=0.05)
 
 
 def test_a_circuit_s_voltage_along_a_path_obeys_its_equation() -> None:
@@ -151,13 +151,40 @@ def test_a_circuit_s_voltage_along_a_path_obeys_its_equation() -> None:
     np.testing.assert_allclose(found[10_000:], exact[10_000:], atol=2e-5 + step)
 
 
-def test_a_system_that_is_an_oscillator_is_asked_as_one() -> None:
-    """As `run` simulates it: per unit mass, with an oscillator's names."""
+def test_a_system_that_is_the_paper_s_problem_has_its_numbers_too() -> None:
+    """Its powers are the device's, in W; the paper's view is added, with its scales."""
     system = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Springpot(0.5, 1.0), sp.Barrier(-0.2), sp.WhiteNoise(1.0))
     found = question_of(asked(mass__value=4.0), Opened(system, "device.toml"))
-    assert found.problem == changed(system, {"mass-value": 4.0}).canonical()
+    assert found.system == changed(system, {"mass-value": 4.0})
     assert found.file == "device-changed.toml"
-    assert labels(system, [*UNITS])[0] == ("springpot_power", "taken by springpot, per unit mass", "m²/s³")
+    assert labels(system, ["damping_power"]) == [("damping_power", "taken by springpot", "W")]
+    view, paper = view_of(system), sp.Dimensionless.of(system)
+    assert view["quantities"][0] == ("amplitude_mean_square", "⟨A²⟩")
+    assert view["paper"] == {
+        "order": 0.5, "strength": paper.dimensionless_coefficient, "wall": paper.dimensionless_position,
+        "restitution": 1.0, "frequency": 2.0, "length": paper.length_scale, "mass": 2.0,
+    }  # fmt: skip
+    assert view_of(sp.read_system(USUAL))["paper"] is None
+
+
+def test_a_wall_that_is_left_out_makes_another_system_the_paper_s() -> None:
+    system = sp.System(
+        sp.Spring(8.0), sp.Springpot(0.5, 1.0), sp.Barrier(-0.2), sp.Barrier(0.3, side="below"), sp.WhiteNoise(1.0)
+    )
+    opened = Opened(system, "device.toml")
+    assert question_of(Problem(), opened).papers == ()
+    found = question_of(Problem(without=["barrier_2"]), opened)
+    assert found.papers[0].barrier == sp.Barrier(-0.2)
+    assert found.command == "springpot simulate device-changed.toml --paths 10000 --seed 1"
+
+
+def test_examples_are_possible_and_differ() -> None:
+    for page in (Opened(), *(Opened(sp.read_system(file), file.name) for file in FILES)):
+        found = [*examples(page.system, page.file)]
+        assert found[0]["numbers"] == {}
+        cases = [question_of(Problem(numbers=one["numbers"], without=one["without"]), page).system for one in found]
+        assert cases[0] == page.system
+        assert all(one not in cases[:n] for n, one in enumerate(cases))
 
 
 def test_a_system_without_dampers_has_its_words() -> None:
@@ -171,7 +198,7 @@ def test_theory_of_a_system_for_the_page() -> None:
     system = sp.System(
         sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-0.3), sp.Barrier(0.9, side="below"), sp.WhiteNoise(1.0)
     )
-    answers = {name: solve(system, name)[0] for name in names(system) if solve(system, name)[0] is not None}
+    answers = {name: answer for name in METHODS if (answer := solve(system, name)[0]) is not None}
     found: dict[str, Any] = table(system, answers, {})
     exact = sp.theory.exact(system)
     assert found["recommended"] == "exact"
@@ -197,6 +224,10 @@ def usual() -> Iterator[Server]:
         yield server
 
 
+def to_file(page: Page) -> None:
+    page.locator("#example").select_option("0")
+
+
 def shown(tab: Tab) -> dict[str, float]:
     """Every number of Monte Carlo on the page, by name."""
     cells = "[...document.querySelectorAll('tr.measured [data-quantity], #parts-table [data-quantity]')]"
@@ -213,15 +244,17 @@ def test_the_page_shows_the_numbers_of_simulate(context: BrowserContext, usual: 
         page, run = tab.page, sp.simulate(system, paths=128, seed=1)
         assert page.locator("#sliders [type=range]").count() == len(numbers(system))
         found = shown(tab)
-        assert found.keys() - {"x_rms"} <= run.values.keys()
-        for name in found.keys() & run.values.keys():
-            np.testing.assert_equal(found[name], run.values[name], err_msg=name)
-        assert found["x_rms"] == math.sqrt(run.values["x_mean_square"])
+        assert found.keys() - {"x_rms"} <= {*run}
+        for name in found.keys() & {*run}:
+            np.testing.assert_equal(found[name], run[name].value, err_msg=name)
+        assert found["x_rms"] == math.sqrt(run["x_mean_square"].value)
         slider = next(iter(numbers(system)))
         tab.changed(lambda: page.locator(f"#slider-{slider}").press("ArrowRight"))
+        if slider == "spring-stiffness":  # per unit mass it is shown as a frequency
+            page.locator(f"#unit-{slider}").select_option("k")
         value = float(page.locator(f"#field-{slider}").input_value())
         other = sp.simulate(changed(system, {slider: value}), paths=128, seed=1)
-        assert shown(tab)["v_mean_square"] == other.values["v_mean_square"] != run.values["v_mean_square"]
+        assert shown(tab)["v_mean_square"] == other["v_mean_square"].value != run["v_mean_square"].value
         with page.expect_download() as loading:
             page.locator("#save-file").click()
         assert loading.value.suggested_filename == f"{file.stem}-changed.toml"
@@ -260,7 +293,7 @@ def test_a_number_that_is_not_possible_is_said_beside_it_and_the_last_state_stay
     device.changed(lambda: page.locator("#field-upper-position").fill("0.0045"))
     assert page.locator("#range-upper-position").is_hidden()
     assert shown(device)["upper_impact_rate"] > before["upper_impact_rate"]
-    device.changed(lambda: page.locator("#to-file").click())
+    device.changed(lambda: to_file(page))
     assert shown(device) == before
 
 
@@ -289,7 +322,7 @@ def test_the_reason_of_a_refusal_is_seen_where_the_slider_is(device: Tab, width:
     page.locator("#range-upper-position").filter(has_text="the walls must leave room").wait_for()
     assert page.evaluate(SEEN, "range-upper-position")
     assert page.evaluate(SEEN, "slider-upper-position")
-    page.locator("#to-file").click()
+    to_file(page)
     page.set_viewport_size({"width": 1440, "height": 900})
 
 
@@ -318,7 +351,7 @@ def test_a_wall_that_is_too_far_away_to_be_drawn_is_said(device: Tab) -> None:
     assert said.is_hidden()
     device.page.locator("#field-upper-position").fill("6")
     said.filter(has_text="Out of view: upper at 6 m →").wait_for()
-    device.changed(lambda: device.page.locator("#to-file").click())
+    device.changed(lambda: to_file(device.page))
     said.wait_for(state="hidden")
 
 
@@ -327,8 +360,8 @@ def test_the_equation_and_what_is_not_covered(device: Tab) -> None:
     assert said.startswith("0.8 ẍ + 3200 x + 3·107 x3 + 150 D0.3 x")
     assert "x ≥ −0.006 m" in said
     silent = device.page.locator("#silent").inner_text()
-    assert "memory_closure" in silent
-    assert "not covered: hardening cannot be part of an Oscillator" in silent
+    assert "closure" in silent
+    assert "no answer here: hardening cannot be part of an Oscillator" in silent
     assert device.theory("envelope", "lower_impact_rate") > 0.5
 
 
@@ -349,7 +382,7 @@ def test_a_link_and_the_copies_have_the_changed_numbers(device: Tab, tmp_path: P
     exec(program[: program.index("run = ")], found)
     assert found["system"] == changed(sp.read_system(USUAL), {"springpot-order": 0.4})
     held = shown(device)
-    device.changed(lambda: page.locator("#to-file").click())
+    device.changed(lambda: to_file(page))
     device.ask("springpot-order=0.4&paths=128")
     assert shown(device) == held
 
@@ -392,4 +425,4 @@ def test_a_kernel_that_is_compiled_is_said_and_holds_nothing_up(
         tab.complete(asked_before)
         assert page.locator("#status").inner_text() == "live"
         run = sp.simulate(changed(sp.read_system(FOLDER / "kanai_tajimi.toml"), {"springpot-order": 0.7}), paths=128)
-        assert shown(tab)["x_mean"] == run.values["x_mean"]
+        assert shown(tab)["x_mean"] == run["x_mean"].value

@@ -24,7 +24,7 @@ def test_a_curve_is_grey_where_the_limit_cannot_hold() -> None:
     assert grey.get_extents().transformed(axes.transData.inverted()).x0 >= 0.2
 
 
-@pytest.mark.validation  # every day: the axes of a made-up curve, and the examples of `design_curve` and `Design.units`
+@pytest.mark.validation  # every day: the axes of a made-up curve, and the examples of the two
 def test_the_axis_of_a_free_number_has_its_unit() -> None:
     damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     device = sp.System(sp.Mass(1.0), sp.Spring(4.0), damper, sp.Barrier(-1.0), sp.WhiteNoise(1.0))
@@ -41,7 +41,7 @@ def test_bars_are_sensitivities_with_their_intervals() -> None:
     figure = plot_sensitivities(by_theory, by_chance)
     for axes, name in zip(figure.axes, names, strict=True):
         shown = [bar.get_width() for bars in axes.containers[:1] for bar in bars.patches]
-        assert shown == pytest.approx([by_theory[name].value[number] for number in by_theory.numbers], nan_ok=True)
+        assert shown == pytest.approx([by_theory.values[name][number] for number in by_theory.numbers], nan_ok=True)
         assert len(axes.collections) == 1  # intervals of Monte Carlo alone
     assert [text.get_text() for text in figure.legends[0].texts] == ["exact", "Monte Carlo, 64 paths, 95 %"]
 

@@ -1,8 +1,8 @@
 """Measure the house.
 
-    python -m tests.house types        where the code asks what kind of problem it has
-    python -m tests.house way          how a problem goes through the files in a simulation
-    python -m tests.house lines [A]    lines of code in src, now or at a commit
+python -m tests.house types        where the code asks what kind of problem it has
+python -m tests.house way          how a problem goes through the files in a simulation
+python -m tests.house lines [A]    lines of code in src, now or at a commit
 """
 
 from __future__ import annotations

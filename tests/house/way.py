@@ -15,6 +15,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -58,14 +59,20 @@ def entries(system: Any, **given: Any) -> Counter[str]:
     return Counter(file for _, _, file in places)
 
 
-def compared() -> Iterator[str]:
-    """The paper's oscillator beside a system with two walls."""
+@cache
+def both() -> dict[str, Counter[str]]:
+    """The ways of the paper's oscillator and of a system with two walls."""
     paper = sp.Oscillator(barrier=sp.Barrier(-0.5, 0.8))
     two = sp.System(
         sp.Mass(0.2), sp.Spring(80.0), sp.PolynomialSpring((0.0, 0.0, 4e5)), sp.Springpot(0.5, 1.2),
         sp.WhiteNoise(1e-3), sp.Barrier(-0.003, 0.8), sp.Barrier(0.004, 0.8),
     )  # fmt: skip
-    found = {name: entries(each, paths=64) for name, each in (("oscillator", paper), ("two walls", two))}
+    return {name: entries(each, paths=64) for name, each in (("oscillator", paper), ("two walls", two))}
+
+
+def compared() -> Iterator[str]:
+    """One beside the other, in words."""
+    found = both()
     for name, ways in found.items():
         stays, files = sum(ways.values()), len(ways)
         most = max(ways.items(), key=lambda item: item[1])

@@ -35,7 +35,7 @@ def test_the_page() -> None:
 def test_the_page_in_the_middle_of_a_fit(tmp_path: Path) -> None:
     (tmp_path / "rubber.toml").write_text(RUBBER)
     with in_the_background(), running(str(tmp_path / "rubber.toml")) as started, tab(started) as page:
-        page.say(kind="system", generation=1, paths=64)
+        page.say(kind="problem", generation=1, paths=64)
         page.until("accepted")
         send(page, many_impacts(60_000))
         page.until("data", fault="")

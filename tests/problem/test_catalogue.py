@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import re
 import runpy
 from pathlib import Path
 
@@ -9,14 +11,31 @@ import pytest
 
 import springpot as sp
 from springpot.problem.catalogue import CATALOGUE, is_controlled, possible_results, unit_of, unit_of_result
+from springpot.problem.messages import MESSAGES
 from springpot.simulation.watch.observables import COUNTED, EXTREMES
 
 DOCS = Path(__file__).parents[2] / "docs"
 
 
-def test_the_page_is_that_of_the_catalogue() -> None:
-    """Made by ``python docs/make_results.py``."""
-    assert runpy.run_path(str(DOCS / "make_results.py"))["page"]() == (DOCS / "results.md").read_text(encoding="utf-8")
+SCRIPT = runpy.run_path(str(DOCS / "make_catalogues.py"))
+INTERNAL = {"OutOfTimeError", "UntrustedFolderError"}  # are caught before a caller sees them
+
+
+@pytest.mark.parametrize("page", SCRIPT["PAGES"])
+def test_the_page_is_that_of_the_catalogue(page: str) -> None:
+    """Made by ``python docs/make_catalogues.py``."""
+    assert SCRIPT["PAGES"][page]() == (DOCS / page).read_text(encoding="utf-8")
+
+
+def test_the_page_of_warnings_and_errors_has_all_of_them() -> None:
+    text = (DOCS / "warnings.md").read_text(encoding="utf-8")
+    assert [name for name in MESSAGES if f"| `{name}` |" not in text] == []
+    source = "".join(file.read_text(encoding="utf-8") for file in (DOCS.parent / "src").rglob("*.py"))
+    classes = set(re.findall(r"^class ([A-Z]\w*(?:Error|Warning))\(", source, flags=re.M))
+    assert {name for name in classes - {"SpringpotWarning"} if name not in text} == INTERNAL
+    for place, (error, _) in SCRIPT["ERRORS"].items():
+        module, _, name = place.rpartition(".")
+        assert getattr(importlib.import_module(module), name) is error
 
 
 def test_one_soft_spring_more_renames_nothing() -> None:

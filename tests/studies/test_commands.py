@@ -241,13 +241,13 @@ def test_export(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_plot(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for number, flags in enumerate([[], ["--kind", "map"], ["--along", "restitution", "--quantity", "x_mean"]]):
+    for number, flags in enumerate([[], ["--kind", "map"], ["--along", "restitution", "--quantities", "x_mean"]]):
         out = tmp_path / f"{number}.png"
         assert asked(capsys, "plot", made / "runs.zarr", "--out", out, *flags)[0] == f"{out}\n"
         assert out.read_bytes().startswith(PNG)
     for flags, says in (
         (["--out", tmp_path / "a.jpg"], "must end in .png"),
-        (["--out", tmp_path / "a.png", "--quantity", "x"], "quantity must be one of amplitude_mean_square, "),
+        (["--out", tmp_path / "a.png", "--quantities", "x"], "--quantities must be among amplitude_mean_square, "),
         (["--out", tmp_path / "a.png", "--along", "position"], "must be an axis of the study, order or restitution"),
         (["--out", tmp_path / "a.png", "--kind", "pie"], "--kind must be 'curves' or 'map', not 'pie'"),
     ):

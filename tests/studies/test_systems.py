@@ -316,13 +316,13 @@ def test_the_command_checks_runs_and_draws(place: Path, tmp_path: Path, capsys: 
     assert found["shape"] == {"lower_restitution": 2, "magnet_coefficients_3": 2, "gap": 2}
     assert found["without_answer"] == {"exact": 0.5, "linear": 1.0, "monte_carlo": 0.0}
     assert 0.0 < found["processor_seconds"]["monte_carlo"] < 60.0
-    for number, flags in enumerate([["--kind", "map"], ["--along", "gap", "--quantity", "upper_power"]]):
+    for number, flags in enumerate([["--kind", "map"], ["--along", "gap", "--quantities", "upper_power"]]):
         out = tmp_path / f"{number}.png"
         assert cli.main(["study", "plot", str(place), "--out", str(out), *flags]) == 0
         assert out.read_bytes().startswith(b"\x89PNG")
     capsys.readouterr()
-    assert cli.main(["study", "plot", str(place), "--out", str(tmp_path / "a.png"), "--quantity", "left_power"]) == 2
-    assert "--quantity must be one of amplitude_mean_square, " in capsys.readouterr().err
+    assert cli.main(["study", "plot", str(place), "--out", str(tmp_path / "a.png"), "--quantities", "left_power"]) == 2
+    assert "--quantities must be among amplitude_mean_square, " in capsys.readouterr().err
 
 
 def test_new_writes_a_study_of_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -370,7 +370,8 @@ def test_a_task_is_the_run_of_its_system() -> None:
     assert isinstance(task.system, sp.System)
     found = simulate(task.system, **task.settings, seed=task.seed)
     numbers = dict(zip(tasks.columns_of("monte_carlo", task.base), tasks.compute(task).numbers, strict=True))
-    assert {name: numbers[name] for name in found.values} == pytest.approx(found.values, rel=0.0, abs=0.0, nan_ok=True)
+    values = {name: estimate.value for name, estimate in found.estimates.items()}
+    assert {name: numbers[name] for name in values} == pytest.approx(values, rel=0.0, abs=0.0, nan_ok=True)
 
 
 def test_the_example_of_a_system_names_theories_that_answer() -> None:

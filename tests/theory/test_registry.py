@@ -10,7 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from springpot.theory import registry
+import pytest
+
+from springpot.theory import NotCoveredError, registry, solve_all
+from tests.golden.systems import random_systems
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "springpot"
@@ -18,8 +21,8 @@ SOURCE = ROOT / "src" / "springpot"
 MADE_UP = """
 from springpot.theory.result import Moments, Result
 
-def made_up(oscillator):
-    return Result("made_up", oscillator, Moments(4.0, 1.0, 2.0, 2.0, 0.5, 1.5, 3.0), (), ())
+def made_up(system):
+    return Result("made_up", system, Moments(4.0, 1.0, 2.0, 2.0, 0.5, 1.5, 3.0), (), ())
 """
 LINE = '    Method("made_up", "made up", "made_up.made_up", "sky", (2.0, 1.0)),\n'
 ASKED = """
@@ -31,9 +34,10 @@ from springpot.explorer.methods import method_list
 from springpot.figures import METHOD_LINES
 
 assert main(["theory", "--json"]) == 0
+system = Oscillator()
 tree = study({"name": "one", "methods": ["made_up"], "axes": {"order": [0.5, 1.0]}})
 print(json.dumps({
-    "page": table(Oscillator(), *solve(Oscillator()))["methods"]["made_up"]["moments"]["x_mean"],
+    "page": table(system, {"made_up": solve(system, "made_up")[0]}, {})["methods"]["made_up"]["moments"]["x_mean"],
     "script": method_list(),
     "study": tree["theory"]["x_mean"].values.ravel().tolist(),
     "picture": METHOD_LINES["made_up"],
@@ -85,3 +89,19 @@ def test_every_method_has_a_row_in_the_readme_and_its_color_in_both_looks() -> N
         assert method.color in COLORS
         assert style.count(f"--method-{method.color}: ") == 3  # light, dark, and dark where the system says so
     assert set(COLORS) == set(re.findall(r"--method-(\w+): ", style))
+
+
+def test_what_a_method_does_not_cover_it_says_without_solving() -> None:
+    """The same sentence as when it is asked to solve; and what has an answer is covered."""
+    refused = 0
+    for _, system in random_systems(30):
+        for method in registry.METHODS.values():
+            sentence = method.covers(system)
+            if sentence:
+                with pytest.raises(NotCoveredError) as refusal:
+                    method.solve(system)
+                assert str(refusal.value) == sentence
+                refused += 1
+        answers, _ = solve_all(system)
+        assert not any(registry.METHODS[name].covers(system) for name in answers)
+    assert refused > 100

@@ -550,6 +550,17 @@ def test_the_spectrum_of_matched_noise_at_zero_frequency() -> None:
     assert linear(sp.System(SPRING, POT, sp.ThermalNoise(2.0))).spectrum(0.0) == math.inf
 
 
+def test_the_exact_law_has_the_speeds_of_impacts_on_all_walls() -> None:
+    walls = sp.Barrier(-0.5), sp.Barrier(1.2, side="below")
+    found = exact(sp.System(SPRING, cubic(1.0), sp.Dashpot(0.4), WHITE, *walls))
+    speed = np.linspace(0.0, 15.0, 30_001)
+    density = found.impact_speed_density(speed)
+    assert np.trapezoid(density, speed) == pytest.approx(1.0, abs=1e-6)
+    assert np.trapezoid(density * speed, speed) == pytest.approx(found.impact_speed_mean, rel=1e-6)
+    with pytest.raises(NotCoveredError, match="no wall to strike"):
+        exact(sp.System(SPRING, cubic(1.0), sp.Dashpot(0.4), WHITE)).impact_speed_density(1.0)
+
+
 # --- together ------------------------------------------------------------------------------------------------------
 
 

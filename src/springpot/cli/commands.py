@@ -26,9 +26,9 @@ from springpot.cli.flags import (
     problem_of,
     with_flags,
 )
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
+from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
-from springpot.machine.faults import Stopped
+from springpot.machine.faults import Stopped, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 from springpot.machine.places import place_for
 
@@ -49,7 +49,7 @@ def _version() -> str:
 
 app = App(
     name="springpot",
-    help="Random vibration of oscillators with a fractional derivative that strike a wall.",
+    help="Random vibration of a mass on a viscoelastic mount that hits a stop.",
     help_format="plaintext",
     version=_version,
     suppress_keyboard_interrupt=False,  # main() turns it into one sentence and 130
@@ -174,8 +174,8 @@ def compare(
     if plot is not None:
         check_picture(plot, "plot")
     with Bar("simulating", first="finding the stationary start") as bar:
-        result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
         observed = observe(problem, seed=seed, threads=threads, progress=bar) if plot is not None else None
+        result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
     for sentence in result.simulation.warnings:
         warn(sentence)
     if result.recommended:
@@ -222,16 +222,17 @@ def simulate(
         Parameter(
             group=MONTE_CARLO,
             help="Total relative error to reach, such as 0.01.  Paths, duration, step, window and start are then "
-            "chosen; of this group only --quantity, --max-time, --seed and --threads can be given with it.",
+            "chosen; of this group only --quantities, --max-time, --seed and --threads can be given with it.",
         ),
     ] = None,
-    quantity: Annotated[
+    quantities: Annotated[
         list[str] | None,
         Parameter(
             group=MONTE_CARLO,
             negative="",
-            metavar="NAME",
-            help="With --rtol: a result that must reach it; amplitude_mean_square if not given; can be repeated.",
+            consume_multiple=True,
+            metavar="NAME ...",
+            help="With --rtol: the results that must reach it; amplitude_mean_square if not given.",
         ),
     ] = None,
     max_time: Annotated[
@@ -281,7 +282,7 @@ def simulate(
         Whole | None,
         Parameter(group=OUTPUT, help="Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
     ] = None,
-    every: Annotated[
+    record_every: Annotated[
         Whole | None, Parameter(group=OUTPUT, help="With --record: steps between two saved points; 1 if not given.")
     ] = None,
     json_: Json = False,
@@ -291,22 +292,22 @@ def simulate(
     Example: springpot simulate --order 0.5 --restitution 0.8 --out run.nc
     """
     problem = problem_of(file, flags)
-    if quantity is not None and rtol is None:
-        raise ValueError("--quantity needs --rtol, the relative error to which it must be known.")
+    if quantities is not None and rtol is None:
+        raise ValueError("--quantities needs --rtol, the relative error to which they must be known.")
     arguments: dict[str, Any] = {
         "rtol": rtol,
-        "quantities": quantity,
+        "quantities": quantities,
         "max_time": max_time,
         "distributions": distributions or None,
         "first_passage": None if first_passage is None else _levels(first_passage),
         "slowest_counted_impact": slowest_counted_impact,
         "record": record,
-        "record_every": every,
+        "record_every": record_every,
     }
     if out is None and (record is not None or overwrite):
         raise ValueError(f"--{'overwrite' if record is None else 'record'} needs --out, the file to save to.")
-    if every is not None and record is None:
-        raise ValueError("--every needs --record, the number of paths to save.")
+    if record_every is not None and record is None:
+        raise ValueError("--record-every needs --record, the number of paths to save.")
     given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
         from springpot.simulation.monte_carlo import simulated
@@ -423,7 +424,7 @@ app.command(
     "springpot.cli.designing:sensitivity",
     name="sensitivity",
     help="Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.\n\n"
-    "Example: springpot sensitivity device.toml --quantity impact_rate",
+    "Example: springpot sensitivity device.toml --quantities impact_rate",
 )
 app.command(
     "springpot.cli.designing:design",
@@ -543,12 +544,9 @@ def explore(
 
     Example: springpot explore --port 0
     """
-    from springpot.explorer.commands import open_file, open_page
+    from springpot.explorer.commands import open_file
 
-    if file is None:
-        open_page(host=host, port=port, browser=browser)
-    else:
-        open_file(file, host=host, port=port, browser=browser)
+    open_file(file, host=host, port=port, browser=browser)
     return 0
 
 

@@ -12,8 +12,8 @@ from cyclopts import Group, Parameter
 
 from springpot.cli.commands import OUTPUT, place_of, tell, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
-from springpot.cli.tables import with_error
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, say
+from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 
 __all__ = ["design", "sensitivity"]
@@ -26,7 +26,9 @@ def sensitivity(
     /,
     *,
     flags: Flags = STANDARD,
-    quantity: Annotated[list[str], Parameter(negative="", help="Result, such as impact_rate; may be repeated.")],
+    quantities: Annotated[
+        list[str], Parameter(negative="", consume_multiple=True, metavar="NAME ...", help="Such as impact_rate.")
+    ],
     method: Annotated[
         str | None, Parameter(help='"theory", "monte_carlo" or the name of a method; the recommended one if not given.')
     ] = None,
@@ -43,7 +45,7 @@ def sensitivity(
         from springpot.designing import sensitivity as find
 
     with Bar("changing each number") as bar:
-        found = find(problem, quantity, method=method, paths=paths, seed=seed, progress=bar)
+        found = find(problem, quantities, method=method, paths=paths, seed=seed, progress=bar)
     for sentence in found.warnings:
         warn(sentence)
     if plot is not None:

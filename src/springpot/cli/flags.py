@@ -12,7 +12,6 @@ from cyclopts import Group, Parameter
 from springpot.cli.terminal import Whole
 from springpot.machine.faults import listed
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides
 from springpot.simulation.plan.options import hints, words
 
@@ -126,6 +125,8 @@ class OscillatorFlags:
     ] = None
 
     def oscillator(self) -> System:
+        from springpot.problem.oscillator import Oscillator  # here, so that the help is quick
+
         device, per_mass = self._given(_DEVICE_ONLY), self._given(_PER_MASS_ONLY)
         if not device:
             return Oscillator.from_numbers(**per_mass, **self._given(("restitution", "side", "barrier")))  # type: ignore[arg-type]
@@ -147,12 +148,7 @@ class OscillatorFlags:
 def with_flags(sentence: str, arguments: Set[str]) -> str:
     """A sentence of the library with flags instead of arguments."""
     names = {field.name for group in (OscillatorFlags, RunFlags) for field in fields(group)} | arguments
-    flags = {name: f"--{name.replace('_', '-')}" for name in names} | {
-        "quantities": "--quantity",
-        "record_every": "--every",
-        "out": "--out",
-        "plot": "--plot",
-    }
+    flags = {name: f"--{name.replace('_', '-')}" for name in (*names, "plot")}
     sentence = sentence.replace("barrier = false", "--no-barrier")
     any_flag = "|".join(flags)
     sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda match: flags[match[1]], sentence)

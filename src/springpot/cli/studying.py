@@ -231,8 +231,9 @@ def plot(
     store: _Store,
     *,
     out: Annotated[str, Parameter(help="File for the picture; it must end in .png.")],
-    quantity: Annotated[
-        list[str] | None, Parameter(negative="", help="Quantities to draw; those named in the study file if not given.")
+    quantities: Annotated[
+        list[str] | None,
+        Parameter(negative="", consume_multiple=True, help="What to draw; those named in the study file if not given."),
     ] = None,
     kind: Annotated[
         Literal["curves", "map"] | None,
@@ -255,7 +256,7 @@ def plot(
         from springpot.studies.ask import open_study
 
     check_picture(out, "out")
-    print(save(plot_study(open_study(store), quantities=quantity, kind=kind, along=along), Path(out)))
+    print(save(plot_study(open_study(store), quantities=quantities, kind=kind, along=along), Path(out)))
     return 0
 
 

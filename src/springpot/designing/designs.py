@@ -13,7 +13,7 @@ from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
-from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, rounds, simulated
+from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
 from springpot.machine.arguments import finite_number
@@ -62,7 +62,8 @@ def design(
     seed : int
         Of the places where the search starts, and of Monte Carlo.
     rtol : float
-        Relative error of the limited quantities in the first run by Monte Carlo, in [1e-4, 0.5], as in `springpot.run`.
+        Relative error of the limited quantities in the first run by Monte Carlo, in [1e-4, 0.5], as in
+        `springpot.simulate`.
     cost_rtol : float
         By how much the distance to the limits may raise the cost, relative to it, in [1e-3, 0.5].  Later runs are as
         precise as this needs, down to a 16th of ``rtol``.
@@ -79,7 +80,7 @@ def design(
     threads : int
     progress : callable
         Called with the fraction done, from the beginning and from any thread; it carries an estimate of the time of
-        each run, as in `springpot.run`.
+        each run, as in `springpot.simulate`.
 
     Returns
     -------
@@ -140,7 +141,7 @@ def design(
             raise ValueError(_missing(chosen, listed(sorted(missing))))
         exact = chosen != MONTE_CARLO and METHODS[chosen].exact
         task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
-        measure = simulated(system, approximation, tuple(needed), seed=seed, threads=threads, work=work)
+        measure = by_monte_carlo(system, approximation, tuple(needed), seed=seed, threads=threads, work=work)
         found = rounds(task, measure)
     except OutOfTimeError:
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None

@@ -21,9 +21,9 @@ from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
-from springpot.simulation.monte_carlo import simulated as of_system
+from springpot.simulation.monte_carlo import simulated
 
-__all__ = ["MOST_ROUNDS", "DesignTask", "Searched", "rounds", "simulated"]
+__all__ = ["MOST_ROUNDS", "DesignTask", "Searched", "by_monte_carlo", "rounds"]
 
 Floats = NDArray[np.float64]
 
@@ -296,7 +296,7 @@ def _finer(task: DesignTask, above: float, errors: dict[str, float], latest: dic
     return min(needed * error / latest[name].error for name, error in errors.items())
 
 
-def simulated(
+def by_monte_carlo(
     system: System,
     approximation: Approximation,
     controlled: tuple[str, ...],
@@ -312,7 +312,7 @@ def simulated(
         work.round(number, 0.0)
         wanted: dict[str, Any] = {"quantities": controlled} if controlled else {}
         try:
-            result = of_system(
+            result = simulated(
                 with_values(system, found.values),
                 rtol=rtol, max_time=work.left, seed=seeds[number], threads=threads,
                 progress=lambda fraction: work.round(number, fraction), **wanted,

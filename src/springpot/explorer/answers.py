@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,20 +13,16 @@ import numpy.typing as npt
 
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
-from springpot.problem.oscillator import Oscillator, Springpot
-from springpot.theory import (
-    Averaging,
-    Envelope,
-    Exact,
-    NoConvergenceError,
-    NoStationaryStateError,
-    NotCoveredError,
-    Result,
-    solve_all,
-)
+from springpot.explorer.question import papers_of
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts import Springpot
+from springpot.problem.system import System
+from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
 from springpot.theory.registry import METHODS, Method
+from springpot.theory.solve import solve_one
 
-__all__ = ["ORDERS", "POINTS", "along_the_order", "densities_of", "growth", "plain", "plain_number", "solve", "table"]
+__all__ = ["ORDERS", "POINTS", "along_the_order", "growth", "plain", "plain_number", "solve", "table"]
 
 POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
@@ -38,28 +33,31 @@ AVERAGING = ("averaging", "averaging_printed")
 Floats = npt.NDArray[np.float64]
 
 
-@lru_cache(maxsize=64)
-def solve(oscillator: Oscillator) -> tuple[dict[str, Result], dict[str, str], str]:
-    """Results, statements of the methods without one, and the name of the recommended method (or "")."""
-    results, statements = solve_all(oscillator)
-    return results, statements, recommended(oscillator, results).method
+@lru_cache(maxsize=256)
+def solve(system: System, method: str) -> tuple[Any, str]:
+    """The answer of one method, or None and why there is none."""
+    return solve_one(system, method)
 
 
-def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[str, str], best: str) -> dict[str, Any]:
+def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, str]) -> dict[str, Any]:
     """Every method's moments, warnings and densities, ready for JSON.
 
     Examples
     --------
-    >>> content = table(Oscillator(), *solve(Oscillator()))
-    >>> len(content["methods"]["envelope"]["densities"]["x"]) == len(content["places"]["x"])
-    True
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
+    >>> device = System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0))
+    >>> found = table(device, {"exact": solve(device, "exact")[0]}, {})
+    >>> found["recommended"], round(found["methods"]["exact"]["moments"]["x_mean_square"], 3)
+    ('exact', 2.5)
     """
-    near = recommended(oscillator, answers).guess
-    beside = AVERAGING[1] if best == AVERAGING[0] else AVERAGING[0]
-    places = {} if not near else _places(oscillator, answers[near])
+    choice = recommended(system, answers)
+    shown = choice.guess
+    places = _places(system, answers[shown]) if shown else {}
+    beside = AVERAGING[1] if shown == AVERAGING[0] else AVERAGING[0]
     return {
-        "recommended": best or None,
-        "drawn": [name for name in (best, beside) if name in answers] if best else [],
+        "recommended": choice.method or None,
+        "shown": shown or None,
+        "drawn": [name for name in (shown, beside) if name in answers],
         "statements": statements,
         "places": {name: plain(place) for name, place in places.items()},
         "methods": {
@@ -67,34 +65,34 @@ def table(oscillator: Oscillator, answers: dict[str, Result], statements: dict[s
                 "moments": {moment: plain_number(value) for moment, value in answer.numbers.items()},
                 "warnings": list(warnings_of(answer)),
                 "assumptions": list(answer.assumptions),
-                "densities": densities_of(answer, places),
+                "densities": _densities(answer, places),
             }
             for name, answer in answers.items()
         },
     }
 
 
-def _places(oscillator: Oscillator, answer: Result) -> dict[str, Floats]:
-    """The arguments at which the densities are drawn."""
-    mean = answer.x_mean
+def _places(system: System, answer: Any) -> dict[str, Floats]:
+    """The arguments at which the densities are drawn: of x, v and impact speed, and A of the paper's problem."""
+    mean, potential = answer.x_mean, system.potential
     spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
-    low, high, least = mean - 4.0 * spread, mean + 4.5 * spread, 0.0
-    if oscillator.barrier is not None:
-        low, least = max(low, oscillator.barrier.position), max(oscillator.barrier.position, 0.0)
-    # with a preload A is at least the wall's distance, and A^2 minus its square varies
-    above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
     fastest = 4.0 * math.sqrt(answer.v_mean_square)
-    places = {
-        "x": np.linspace(low, high, POINTS),
-        "v": np.linspace(-fastest, fastest, POINTS),
-        "amplitude": np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS),
-    }
-    if answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
+    low, high = max(mean - 4.5 * spread, potential.low), min(mean + 4.5 * spread, potential.high)
+    if not (low < high and fastest > 0.0):
+        return {}
+    places = {"x": np.linspace(low, high, POINTS), "v": np.linspace(-fastest, fastest, POINTS)}
+    for paper in papers_of(system):
+        # with a preload A is at least the wall's distance, and A^2 minus its square varies
+        least = 0.0 if paper.barrier is None else max(paper.direction * paper.barrier.position, 0.0)
+        above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
+        places["amplitude"] = np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS)
+    one_wall = len(system.stops) == 1  # of several, methods have a law for each
+    if one_wall and answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
         places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)
     return places
 
 
-def densities_of(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
+def _densities(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
     """The densities that a method has, at these places; None where one is not a number."""
     curves = {}
     for name, place in places.items():
@@ -109,28 +107,30 @@ def densities_of(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[fl
 
 
 def growth(
-    oscillator: Oscillator, answers: dict[str, Result], times: Floats, *, from_rest: bool
+    system: System, answers: Mapping[str, Any], times: Floats, *, from_rest: bool
 ) -> dict[str, list[float | None]]:
-    """<A^2> of each method at these times from rest, or its stationary value if it has no transient.
+    """<A^2> of the paper's problem, or <x^2> of another, of each method at these times from rest.
 
-    Without a stationary state averaging still has the growing response.
+    A method without a transient has its stationary value.  Without a stationary state averaging still has the growing
+    response.
     """
-    curves = {name: [plain_number(answer.amplitude_mean_square)] * times.size for name, answer in answers.items()}
+    papers = papers_of(system)
+    moment = "amplitude_mean_square" if papers else "x_mean_square"
+    curves = {name: [plain_number(getattr(answer, moment))] * times.size for name, answer in answers.items()}
     if not from_rest:
         return curves
     for name, answer in answers.items():
-        if isinstance(answer, Envelope | Exact):
+        if hasattr(answer, f"{moment}_at"):
             with suppress(NotCoveredError, NoStationaryStateError, NoConvergenceError):
-                curves[name] = plain(answer.amplitude_mean_square_at(times))
-    for name in AVERAGING:
+                curves[name] = plain(getattr(answer, f"{moment}_at")(times))
+    for name in AVERAGING * len(papers):
         with suppress(NotCoveredError):
-            growing = METHODS[name].solve(oscillator)
-            assert isinstance(growing, Averaging)
+            growing: Any = METHODS[name].solve(system)
             curves[name] = plain(growing.mean_square(times))
     return curves
 
 
-def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
+def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
     """<A^2> over the order, by the methods with ``over_order``.
 
     The fast methods come first, for all orders. The slow ones come one order after the other, first the ends, then
@@ -144,11 +144,12 @@ def along_the_order(oscillator: Oscillator) -> Iterator[dict[str, Any]]:
 
     Examples
     --------
-    >>> first = next(along_the_order(Oscillator()))
+    >>> first = next(along_the_order(Dimensionless()))
     >>> len(first["methods"]["averaging"]), len(first["missing"])
     (33, 33)
     """
-    here = [replace(oscillator, springpot=Springpot(order, oscillator.springpot.coefficient)) for order in ORDERS]
+    frequency, wall, noise = paper.natural_frequency, paper.barrier, paper.excitation
+    here = [Oscillator(frequency, Springpot(order, paper.springpot.coefficient), wall, noise) for order in ORDERS]
     values: dict[str, list[float | None]] = {
         name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
         for name, method in METHODS.items()
@@ -180,9 +181,9 @@ def _ends_first(count: int) -> list[int]:
     return order
 
 
-def _amplitude(method: Method, oscillator: Oscillator) -> float | None:
+def _amplitude(method: Method, system: System) -> float | None:
     try:
-        return plain_number(method.solve(oscillator).amplitude_mean_square)
+        return plain_number(method.solve(system).amplitude_mean_square)
     except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
         return None
 

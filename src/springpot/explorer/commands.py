@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from springpot.machine.interrupt import leave_at_once
-from springpot.problem.oscillator import Oscillator, as_system
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -18,12 +17,12 @@ if TYPE_CHECKING:
 __all__ = ["explore", "open_file", "open_page"]
 
 
-def explore(problem: System | Oscillator, *, host: str = "127.0.0.1", port: int = 8765, browser: bool = True) -> None:
+def explore(system: System, *, host: str = "127.0.0.1", port: int = 8765, browser: bool = True) -> None:
     """Open a page in the browser with a slider for each number of a system, and serve it until Ctrl-C.
 
     Parameters
     ----------
-    problem : System or Oscillator
+    system : System
     host : str
         Numerical address to listen on; the default serves this computer only.
     port : int
@@ -34,7 +33,7 @@ def explore(problem: System | Oscillator, *, host: str = "127.0.0.1", port: int 
     Raises
     ------
     TypeError
-        If it is neither a System nor an Oscillator.
+        If it is something else.
     ValueError, OSError
         One sentence, if address or port cannot be used.
 
@@ -43,36 +42,33 @@ def explore(problem: System | Oscillator, *, host: str = "127.0.0.1", port: int 
     >>> import springpot as sp
     >>> sp.explore(sp.System(sp.Spring(80.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0)))  # doctest: +SKIP
     """
-    if isinstance(problem, Oscillator):
-        problem = as_system(problem)
-    if not isinstance(problem, System):
-        raise TypeError(f"problem must be a System or an Oscillator, not {problem!r}.")
-    from springpot.explorer.question import Opened
-
-    open_page(host=host, port=port, browser=browser, opened=Opened(problem))
+    with leave_at_once():
+        from springpot.explorer.question import Opened
+        from springpot.theory.problem import checked_system
+    open_page(Opened(checked_system(system)), host=host, port=port, browser=browser)
 
 
-def open_file(file: str, *, host: str, port: int, browser: bool) -> None:
-    """The same for a system's file."""
-    from springpot.explorer.question import Opened
-    from springpot.problem.file import read_system
+def open_file(file: str | None, *, host: str, port: int, browser: bool) -> None:
+    """The same for a system's file, or for the paper's oscillator."""
+    with leave_at_once():
+        from springpot.explorer.question import Opened
+        from springpot.problem.file import read_system
+    opened = Opened() if file is None else Opened(read_system(file), Path(file).name)
+    open_page(opened, host=host, port=port, browser=browser)
 
-    open_page(host=host, port=port, browser=browser, opened=Opened(read_system(file), Path(file).name))
 
-
-def open_page(*, host: str, port: int, browser: bool, opened: Opened | None = None) -> None:
+def open_page(opened: Opened, *, host: str, port: int, browser: bool) -> None:
     """Serve the page until Ctrl-C.
 
     Parameters
     ----------
+    opened : Opened
     host : str
         Numerical address to bind to.
     port : int
         0 for any free port.
     browser : bool
         Whether to open the page in the browser.
-    opened : Opened, optional
-        The system that the page is of; an oscillator if left out.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
 from springpot.machine.processors import threads_available
-from springpot.problem.oscillator import Oscillator
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 
 __all__ = ["MOST_SESSIONS", "Engine", "Turns"]
@@ -58,8 +58,7 @@ class Engine:
 
     Parameters
     ----------
-    opened : Opened, optional
-        The system that the page is of; an oscillator if left out.
+    opened : Opened
 
     Attributes
     ----------
@@ -68,23 +67,20 @@ class Engine:
         For one ensemble.
     """
 
-    def __init__(self, opened: Opened | None = None) -> None:
+    def __init__(self, opened: Opened) -> None:
         self.opened = opened
         self.theory_ready, self.kernel_ready = asyncio.Event(), asyncio.Event()
         self.threads = max(1, threads_available() // KERNELS)
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
         self._slow = ThreadPoolExecutor(3 * MOST_SESSIONS, "slow")  # of each tab theory, pilots and measured data
-        self._curves: OrderedDict[Oscillator, dict[str, Any]] = OrderedDict()
+        self._curves: OrderedDict[Dimensionless, dict[str, Any]] = OrderedDict()
         self._kernels: set[Any] = set()  # kinds of problems whose kernel is there
 
     async def load(self) -> None:
-        """Import the modules and compile the kernels."""
-        await self.turns().take(_load_theory)
+        """Import the modules."""
+        await self.turns().take(_load_theory, self.opened.system)
         self.theory_ready.set()
-        if self.opened is None:
-            await self.simulate(_load_kernel)
-        else:
-            await self.simulate(_import_simulation)  # the kernel of a system is compiled when it is asked for
+        await self.simulate(_load_simulation)  # a kernel is compiled when it is asked for
         self.kernel_ready.set()
 
     def turns(self) -> Turns:
@@ -96,25 +92,26 @@ class Engine:
         # work that has not begun is cancelled if its tab closes or has a new problem
         return await asyncio.wrap_future(self._kernel.submit(function, *args, **kwargs))
 
-    def have_kernel(self, problem: Oscillator | System) -> None:
+    def have_kernel(self, system: System) -> None:
         """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
         from springpot.simulation.paths.simulation import simulation_of
-        from springpot.simulation.plan.settings import resolve
+        from springpot.simulation.plan.plan import plan_of
 
-        short = resolve(problem, paths=1, start="rest", threads=1)
-        simulation = simulation_of(problem, short).but(duration=short.step, window=(0.0, short.step))
+        plan = plan_of(system, paths=1, start="rest", threads=1)
+        step = plan.settings.step
+        simulation = simulation_of(plan.but(duration=step, window=(0.0, step)))
         kind = _kind_of(simulation.parts)
         if kind not in self._kernels:
             simulation.advance()
             self._kernels.add(kind)
 
-    def curve(self, key: Oscillator) -> dict[str, Any] | None:
+    def curve(self, key: Dimensionless) -> dict[str, Any] | None:
         """A curve over the order from the cache."""
         if key in self._curves:
             self._curves.move_to_end(key)
         return self._curves.get(key)
 
-    def keep_curve(self, key: Oscillator, curve: dict[str, Any]) -> None:
+    def keep_curve(self, key: Dimensionless, curve: dict[str, Any]) -> None:
         """Add a curve to the cache; the least recently used one is removed if there are too many."""
         self._curves[key] = curve
         while len(self._curves) > MOST_CURVES:
@@ -126,26 +123,13 @@ class Engine:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _load_theory() -> None:
+def _load_theory(system: System) -> None:
     from springpot.explorer.answers import solve
 
-    solve(Oscillator())
+    solve(system, "envelope")
 
 
-def _load_kernel() -> None:
-    from springpot.explorer.gathering import Gathering
-    from springpot.explorer.motion import record
-    from springpot.simulation.paths.simulation import simulation_of
-    from springpot.simulation.plan.settings import resolve
-
-    settings = resolve(Oscillator(), paths=64, duration=1.0, step=0.01, start="rest", threads=1)
-    gathering = Gathering(simulation_of(Oscillator(), settings))
-    gathering.grow()
-    gathering.distributions()
-    record(gathering.simulation, 0)
-
-
-def _import_simulation() -> None:
+def _load_simulation() -> None:
     from springpot.explorer import gathering, motion  # noqa: F401
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -75,7 +76,7 @@ def _word(name: str) -> str:
 
 def described(data: Data) -> str:
     """What a file has, in words."""
-    kind = type(data).__name__.lower()
+    kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(data).__name__.removeprefix("Measured")).lower()
     count = next((len(values) for values in vars(data).values() if hasattr(values, "__len__")), 0)
     return f"{kind}, {count} points" if count else kind
 

@@ -9,16 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.oscillator import Oscillator
-from springpot.problem.system import System
+from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
-from springpot.simulation.monte_carlo import doubts_of
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.plan.settings import Settings, default_start
-from springpot.simulation.plan.system_scales import scales_of_problem, typical_frequency
-from springpot.simulation.plan.transient import MOST_TRANSIENT, is_stationary
+from springpot.simulation.plan.plan import Plan
+from springpot.simulation.result.warnings import doubts
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 
 __all__ = ["BINS", "Gathering", "growth_times"]
@@ -31,47 +28,34 @@ MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 Floats = npt.NDArray[np.float64]
 
 
-def growth_times(problem: Oscillator | System, settings: Settings) -> Floats:
+def growth_times(plan: Plan) -> Floats:
     """Centres of the BINS of time over which the transient is shown, in s."""
-    steps = _growth_steps(problem, settings)
+    steps = _growth_steps(plan)
     edges = np.ceil(np.arange(BINS + 1) * steps / BINS)
-    return np.asarray(0.5 * (edges[1:] + edges[:-1] + 1.0) * settings.step)
+    return np.asarray(0.5 * (edges[1:] + edges[:-1] + 1.0) * plan.settings.step)
 
 
-def _growth_steps(problem: Oscillator | System, settings: Settings) -> int:
-    shown = max(SHOWN_RELAXATIONS * scales_of_problem(problem).energy_time, 15.0 / typical_frequency(problem))
+def _growth_steps(plan: Plan) -> int:
+    scales, settings = plan.motion.scales, plan.settings
+    shown = max(SHOWN_RELAXATIONS * scales.energy_time, 15.0 / scales.frequency)
     return max(min(settings.steps, int(min(shown / settings.step, 1e9))), min(BINS, settings.steps))
 
 
 @cache
 def _growth_part() -> Any:
     first = len(HEADER)
-    length, frequency, lanes = HEADER.index("length"), HEADER.index("frequency"), HEADER.index("lanes")
+    length, speed, lanes = HEADER.index("length"), HEADER.index("speed"), HEADER.index("lanes")
 
     def on_steps(x: Any, v: Any, step: Any, n: Any, low: Any, high: Any, array: Any) -> None:
         for j in range(GROUP):
             if low <= n + j < high:
-                total = 0.0
+                x_squares, v_squares = 0.0, 0.0
                 for lane in range(int(array[lanes])):
-                    reach = v[j * LANES + lane] / array[frequency]
-                    total += x[j * LANES + lane] ** 2 + reach * reach
-                array[first + (n + j) * BINS // high] += array[length] ** 2 * total
-
-    return callback(ON_STEPS)(on_steps)
-
-
-@cache
-def _square_part() -> Any:
-    first = len(HEADER)
-    length, lanes = HEADER.index("length"), HEADER.index("lanes")
-
-    def on_steps(x: Any, v: Any, step: Any, n: Any, low: Any, high: Any, array: Any) -> None:
-        for j in range(GROUP):
-            if low <= n + j < high:
-                total = 0.0
-                for lane in range(int(array[lanes])):
-                    total += x[j * LANES + lane] ** 2
-                array[first + (n + j) * BINS // high] += array[length] ** 2 * total
+                    x_squares += x[j * LANES + lane] ** 2
+                    v_squares += v[j * LANES + lane] ** 2
+                at = first + (n + j) * BINS // high
+                array[at] += array[length] ** 2 * x_squares
+                array[at + BINS] += array[speed] ** 2 * v_squares
 
     return callback(ON_STEPS)(on_steps)
 
@@ -84,32 +68,32 @@ class Gathering:
     Parameters
     ----------
     simulation : Simulation
-    of_system : bool
-        Whether the mean over time is that of x^2, instead of the A^2 of an oscillator.
+    speeds : float
+        What v^2 is multiplied with in the mean over time of x^2 + speeds v^2: 1 / Omega^2 for <A^2>, 0 for <x^2>.
 
     Examples
     --------
-    >>> from springpot import Oscillator
-    >>> from springpot.simulation.plan.settings import resolve
+    >>> from springpot import Dashpot, Spring, System, WhiteNoise
+    >>> from springpot.simulation.plan.plan import plan_of
     >>> from springpot.simulation.paths.simulation import simulation_of
-    >>> settings = resolve(Oscillator(), paths=128, duration=10.0, step=0.02, start="rest")
-    >>> gathering = Gathering(simulation_of(Oscillator(), settings))
+    >>> system = System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0))
+    >>> gathering = Gathering(simulation_of(plan_of(system, paths=128, duration=10.0, step=0.02, start="rest")))
     >>> while not gathering.complete:
     ...     gathering.grow()
-    >>> gathering.estimates()[0]["x_mean"] > 0.0
+    >>> gathering.estimates()[0]["x_mean_square"] > 0.5
     True
     """
 
-    def __init__(self, simulation: Simulation, *, of_system: bool = False) -> None:
+    def __init__(self, simulation: Simulation, *, speeds: float = 0.0) -> None:
         self.simulation, settings = simulation, simulation.settings
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._sketch = sketches(GROUP * settings.step * simulation.scales.fastest_rate)
+        self._sketch = sketches(GROUP * settings.step * simulation.motion.scales.fastest_rate)
         self._counts = np.zeros((1, self._sketch.initial.size))
-        steps = _growth_steps(simulation.problem, settings)
+        steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
-        self._growth = Observer(_square_part() if of_system else _growth_part(), None, np.zeros(BINS), per_path=False)
+        self._growth, self._speeds = Observer(_growth_part(), None, np.zeros(2 * BINS), per_path=False), speeds
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
         self._sums, self._squares, self._batches = np.zeros(BINS), np.zeros(BINS), 0
         self._blocks = 1
@@ -122,17 +106,7 @@ class Gathering:
     @property
     def stationary(self) -> bool:
         """Whether the averages are stationary, as in the theory."""
-        problem, settings = self.simulation.problem, self.simulation.settings
-        if isinstance(problem, Oscillator):
-            return is_stationary(problem, settings)
-        left = np.exp(-settings.window[0] / self.simulation.scales.relaxation_time)
-        there_is_one = default_start(problem)[0] == "stationary"
-        return there_is_one and settings.start == "stationary" and bool(left <= MOST_TRANSIENT or self._drawn)
-
-    @property
-    def _drawn(self) -> bool:
-        """Whether the paths start from the stationary law itself."""
-        return self.simulation.parts.law is not None
+        return self.simulation.plan.is_stationary
 
     def grow(self) -> None:
         """Simulate a few more blocks, for about AT_ONCE seconds."""
@@ -153,26 +127,29 @@ class Gathering:
         """Simulate the beginning of the same paths again, for averages from t = 0 on, outside the window."""
         full = count // LANES * LANES or count
         ensemble = self._early.but(paths=full).advance(skipped=self.paths, observers=(self._growth,))
-        means = ensemble.observed[0] / (np.maximum(self._per_bin, 1) * min(full, LANES))
+        x_squares, v_squares = np.split(ensemble.observed[0], 2, axis=1)
+        means = (x_squares + self._speeds * v_squares) / (np.maximum(self._per_bin, 1) * min(full, LANES))
         self._sums += means.sum(axis=0)
         self._squares += (means**2).sum(axis=0)
         self._batches += len(means)
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""
-        return self.simulation.estimates(self._rows[: self.paths])
+        rows = self._rows[: self.paths]
+        return estimates_of(self.simulation, rows, watched(self.simulation, rows))
 
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number, as in a run."""
-        values, errors = self.estimates()
-        return doubts_of(self.simulation, values, errors, self._rows[: self.paths])
+        rows = self._rows[: self.paths]
+        seen = watched(self.simulation, rows)
+        return tuple(doubts(self.simulation, *estimates_of(self.simulation, rows, seen), rows, seen))
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
         return distributions_in(self.simulation, self._counts)
 
     def growth(self) -> tuple[Floats, Floats]:
-        """<A^2> (<x^2> of a system) in each of BINS of time, and its standard error (NaN while there is one block)."""
+        """<x^2 + speeds v^2> in each of BINS of time, and its standard error (NaN while there is one block)."""
         n = self._batches
         mean = self._sums / n
         if n < 2:

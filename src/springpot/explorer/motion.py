@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import lfilter
 
-from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
@@ -51,8 +50,8 @@ class Motion:
     x: Floats
     v: Floats
     impacts: npt.NDArray[np.intp]
-    struck: npt.NDArray[np.intp] | None = None
-    voltages: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    struck: npt.NDArray[np.intp]
+    voltages: Floats
 
     @property
     def steps(self) -> int:
@@ -65,8 +64,9 @@ def blocks(settings: Settings) -> int:
 
     Examples
     --------
-    >>> from springpot.simulation.plan.settings import resolve
-    >>> blocks(resolve(Oscillator(), paths=100))
+    >>> from springpot.simulation.plan.plan import plan_of
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
+    >>> blocks(plan_of(System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0)), paths=100).settings)
     2
     """
     return -(-settings.paths // LANES)
@@ -86,25 +86,16 @@ def record(simulation: Simulation, number: int) -> Motion:
     length = min(simulation.settings.steps, MOST_STEPS) * step
     single = simulation.but(paths=1, record=1, threads=1, duration=length, window=(0.0, length))
     x, v = single.advance(skipped=number * LANES).record[0].T.copy()
-    problem = simulation.problem
-    steps, walls = marks(problem, step, x, v)
-    of_system = isinstance(problem, System)
-    return Motion(number * LANES, step, x, v, steps, walls if of_system else None, voltages(problem, step, x))
+    system = simulation.plan.system
+    return Motion(number * LANES, step, x, v, *marks(system, step, x, v), voltages(system, step, x))
 
 
-def impacts(problem: Oscillator | System, step: float, x: Floats, v: Floats) -> npt.NDArray[np.intp]:
-    """Steps in which a recorded path turned round near a wall, or first touched a soft contact: for marks only."""
-    return marks(problem, step, x, v)[0]
+def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Steps in which a recorded path turned round near a wall, or first touched a soft contact, and which it was.
 
-
-def marks(
-    problem: Oscillator | System, step: float, x: Floats, v: Floats
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """The same, and the number of the wall or contact among them."""
-    if isinstance(problem, Oscillator):
-        walls: tuple[Stop, ...] = () if problem.barrier is None else (problem.barrier,)
-    else:
-        walls = problem.of(Stop)
+    They are numbered in the order of the parts; for marks only.
+    """
+    walls = system.of(Stop)
     found = [_struck(wall, step, x, v) for wall in walls]
     steps = np.concatenate([np.zeros(0, np.intp), *found])
     numbers = np.repeat(np.arange(len(walls)), [one.size for one in found])
@@ -122,7 +113,7 @@ def _struck(wall: Stop, step: float, x: Floats, v: Floats) -> npt.NDArray[np.int
     return np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0) & near)
 
 
-def voltages(problem: Oscillator | System, step: float, x: Floats) -> Floats:
+def voltages(system: System, step: float, x: Floats) -> Floats:
     """The voltage of each circuit along a path, from rest: Cp V' + V / R = theta x', with straight lines for x.
 
     Examples
@@ -132,7 +123,7 @@ def voltages(problem: Oscillator | System, step: float, x: Floats) -> Floats:
     >>> voltages(system, 0.1, np.array([0.0, 1.0, 1.0])).round(6)
     array([[0., 2., 2.]])
     """
-    circuits = () if isinstance(problem, Oscillator) else problem.of(PiezoelectricCircuit)
+    circuits = system.of(PiezoelectricCircuit)
     found = np.zeros((len(circuits), x.size))
     for row, circuit in zip(found, circuits, strict=True):
         decay = step / circuit.time
@@ -146,17 +137,17 @@ class Player:
 
     Examples
     --------
-    >>> path = Motion(0, 0.01, np.zeros(1001), np.zeros(1001), np.array([3]))
-    >>> player = Player(path, natural_frequency=1.0)
+    >>> path = Motion(0, 0.01, np.zeros(1001), np.zeros(1001), np.array([3]), np.array([0]), np.zeros((0, 1001)))
+    >>> player = Player(path, frequency=1.0)
     >>> player.forward(2.0)
     >>> [round(float(part[0]), 3) for part in player.due()[:1]], player.ended
     ([0.0], False)
     """
 
-    def __init__(self, motion: Motion, *, natural_frequency: float) -> None:
+    def __init__(self, motion: Motion, *, frequency: float) -> None:
         self.motion = motion
-        self._frequency = natural_frequency
-        self._stride = max(1, int(1.0 / (POINTS_PER_RADIAN * natural_frequency * motion.step)))
+        self._frequency = frequency
+        self._stride = max(1, int(1.0 / (POINTS_PER_RADIAN * frequency * motion.step)))
         self._shown = 0  # first sample that has not been shown
         self._now = 0.0  # in steps
         self._marked = 0  # impacts that have been shown
@@ -171,10 +162,10 @@ class Player:
         self._now = min(self._now + radians / (self._frequency * self.motion.step), float(self.motion.steps))
 
     def due(self) -> list[npt.ArrayLike]:
-        """The part to be shown next: (begin, spacing, path, end of the path), x, v, times and speeds of impacts.
+        """The part to be shown next: (begin, spacing, path, end of the path), x, v, times and speeds of impacts,
+        the numbers of the walls that were struck, and the present voltages of the circuits.
 
-        The speed of an impact on a wall that the mass strikes from below is negative.  Of a system the numbers of the
-        walls that were struck follow, and the present voltages of its circuits.  Empty if there is no new sample.
+        The speed of an impact on a wall that the mass strikes from below is negative.  Empty if there is no new sample.
         """
         motion, stride = self.motion, self._stride
         end = int(self._now) // stride * stride + 1
@@ -194,5 +185,6 @@ class Player:
             motion.v[taken],
             (struck + 0.5) * motion.step,
             -motion.v[struck],
-            *(() if motion.struck is None else (motion.struck[new], motion.voltages[:, end - 1])),
+            motion.struck[new],
+            motion.voltages[:, end - 1],
         ]

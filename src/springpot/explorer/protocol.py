@@ -2,94 +2,52 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from springpot.problem.oscillator import Oscillator
-
 __all__ = [
     "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "Message", "NextPath", "Play", "Problem", "Step",
-    "StopFit", "SystemProblem", "parse",
+    "StopFit", "parse",
 ]  # fmt: skip
 
-LONGEST_MESSAGE = 16_384  # bytes; an oscillator's has some 400, a system's 50 for each number that was changed
+LONGEST_MESSAGE = 16_384  # bytes; some 100, and 50 for each number that was changed
 MOST_NUMBERS = 400
 MOST_FREE = 20
 MOST_PARTS, LONGEST_PART = 200, 7_500  # of a file of data: 1.5 MB
 MOST_PATHS = 100_000
-FARTHEST_WALL = 20.0  # in units of the length scale
-STRONGEST = 1000.0  # C in units of Omega^(2 - alpha)
 _STRICT = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
 
 
 class Problem(BaseModel):
-    """An oscillator and the number of paths; the tab starts from the beginning.
+    """The system of the page with other numbers, and the number of paths; the tab starts from the beginning.
 
     Parameters
     ----------
     generation : int
         Number of the problem; its results have the same number.
-    order, coefficient, natural_frequency, intensity : float
-        As in `springpot.Oscillator`, within limits of the page.
-    wall : bool
-    position, restitution : float
-        Of the wall, if there is one.
+    numbers : dict
+        Those that differ from what the page was opened with, by the names of their sliders.
+    without : list of str
+        Names of parts that are left out, such as a wall.
     seed, paths : int
     start : {"stationary", "rest"}
         Without a stationary state the run starts from rest.
 
     Examples
     --------
-    >>> Problem(order=1.0).oscillator().springpot.order
-    1.0
+    >>> Problem(numbers={"springpot-order": 1.0}).seed
+    1
     """
 
     model_config = _STRICT
 
     kind: Literal["problem"] = "problem"
     generation: _Generation = 0
-    order: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
-    coefficient: Annotated[float, Field(ge=0.0)] = 1.0
-    natural_frequency: Annotated[float, Field(ge=1e-2, le=1e6)] = 1.0
-    intensity: Annotated[float, Field(ge=1e-12, le=1e12)] = 1.0
-    wall: bool = True
-    position: float = 0.0
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
-    seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
-    paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
-    start: Literal["rest", "stationary"] = "stationary"
-
-    def oscillator(self) -> Oscillator:
-        """The oscillator of the problem."""
-        numbers = {"order", "coefficient", "natural_frequency", "intensity"}
-        wall = {"position", "restitution"} if self.wall else set()
-        stated = self.model_dump(include=numbers | wall)
-        # the slider of the wall passes through 0, and beyond it the wall is a preload
-        return Oscillator.from_numbers(**stated, barrier=self.wall, side="above")
-
-
-class SystemProblem(BaseModel):
-    """Numbers of the system whose file was opened, and the number of paths; the tab starts from the beginning.
-
-    Parameters
-    ----------
-    generation : int
-        As of a `Problem`.
-    numbers : dict
-        Those that differ from the file, by the names of their sliders.
-    seed, paths, start
-        As of a `Problem`.
-    """
-
-    model_config = _STRICT
-
-    kind: Literal["system"]
-    generation: _Generation = 0
     numbers: Annotated[dict[str, float], Field(max_length=MOST_NUMBERS)] = {}
-    seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1
+    without: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_NUMBERS)] = []
+    seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
     paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
     start: Literal["rest", "stationary"] = "stationary"
 
@@ -157,7 +115,7 @@ class NextPath(BaseModel):
     kind: Literal["next-path"]
 
 
-AnyMessage = Problem | SystemProblem | File | FilePart | Fit | StopFit | Play | Step | NextPath
+AnyMessage = Problem | File | FilePart | Fit | StopFit | Play | Step | NextPath
 Message = Annotated[AnyMessage, Field(discriminator="kind")]
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Message)
 
@@ -179,35 +137,22 @@ def parse(text: object) -> AnyMessage:
     --------
     >>> parse('{"kind": "play", "playing": false, "speed": 2}').speed
     2.0
-    >>> parse('{"kind": "problem", "order": 3}')
+    >>> parse('{"kind": "problem", "paths": 1}')
     Traceback (most recent call last):
         ...
-    ValueError: order: input should be less than or equal to 1.
+    ValueError: paths: input should be greater than or equal to 2.
     """
     if not isinstance(text, str):
         raise ValueError("a message must be text, one JSON object.")
     if len(text) > LONGEST_MESSAGE:
         raise ValueError(f"a message must not be longer than {LONGEST_MESSAGE} characters.")
     try:
-        message = _MESSAGES.validate_json(text)
+        return _MESSAGES.validate_json(text)
     except ValidationError as error:
         raise ValueError(_sentence(error)) from None
-    if not isinstance(message, Problem):
-        return message
-    strongest = STRONGEST * message.natural_frequency ** (2.0 - message.order)
-    if message.coefficient > strongest:
-        raise ValueError(f"coefficient: C must be at most {strongest:.3g} ({STRONGEST:g} Omega^(2 - alpha)).")
-    if message.wall:
-        scale = math.sqrt(message.intensity / message.natural_frequency**3)
-        if abs(message.position) > FARTHEST_WALL * scale:
-            raise ValueError(
-                f"position: the wall must lie within {FARTHEST_WALL * scale:.3g} m of the equilibrium "
-                f"({FARTHEST_WALL:g} times the length scale sqrt(q / Omega^3))."
-            )
-    return message
 
 
-_KINDS = ("problem", "system", "file", "data", "fit", "stop-fit", "play", "step", "next-path")
+_KINDS = ("problem", "file", "data", "fit", "stop-fit", "play", "step", "next-path")
 
 
 def _sentence(error: ValidationError) -> str:

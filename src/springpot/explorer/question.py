@@ -1,35 +1,41 @@
-"""What a tab asks: a problem as `springpot.simulate` takes it, with paths, seed and start."""
+"""What a tab asks: the system that the page was opened with, with other numbers, and paths, seed and start."""
 
 from __future__ import annotations
 
-import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from springpot.explorer.copies import as_command, as_python, command_of_system, python_of_system
-from springpot.explorer.protocol import Problem, SystemProblem
+from springpot.explorer.copies import command_of, python_of
+from springpot.explorer.protocol import Problem
 from springpot.explorer.sliders import changed
 from springpot.machine.faults import NotCoveredError
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.options import StartKind
 
-__all__ = ["Opened", "Question", "question_of"]
+if TYPE_CHECKING:
+    from springpot.simulation.plan.motion import Motion
+
+__all__ = ["Opened", "Question", "papers_of", "question_of"]
 
 
 @dataclass(frozen=True)
 class Opened:
-    """The system that the page was opened with.
+    """What the page was opened with.
 
     Attributes
     ----------
     system : System
-    title : str
-        The name of its file.
+        The paper's oscillator, if left out.
+    file : str
+        The name of its file; empty if it was not read from one.
     """
 
-    system: System
-    title: str = "system.toml"
+    system: System = field(default_factory=Oscillator)
+    file: str = ""
 
     @property
     def is_writable(self) -> bool:
@@ -45,7 +51,9 @@ class Opened:
         >>> Opened(System(Spring(1.0)), "device.toml").name_of(System(Spring(2.0)))
         'device-changed.toml'
         """
-        return self.title if other == self.system else f"{Path(self.title).stem}-changed.toml"
+        if not self.file:
+            return "system.toml"
+        return self.file if other == self.system else f"{Path(self.file).stem}-changed.toml"
 
 
 @dataclass(frozen=True)
@@ -57,10 +65,9 @@ class Question:
     generation, seed, paths : int
     wanted : {"stationary", "rest"}
         The start, where there is a stationary state.
-    problem : Oscillator or System
-        As Monte Carlo takes it: a system that is an oscillator is simulated as one.
-    system : System or None
-        What theory is asked, where the page was opened with a system.
+    system : System
+    papers : tuple of Dimensionless
+        The same as the paper's problem; empty if it is another one.
     command, python : str
         The same run without the page.
     file : str
@@ -71,66 +78,78 @@ class Question:
     seed: int
     paths: int
     wanted: StartKind
-    problem: Oscillator | System
-    system: System | None
+    system: System
+    papers: tuple[Dimensionless, ...]
     command: str
     python: str
-    file: str = ""
+    file: str
 
-    @property
-    def oscillator(self) -> Oscillator:
-        """The problem of the oscillator's page."""
-        assert isinstance(self.problem, Oscillator)
-        return self.problem
+    @cached_property
+    def motion(self) -> Motion:
+        """What is known of the motion before it is simulated."""
+        from springpot.simulation.plan.motion import motion_of
 
-    @property
+        return motion_of(self.system)
+
+    @cached_property
     def start(self) -> StartKind:
         """The start of the page's run: from rest if there is no stationary state."""
-        from springpot.simulation.plan.settings import default_start
+        from springpot.simulation.plan.plan import default_start
 
-        return "rest" if self.wanted == "rest" else default_start(self.problem)[0]
+        return "rest" if self.wanted == "rest" else default_start(self.motion)[0]
+
+    @property
+    def speeds(self) -> float:
+        """What v^2 counts in the mean square over time: <A^2> of the paper's problem, <x^2> of any other."""
+        return sum(paper.natural_frequency**-2 for paper in self.papers)
 
     @property
     def frequency(self) -> float:
         """Radians per second of the motion, for the speed at which it is shown."""
-        from springpot.simulation.plan.system_scales import typical_frequency
-
-        return typical_frequency(self.problem)
+        return self.motion.scales.frequency
 
 
-def question_of(message: Problem | SystemProblem, opened: Opened | None) -> Question:
+def papers_of(system: System) -> tuple[Dimensionless, ...]:
+    """A system as the paper's problem; none if it is another, or without noise, where there is no length scale.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Friction, Spring, WhiteNoise
+    >>> papers_of(System(Spring(1.0), WhiteNoise(1.0), Friction(0.1)))
+    ()
+    """
+    try:
+        paper = Dimensionless.of(system)
+    except NotCoveredError:
+        return ()
+    return (paper,) if paper.length_scale > 0.0 else ()
+
+
+def question_of(message: Problem, opened: Opened) -> Question:
     """What a message asks.
 
     Raises
     ------
     ValueError
-        If the page has no system, or the system with these numbers is not possible.
+        If the system with these numbers is not possible.
 
     Examples
     --------
-    >>> question_of(Problem(), None).oscillator == Oscillator()
-    True
+    >>> question_of(Problem(numbers={"springpot-order": 0.7}), Opened()).papers[0].springpot.order
+    0.7
     """
-    common = message.generation, message.seed, message.paths, message.start
-    if isinstance(message, Problem):
-        return Question(*common, message.oscillator(), None, as_command(message), as_python(message))
-    if opened is None:
-        raise ValueError("system: this page was opened without a system.")
     system = changed(opened.system, message.numbers)
-    name = opened.name_of(system)
+    if message.without:
+        system = System(**{name: part for name, part in system.named() if name not in message.without})
+    file, papers = opened.name_of(system), papers_of(system)
     return Question(
-        *common,
-        _as_simulated(system),
-        system,
-        command_of_system(shlex.quote(name), message),
-        python_of_system(system, name, message),
-        name,
+        generation=message.generation,
+        seed=message.seed,
+        paths=message.paths,
+        wanted=message.start,
+        system=system,
+        papers=papers,
+        command=command_of(opened.file and file, papers, message),
+        python=python_of(system, file, message),
+        file=file,
     )
-
-
-def _as_simulated(system: System) -> Oscillator | System:
-    """An oscillator, if the system is one, as `springpot.run` takes it."""
-    try:
-        return system.canonical()
-    except NotCoveredError:
-        return system

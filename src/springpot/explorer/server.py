@@ -27,7 +27,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from springpot.explorer.engine import MOST_SESSIONS, Engine
 from springpot.explorer.methods import method_list
-from springpot.explorer.protocol import LONGEST_MESSAGE, SystemProblem, parse
+from springpot.explorer.protocol import LONGEST_MESSAGE, Problem, parse
 from springpot.explorer.question import Opened
 from springpot.explorer.session import Session
 from springpot.explorer.views import opened_script
@@ -152,15 +152,14 @@ def allowed_hosts(address: str, port: int) -> Callable[[str], bool]:
     return allowed
 
 
-def application(allowed: Callable[[str], bool], opened: Opened | None = None) -> ASGIApp:
+def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
     """The page as an ASGI application.
 
     Parameters
     ----------
     allowed : callable
         Tells whether a Host header is this server's.
-    opened : Opened, optional
-        The system that the page is of; an oscillator if left out.
+    opened : Opened
     """
     problem_script, method_script = opened_script(opened), method_list()
     mimetypes.add_type("text/javascript", ".js")  # some systems have another type, which browsers refuse
@@ -243,7 +242,7 @@ async def _listen(websocket: WebSocket, session: Session) -> None:
         asked = None
         try:
             message = parse(event.get("text"))
-            if isinstance(message, SystemProblem):
+            if isinstance(message, Problem):
                 asked = message.generation
             session.receive(message)
         except (TypeError, ValueError) as error:
@@ -300,7 +299,7 @@ def listen_on(address: str, port: int) -> socket.socket:
     return listening
 
 
-def serve(sockets: Sequence[socket.socket], ready: Callable[[], None], opened: Opened | None = None) -> None:
+def serve(sockets: Sequence[socket.socket], ready: Callable[[], None], opened: Opened) -> None:
     """Serve the page until Ctrl-C or SIGTERM, which raise KeyboardInterrupt.
 
     Ctrl-C stays ignored where it was, as in the background of a script.
@@ -311,8 +310,7 @@ def serve(sockets: Sequence[socket.socket], ready: Callable[[], None], opened: O
         Listening, see `listen_on`.
     ready : callable
         Called when the server is ready.
-    opened : Opened, optional
-        The system that the page is of.
+    opened : Opened
     """
     import logging
 

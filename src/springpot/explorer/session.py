@@ -31,10 +31,10 @@ from springpot.explorer.protocol import (
     Problem,
     Step,
     StopFit,
-    SystemProblem,
 )
 from springpot.explorer.question import Question, question_of
-from springpot.problem.oscillator import Oscillator, Springpot
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts import Springpot
 
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
@@ -88,7 +88,7 @@ class Session:
             If its numbers make no system: the work goes on as before.
         """
         match message:
-            case Problem() | SystemProblem():
+            case Problem():
                 self._newest = question_of(message, self._engine.opened)
                 self._asked.set()
             case File():
@@ -96,8 +96,8 @@ class Session:
             case FilePart():
                 self._measured.take(message)
             case Fit():
-                if self._question is None or self._question.system is None:
-                    raise ValueError("fit: no system is open.")
+                if self._question is None:
+                    raise ValueError("fit: no problem was asked.")
                 self._measured.fit(self._question.system, message.free)
             case StopFit():
                 self._measured.stop()
@@ -119,8 +119,8 @@ class Session:
 
     def _send_file(self) -> None:
         question = self._question
-        if question is None or question.system is None:
-            raise ValueError("file: no system is open.")
+        if question is None:
+            raise ValueError("file: no problem was asked.")
         from springpot.problem.file import to_toml
 
         self._post("file", name=question.file, text=to_toml(question.system))
@@ -167,10 +167,8 @@ class Session:
                 self._player = None
                 self._slots = {kind: text for kind, text in self._slots.items() if kind in KEPT}
                 self._post("accepted", command=question.command, python=question.python)
-                first = self._curve if question.system is None else self._view
-                work = asyncio.gather(
-                    *(self._guarded(part, question) for part in (first, self._theory, self._simulation))
-                )
+                parts = self._view, self._curve, self._theory, self._simulation
+                work = asyncio.gather(*(self._guarded(part, question) for part in parts))
         finally:
             if work is not None:
                 await _drop(work)
@@ -187,91 +185,70 @@ class Session:
             self._post("trouble", sentence=sentence_of(error))
 
     async def _view(self, question: Question) -> None:
-        """The equation of a system, and how far it moves."""
+        """The equation, how far the mass moves, and what the paper's problem adds."""
         await self._engine.theory_ready.wait()
-        assert question.system is not None
-        self._post("view", **await self._theorists.take(_view_of, question.system))
+        from springpot.explorer.views import view_of
+
+        self._post("view", **await self._theorists.take(view_of, question.system))
 
     async def _theory(self, question: Question) -> None:
-        engine = self._engine
+        engine, system, think = self._engine, question.system, self._theorists.take
         await engine.theory_ready.wait()
         self._post("status", theory=True, kernel=engine.kernel_ready.is_set())
-        if question.system is None:
-            await self._theory_of_oscillator(question)
-        else:
-            await self._theory_of_system(question, question.system)
+        from springpot.explorer import answers
+        from springpot.theory.registry import METHODS
 
-    async def _theory_of_oscillator(self, question: Question) -> None:
-        from springpot.explorer import answers, gathering
-        from springpot.simulation.plan.settings import resolve
-
-        engine, think, oscillator = self._engine, self._theorists.take, question.oscillator
-        solved = await think(answers.solve, oscillator)
-        self._post("theory", **await think(answers.table, oscillator, *solved))
-        await engine.kernel_ready.wait()
-        self._post("status", theory=True, kernel=True)
-        settings = await engine.simulate(
-            resolve, oscillator, paths=question.paths, seed=question.seed, start="rest", threads=1
-        )
-        times = gathering.growth_times(oscillator, settings)
-        curves = await think(answers.growth, oscillator, solved[0], times, from_rest=question.start == "rest")
-        self._post("growth", times=times.tolist(), methods=curves)
-
-    async def _theory_of_system(self, question: Question, system: System) -> None:
-        from springpot.explorer import system_answers
-
-        engine, answers, statements = self._engine, dict[str, Any](), dict[str, str]()
-        for name in system_answers.names(system):  # one by one: the next question waits for one at most
-            answer, statement = await self._theorists.take(system_answers.solve, system, name)
+        found, statements = dict[str, Any](), dict[str, str]()
+        for name in METHODS:  # one by one: the next question waits for one at most
+            answer, statement = await think(answers.solve, system, name)
             if answer is None:
                 statements[name] = statement
             else:
-                answers[name] = answer
-        self._post("theory", **await self._theorists.take(system_answers.table, system, answers, statements))
+                found[name] = answer
+        self._post("theory", **await think(answers.table, system, found, statements))
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
-        from springpot.explorer import gathering
-        from springpot.simulation.plan.settings import resolve
+        from springpot.explorer.gathering import growth_times
+        from springpot.simulation.plan.plan import plan_of
 
-        settings = await engine.simulate(resolve, question.problem, paths=question.paths, start="rest", threads=1)
-        times = gathering.growth_times(question.problem, settings)
-        self._post("growth", times=times.tolist(), methods=system_answers.lines(answers, times.size))
+        times = growth_times(await engine.simulate(plan_of, system, paths=question.paths, start="rest", threads=1))
+        curves = await think(answers.growth, system, found, times, from_rest=question.start == "rest")
+        self._post("growth", times=times.tolist(), methods=curves)
 
     async def _simulation(self, question: Question) -> None:
-        engine, problem = self._engine, question.problem
+        engine, system = self._engine, question.system
         await engine.kernel_ready.wait()
-        from springpot.explorer import gathering
+        from springpot.explorer.gathering import Gathering
         from springpot.simulation.estimate.stationary_start import adapt
         from springpot.simulation.paths.simulation import simulation_of
-        from springpot.simulation.plan.settings import resolve
+        from springpot.simulation.plan.plan import plan_of
 
-        settings = await engine.simulate(
-            resolve,
-            problem,
+        plan = await engine.simulate(
+            plan_of,
+            system,
             paths=question.paths,
             seed=question.seed,
             start=question.start,
             threads=engine.threads,
         )
+        settings = plan.settings
         if settings.steps * settings.paths > MOST_WORK:
             raise ValueError(
                 f"paths: {settings.paths} paths of {settings.steps} steps take too long for a page: use at most "
                 f"{int(MOST_WORK / settings.steps)}, or the command."
             )
-        if question.system is not None:
-            await self._compiled(problem)
-        adapted = None
+        await self._compiled(system)
         if settings.start == "stationary":
             self._post("searching")
             with stopping() as check:
-                adapted = await self._pilots.take(adapt, problem, settings, progress=check)
-        simulation = await engine.simulate(simulation_of, problem, settings, adapted)
-        growing = await engine.simulate(gathering.Gathering, simulation, of_system=question.system is not None)
+                plan = await self._pilots.take(adapt, plan, progress=check)
+        simulation = await engine.simulate(simulation_of, plan)
+        growing = await engine.simulate(Gathering, simulation, speeds=question.speeds)
         await asyncio.gather(self._show(question, growing), self._gather(growing))
 
-    async def _compiled(self, problem: Oscillator | System) -> None:
+    async def _compiled(self, system: System) -> None:
         """Have the kernel for this kind of problem; say so if it takes long."""
-        having = asyncio.ensure_future(self._engine.simulate(self._engine.have_kernel, problem))
+        having = asyncio.ensure_future(self._engine.simulate(self._engine.have_kernel, system))
         try:
             done, _ = await asyncio.wait([having], timeout=NOTICED)
             if not done:
@@ -287,7 +264,7 @@ class Session:
         number = 0
         while True:
             recorded = await self._engine.simulate(motion.record, growing.simulation, number)
-            self._player = motion.Player(recorded, natural_frequency=question.frequency)
+            self._player = motion.Player(recorded, frequency=question.frequency)
             self._next_path.clear()
             await self._next_path.wait()
             number = (number + 1) % motion.blocks(growing.simulation.settings)
@@ -300,18 +277,20 @@ class Session:
             report, densities, growth = await self._engine.simulate(_grown, growing)
             question = self._question
             assert question is not None
-            if question.system is not None:
-                report |= _of_system(question.system, report["values"])
-            self._post("estimates", **report)
+            self._post("estimates", **report, **_of_parts(question, report["values"]))
             self._slots["densities"] = frames.pack(frames.DENSITIES, question.generation, densities)
             self._slots["grown"] = frames.pack(frames.GROWTH, question.generation, growth)
 
     async def _curve(self, question: Question) -> None:
-        engine, oscillator = self._engine, question.oscillator
+        for paper in question.papers:
+            await self._curve_of(paper)
+
+    async def _curve_of(self, paper: Dimensionless) -> None:
+        engine = self._engine
         await engine.theory_ready.wait()
         from springpot.explorer.answers import along_the_order
 
-        key = replace(oscillator, springpot=Springpot(0.5, oscillator.springpot.coefficient))
+        key = replace(paper, springpot=Springpot(0.5, paper.springpot.coefficient))
         curve = engine.curve(key)
         if curve is None:
             points = along_the_order(key)
@@ -340,19 +319,11 @@ def stopping() -> Iterator[Callable[[float], None]]:
         unwanted.set()
 
 
-def _view_of(system: System) -> dict[str, Any]:
-    from springpot.evidence.explanation import equation
-    from springpot.explorer.views import sizes
-
-    return {"equation": [*equation(system)], "sizes": sizes(system)}
-
-
-def _of_system(system: System, values: dict[str, Any]) -> dict[str, Any]:
+def _of_parts(question: Question, values: dict[str, Any]) -> dict[str, Any]:
     """The numbers of the parts with their words and units, and why impacts cannot be counted."""
     from springpot.explorer.views import labels
-    from springpot.simulation.estimate.system_samples import uncountable
 
-    return {"labels": labels(system, [*values]), "undefined": uncountable(system)}
+    return {"labels": labels(question.system, [*values]), "undefined": question.motion.uncountable}
 
 
 async def _drop(work: asyncio.Future[Any]) -> None:

@@ -15,10 +15,10 @@ from springpot.machine.arguments import Free
 from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
-from springpot.problem.parts.walls import Stop
+from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 
-__all__ = ["OSCILLATOR", "Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
+__all__ = ["Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
@@ -32,13 +32,11 @@ class Slider:
     Attributes
     ----------
     name : str
-        Of the number, in messages: of a system the part's name, ``-``, and the name of the field.
+        Of the number, in messages: the part's name, ``-``, and the name of the field.
     symbol, said, unit, hint : str
         What stands beside it.
     value : float
         At first.
-    low, high : float or None
-        What a field takes; None where the system itself says what is wrong.
     begin, end : float
         Of the slider.
     log : bool
@@ -46,12 +44,6 @@ class Slider:
     steps : int
     kind : str
         Of the units to choose from, by their name in ``units.js``; empty where there is one unit.
-    scaled : bool
-        Whether the ends are in units of the oscillator's length scale.
-    dimensionless : str
-        The unit of the dimensionless number.
-    other : dict
-        Symbol and name in other units.
     free : bool
         Whether the number is free in the system's file: then it is ticked for a fit.
     """
@@ -65,33 +57,13 @@ class Slider:
     steps: int = _STEPS
     log: bool = False
     unit: str = ""
-    low: float | None = None
-    high: float | None = None
     kind: str = ""
     hint: str = ""
-    scaled: bool = False
-    dimensionless: str = ""
-    other: Mapping[str, Mapping[str, str]] | None = None
     free: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
         return asdict(self)
-
-
-_DENSITY = {"symbol": "S", "said": "one-sided PSD"}
-OSCILLATOR = (
-    Slider("order", "α", "order", 0.5, 0.0, 1.0, 100, low=0.0, high=1.0, hint="0 spring – 1 dashpot"),
-    Slider("coefficient", "C", "springpot", 1.0, 0.01, 10.0, 300, True, "s^(α−2)", 0.0, dimensionless="c = C Ω^(α−2)"),
-    Slider("natural_frequency", "Ω", "natural frequency", 1.0, 0.1, 10.0, 200, True, "", 0.01, 1e6, "frequency",
-           other={"Hz": {"symbol": "f"}}),
-    Slider("intensity", "q", "noise intensity", 1.0, 0.01, 100.0, 200, True, "", 1e-12, 1e12, "excitation",
-           other={"psd": _DENSITY, "g": _DENSITY}),
-    Slider("position", "b", "wall at", 0.0, -3.0, 3.0, 120, kind="length", hint="gap < 0", scaled=True,
-           dimensionless="√(q/Ω³)"),
-    Slider("restitution", "r", "restitution", 1.0, 0.05, 1.0, 95, low=0.001, high=1.0, hint="lossy – elastic"),
-)  # fmt: skip
-"""The numbers of an oscillator; those of a wall beyond the limits of the page are refused by the server."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +97,7 @@ def numbers(system: System) -> dict[str, float]:
 
     Examples
     --------
+    >>> from springpot.problem.parts import PolynomialSpring, Spring
     >>> numbers(System(Spring(80.0), PolynomialSpring((0.0, 0.0, 5.0))))["polynomial_spring-coefficients-3"]
     5.0
     """
@@ -143,6 +116,7 @@ def changed(system: System, given: Mapping[str, float]) -> System:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Spring
     >>> changed(System(Spring(80.0)), {"spring-stiffness": 90.0}).parts
     (Spring(stiffness=90.0),)
     """
@@ -180,8 +154,9 @@ def sliders(system: System, size: Size) -> tuple[Slider, ...]:
 
     Examples
     --------
-    >>> found = sliders(System(Spring(80.0), Barrier(-0.5, 0.8)), Size(9.0, 0.5))
-    >>> [(one.name, one.begin, one.end) for one in found]
+    >>> from springpot.problem.parts import Barrier, Mass, Spring
+    >>> found = sliders(System(Mass(1.0), Spring(80.0), Barrier(-0.5, 0.8)), Size(9.0, 0.5))
+    >>> [(one.name, one.begin, one.end) for one in found[1:]]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
     """
     return tuple(_slider(system, name, value, size) for name, value in numbers(system).items())
@@ -195,11 +170,13 @@ def _slider(system: System, name: str, value: float, size: Size) -> Slider:
     else:
         part, number, place = number_of(system, ROOT + name.replace("-", "."))
         plain = number.unit_of(system.has_mass and not part.of_ground, place)
-    kind = _UNITS_TO_CHOOSE.get(plain, "")
+    kind = "stiffness" if _is_the_spring(system, part, place) and plain == "s-2" else _UNITS_TO_CHOOSE.get(plain, "")
     unit = "" if kind or plain == "1" else written(plain)
     symbol = number.symbol + (_lowered(place) if place else "")
     said = f"of {_power(number.said, place)}" if place else number.said
     begin, end, steps, log = _ends(system, part, number, place, value, size)
+    if kind == "stiffness" and not isinstance(value, Free):  # the square of a natural frequency
+        begin, end, log = value / 100.0, 100.0 * value, True
     return Slider(
         name, symbol, said, value, begin, end, steps, log, unit, kind=kind, hint=_multiple(value),
         free=isinstance(value, Free),
@@ -240,13 +217,18 @@ def _ends(
         return *_LINEAR[number.range], False
     if number.range == "signed":
         end = _TIMES * (abs(value) or _rounded(_natural(system, part, number, place, size)))
-        linear = all(len(one.force_coefficients()) <= 2 and one.soft_stop is None for one in system.parts)
-        alone = linear and not place and part.linear_stiffness > 0.0  # a negative one would let the mass escape
-        return 0.0 if alone else -end, end, _STEPS, False
+        # a negative one would let the mass escape
+        return 0.0 if _is_the_spring(system, part, place) else -end, end, _STEPS, False
     if value == 0.0:
         return 0.0, _rounded(_natural(system, part, number, place, size)), _STEPS, False
     factor = 10.0**_DECADES
     return value / factor, value * factor, _STEPS, True
+
+
+def _is_the_spring(system: System, part: Part, place: int) -> bool:
+    """Whether a number is the stiffness of a spring that holds the mass without any that is not linear."""
+    linear = all(len(one.force_coefficients()) <= 2 and one.soft_stop is None for one in system.parts)
+    return linear and not place and part.linear_stiffness > 0.0
 
 
 def _natural(system: System, part: Part, number: Number, place: int, size: Size) -> float:
@@ -298,18 +280,23 @@ def _lowered(power: int) -> str:
 
 
 def described_parts(system: System) -> list[dict[str, Any]]:
-    """Each part with its name, its kind, and what is chosen in it by a word: for headings and for the picture.
+    """Each part with its name, its kind, how it is drawn, and what is chosen in it: for headings and the picture.
 
     Examples
     --------
-    >>> described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
-    {'name': 'barrier', 'kind': 'barrier', 'title': 'barrier', 'note': 'wall, x ≤ b', 'side': 'below', 'on': ''}
+    >>> from springpot.problem.parts import Barrier, Spring
+    >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
+    >>> wall["glyph"], wall["title"], wall["note"]
+    ('stop', 'barrier', 'wall, x ≤ b')
     """
     return [
         {
             "name": name,
             "kind": kind_of(part),
             "glyph": part.glyph,
+            "said": part.said,
+            "linear": part.is_linear,
+            "soft": isinstance(part, SoftStop),
             "title": name.replace("_", " "),
             "note": _note(name, part),
             "side": getattr(part, "side", ""),

@@ -7,51 +7,89 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from springpot.explorer.question import Opened
-from springpot.explorer.sliders import OSCILLATOR, Size, described_parts, sliders, written
+from springpot.explorer.examples import examples
+from springpot.explorer.question import Opened, papers_of
+from springpot.explorer.sliders import Size, described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
-__all__ = ["labels", "opened_script", "sizes"]
+__all__ = ["labels", "opened_script", "paper_view", "sizes", "view_of"]
 
 _DEVIATIONS = 4.5  # of x and v that are seen at first
 
 
-def opened_script(opened: Opened | None) -> str:
-    """A JavaScript module with what the page was opened with: its sliders and, of a system, its parts.
+def opened_script(opened: Opened) -> str:
+    """A JavaScript module with what the page was opened with: its parts, their sliders, and examples.
 
     Examples
     --------
-    >>> opened_script(None)[:45]
-    'export const OPENED = {"kind": "oscillator", '
+    >>> opened_script(Opened())[:42]
+    'export const OPENED = {"file": "", "writab'
     """
-    content: dict[str, Any] = {"kind": "oscillator", "sliders": [one.to_dict() for one in OSCILLATOR]}
-    if opened is not None:
-        system = opened.system
-        size = sizes(system)
-        content = {
-            "kind": "system",
-            "file": opened.title,
-            "writable": opened.is_writable,
-            "sliders": [one.to_dict() for one in sliders(system, Size(size["frequency"], size["length"]))],
-            "parts": described_parts(system),
-            "sizes": size,
-            "quantities": [*_quantities(system)],
-        }
+    system = opened.system
+    size = sizes(system)
+    content = {
+        "file": opened.file,
+        "writable": opened.is_writable,
+        "heavy": system.has_mass,
+        "sliders": [one.to_dict() for one in sliders(system, Size(size["frequency"], size["length"]))],
+        "parts": described_parts(system),
+        "sizes": size,
+        "paper": paper_view(system),
+        "quantities": [*_quantities(system)],
+        "examples": [*examples(opened.system, opened.file)],
+    }
     return f"export const OPENED = {json.dumps(content)};\n"
+
+
+def view_of(system: System) -> dict[str, Any]:
+    """The equation of a system, how far it moves, the columns of its table, and what the paper's problem adds."""
+    from springpot.evidence.explanation import equation
+
+    return {
+        "equation": [*equation(system)],
+        "sizes": sizes(system),
+        "paper": paper_view(system),
+        "quantities": [*_quantities(system)],
+    }
+
+
+def paper_view(system: System) -> dict[str, Any] | None:
+    """The dimensionless numbers of the paper's problem, and the scales that make them so; None of any other system.
+
+    Examples
+    --------
+    >>> paper_view(Opened().system)["strength"]
+    1.0
+    """
+    return next((_of_paper(paper, system.inertia) for paper in papers_of(system)), None)
+
+
+def _of_paper(paper: Dimensionless, inertia: float) -> dict[str, Any]:
+    return {
+        "order": paper.springpot.order,
+        "strength": paper.dimensionless_coefficient,
+        "wall": None if paper.barrier is None else paper.dimensionless_position,
+        "restitution": None if paper.barrier is None else paper.restitution,
+        "frequency": paper.natural_frequency,
+        "length": paper.length_scale,
+        "mass": inertia,
+    }
 
 
 def sizes(system: System) -> dict[str, float]:
     """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
-    from springpot.simulation.plan.system_scales import system_scales
+    from springpot.simulation.plan.motion import motion_of
 
-    law, potential = system_scales(system).law, system.potential
+    motion, potential = motion_of(system), system.potential
+    law = motion.law
     spread, speed = math.sqrt(law.variance), math.sqrt(law.temperature)
     low, high = law.mean - _DEVIATIONS * spread, law.mean + _DEVIATIONS * spread
     return {
-        "frequency": law.frequency,
+        "frequency": motion.scales.frequency,
         "length": math.sqrt(law.variance + law.mean**2),
         "low": max(low, potential.low),
         "high": min(high, potential.high),
@@ -61,6 +99,7 @@ def sizes(system: System) -> dict[str, float]:
 
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
     """The columns of the table of methods."""
+    yield from (("amplitude_mean_square", "⟨A²⟩") for _ in papers_of(system))
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
     walls = [*system.stops]
     if walls:
@@ -77,7 +116,6 @@ _LAST = {
     "contact_penetration": "deepest penetration, mean over the paths",
     "energy_residual": "energy balance: share of the power that is missing",
 }
-_FEEDS = ("noise", "impulses", "harmonic", "recorded_excitation")
 
 
 def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
@@ -90,30 +128,23 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """
     words = _ALL | dict(_of_parts(system)) | _LAST
-    if "springpot_power" in names:  # an oscillator's run is per unit mass
-        said = words.get("springpot_power", "taken by dampers")
-        words["springpot_power"] = f"{said}, per unit mass" if system.mass != 1.0 else said
-        names = ["springpot_power", "energy_residual"]
     return [(name, said, _unit(unit_of_result(system, name))) for name, said in words.items() if name in names]
 
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
-    described = {part["name"]: part for part in described_parts(system)}
-    fed = [name for name, part in described.items() if any(word in part["kind"] for word in _FEEDS)]
-    linear = ("springpot", "dashpot", "fractional_maxwell", "maxwell", "piezoelectric_circuit", "polynomial_dashpot")
-    dampers = [part["title"] for part in described.values() if part["kind"] in linear]
+    titles = {name: name.replace("_", " ") for name in system.names}
+    dampers = [titles[name] for name, part in system.named() if "damping" in part.powers]
+    fed = [name for name, part in system.named() if {"fed", "input"} & {*part.powers}]
     if dampers:
-        together = f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")
-        yield from (("damping_power", together), ("springpot_power", together))  # the second where it is an oscillator
-    for name, part in described.items():
-        if name in fed and len(fed) > 1:
-            yield f"{name}_power", f"fed in by {part['title']}"
-        elif name not in fed and part["kind"] not in linear:
-            yield f"{name}_power", f"taken by {part['title']}"
-        yield f"{name}_impact_rate", f"impacts on {part['title']}"
-        yield f"{name}_impact_speed_mean", f"mean impact speed on {part['title']}"
-        yield f"{name}_voltage_mean_square", f"mean square voltage of {part['title']}"
+        yield "damping_power", f"taken by {listed(dampers)}" + (" together" if len(dampers) > 1 else "")
+    for name, part in system.named():
+        if name not in fed or len(fed) > 1:
+            does = "fed in by" if name in fed else "work of" if "work" in part.powers else "taken by"
+            yield f"{name}_power", f"{does} {titles[name]}"
+        yield f"{name}_impact_rate", f"impacts on {titles[name]}"
+        yield f"{name}_impact_speed_mean", f"mean impact speed on {titles[name]}"
+        yield f"{name}_voltage_mean_square", f"mean square voltage of {titles[name]}"
 
 
 def _unit(unit: str) -> str:

@@ -1,8 +1,8 @@
 """Pictures of results; matplotlib is imported only when a picture is drawn.
 
-A function draws into the given ``axes``, or into those of a new figure without a window and without global state, and
-returns them.  Functions with several panels begin with ``draw_`` and return a figure.  Axes have units, colors are
-safe for color-blind readers, and bars are 95 % intervals.
+A function draws into the given axes, ``ax``, or into those of a new figure without a window and without global state,
+and returns them.  Those that need several panels have no ``ax``, and return a figure.  Axes have units, colors are safe
+for color-blind readers, and bars are 95 % intervals.
 """
 
 from springpot.figures.charts import plot_design_chart

@@ -68,7 +68,7 @@ def plot_design_chart(
 
     Examples
     --------
-    >>> chart = design_chart("impact_rate", restitution=0.7)
+    >>> chart = plot_design_chart("impact_rate", restitution=0.7)
     >>> chart.get_yscale()
     'log'
     """
@@ -85,28 +85,28 @@ def plot_design_chart(
             for c in strengths
         ]
     )
-    own = panel(ax, 5.6, 4.4)
+    ax = panel(ax, 5.6, 4.4)
     positive = bool(values.min() > 0.0)
     shown = np.log10(values) if positive else values
     # extreme values in a corner must not use up the colors
     low, high = np.quantile(shown, [0.04, 0.99])
-    own.contourf(orders, strengths, shown, levels=np.linspace(low, high, 41), cmap="cividis", extend="both")
+    ax.contourf(orders, strengths, shown, levels=np.linspace(low, high, 41), cmap="cividis", extend="both")
     levels = _round_levels(10.0**low, 10.0**high) if positive else np.linspace(low, high, LINES)
-    lines = own.contour(
+    lines = ax.contour(
         orders, strengths, shown, levels=np.log10(levels) if positive else levels, colors="white", linewidths=0.9,
         linestyles="solid",
     )  # fmt: skip
-    labels = own.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.3g}", fontsize=8)
+    labels = ax.clabel(lines, fmt=lambda level: f"{10.0**level if positive else level:.3g}", fontsize=8)
     outline: list[AbstractPathEffect] = [withStroke(linewidth=1.8, foreground="0.25")]
     for drawn in (lines, *labels):  # readable on light and dark colors
         drawn.set_path_effects(outline)
-    own.set_yscale("log")
-    own.set_xlabel(r"order of the derivative $\alpha$ (1)")
-    own.set_ylabel(r"strength of the springpot $C\,\Omega^{\alpha-2}$ (1)")
-    own.set_title(
+    ax.set_yscale("log")
+    ax.set_xlabel(r"order of the derivative $\alpha$ (1)")
+    ax.set_ylabel(r"strength of the springpot $C\,\Omega^{\alpha-2}$ (1)")
+    ax.set_title(
         f"{_LABELS[quantity]}  at  $r$ = {restitution:g}, $b\\sqrt{{\\Omega^3/q}}$ = {position:g}", fontsize="medium"
     )
-    return own
+    return ax
 
 
 def _round_levels(low: float, high: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

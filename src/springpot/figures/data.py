@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 
 def as_dataset(data: Data) -> xarray.Dataset:
-    """A Dataset as from `springpot.simulate`, from such a Dataset or from a Run.
+    """The Dataset of a Run; a Dataset itself stays as it is.
 
     Raises
     ------
@@ -43,9 +43,11 @@ def as_dataset(data: Data) -> xarray.Dataset:
     >>> float(as_dataset(sp.simulate(sp.Oscillator(), paths=1, duration=1.0))["x_mean"]) > 0.0
     True
     """
-    dataset: Any = data.to_dataset() if hasattr(data, "to_dataset") else data
+    dataset: Any = data.to_xarray() if hasattr(data, "to_xarray") else data
     if not hasattr(dataset, "data_vars") or "system" not in dataset.attrs:
-        raise TypeError(f"data must be what springpot.run or springpot.simulate returned, not {type(data).__name__}.")
+        raise TypeError(
+            f"data must be what springpot.simulate returned, or its to_xarray(), not {type(data).__name__}."
+        )
     return cast("xarray.Dataset", dataset)
 
 

@@ -43,13 +43,13 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
     >>> damper = sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0)))
     >>> device = sp.System(sp.Spring(4.0), damper, sp.WhiteNoise(1.0))
     >>> found = sp.design(device, minimize="c", subject_to={"x_mean_square": (None, 0.4)}, rtol=0.1)
-    >>> design_curve(found.curve(limits=[0.2, 0.4, 0.8]), found).get_xlabel()
+    >>> sp.figures.plot_design_curve(found.curve(limits=[0.2, 0.4, 0.8]), found).get_xlabel()
     'limit of x mean square (m$^{2}$)'
     """
-    drawn = panel(ax)
+    ax = panel(ax)
     order = np.argsort(curve.limits)
     limits, costs = curve.limits[order], curve.costs[order]
-    drawn.plot(
+    ax.plot(
         limits, costs, "o-", color=COLORS["blue"], linewidth=1.4, markersize=3.0, label="least cost, corrected theory"
     )
     held = np.isfinite(costs)
@@ -57,27 +57,27 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
         edges = (limits[0], limits[held].min() if held.any() else limits[-1])
         if not curve.upper:
             edges = (limits[held].max() if held.any() else limits[0], limits[-1])
-        drawn.axvspan(*edges, color="0.9", linewidth=0.0, label="cannot hold")
+        ax.axvspan(*edges, color="0.9", linewidth=0.0, label="cannot hold")
     if found is not None:
         for promise in found.promises:
             name, sign, bound = promise.limit.split()
             if name == curve.name and (sign == "<") == curve.upper:
-                drawn.axvline(float(bound), color="0.35", linewidth=1.0, linestyle="--", label="limit")
-        drawn.errorbar(
+                ax.axvline(float(bound), color="0.35", linewidth=1.0, linestyle="--", label="limit")
+        ax.errorbar(
             [found.quantities[curve.name]], [found.cost], xerr=[_CONFIDENCE * found.errors[curve.name]], fmt="s",
             yerr=[_CONFIDENCE * found.cost_error] if found.cost_error > 0.0 else None,
             color=COLORS["vermilion"], markersize=5.0, capsize=2.5, label="the design, Monte Carlo, 95 %",
         )  # fmt: skip
     if (limits > 0.0).all() and limits[-1] > 3.0 * limits[0]:
-        drawn.set_xscale("log")
+        ax.set_xscale("log")
     known = costs[held]
     if known.size and (known > 0.0).all() and known.max() > 3.0 * known.min():
-        drawn.set_yscale("log")
-    _plain_ticks(drawn)
-    drawn.set_xlabel(f"limit of {_named(curve.name, curve.unit)}")
-    drawn.set_ylabel(_named(curve.cost_name, curve.cost_unit))
-    drawn.legend(frameon=False)
-    return drawn
+        ax.set_yscale("log")
+    _plain_ticks(ax)
+    ax.set_xlabel(f"limit of {_named(curve.name, curve.unit)}")
+    ax.set_ylabel(_named(curve.cost_name, curve.cost_unit))
+    ax.legend(frameon=False)
+    return ax
 
 
 def plot_sensitivities(*found: Sensitivity) -> Figure:
@@ -101,8 +101,8 @@ def plot_sensitivities(*found: Sensitivity) -> Figure:
     --------
     >>> import springpot as sp
     >>> linear = sp.System(sp.Spring(9.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
-    >>> figure = draw_sensitivities(sp.sensitivity(linear, ["x_mean_square", "v_mean_square"]))
-    >>> [axes.get_title() for axes in figure.axes]
+    >>> figure = sp.figures.plot_sensitivities(sp.sensitivity(linear, ["x_mean_square", "v_mean_square"]))
+    >>> [ax.get_title() for ax in figure.axes]
     ['x mean square', 'v mean square']
     """
     if not found:
@@ -115,22 +115,22 @@ def plot_sensitivities(*found: Sensitivity) -> Figure:
     columns = min(len(quantities), 3)
     height = 0.9 + len(numbers) * (0.14 + 0.16 * len(found))
     figure, panels = new_grid(1.4 + 2.6 * columns, rows * height + 0.3, rows, columns)
-    for at, (axes, quantity) in enumerate(zip(panels, quantities, strict=False)):
+    for at, (ax, quantity) in enumerate(zip(panels, quantities, strict=False)):
         for place, each in enumerate(found):
-            _bars(axes, each, quantity, numbers, place, len(found))
-        axes.axvline(0.0, color="0.35", linewidth=0.8)
-        axes.set_yticks(range(len(numbers)), [name.replace("_", " ") for name in numbers] if at % columns == 0 else [])
-        axes.set_ylim(len(numbers) - 0.5, -0.5)
-        axes.grid(visible=False, axis="y")
-        axes.set_title(quantity.replace("_", " "), fontsize=10)
-        axes.set_xlabel("d ln(quantity) / d ln(number)")
-    for axes in panels[len(quantities) :]:
-        axes.set_visible(False)
+            _bars(ax, each, quantity, numbers, place, len(found))
+        ax.axvline(0.0, color="0.35", linewidth=0.8)
+        ax.set_yticks(range(len(numbers)), [name.replace("_", " ") for name in numbers] if at % columns == 0 else [])
+        ax.set_ylim(len(numbers) - 0.5, -0.5)
+        ax.grid(visible=False, axis="y")
+        ax.set_title(quantity.replace("_", " "), fontsize=10)
+        ax.set_xlabel("d ln(quantity) / d ln(number)")
+    for ax in panels[len(quantities) :]:
+        ax.set_visible(False)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(found), frameon=False)
     return figure
 
 
-def _bars(axes: Axes, found: Sensitivity, quantity: str, numbers: list[str], place: int, count: int) -> None:
+def _bars(ax: Axes, found: Sensitivity, quantity: str, numbers: list[str], place: int, count: int) -> None:
     """The bars of one result."""
     color, hatch = _LOOKS[place % len(_LOOKS)]
     by_chance = bool(found.gains)
@@ -138,7 +138,7 @@ def _bars(axes: Axes, found: Sensitivity, quantity: str, numbers: list[str], pla
     label = f"Monte Carlo, {found.settings.paths} paths, 95 %" if found.settings else method_label(found.method)
     values = np.array([found.values[quantity][name] for name in numbers])
     errors = _CONFIDENCE * np.array([found.errors[quantity][name] for name in numbers])
-    axes.barh(
+    ax.barh(
         np.arange(len(numbers)) + (place - 0.5 * (count - 1)) * thick, values, 0.9 * thick,
         xerr=np.nan_to_num(errors) if by_chance else None, color=COLORS[color], hatch=hatch, edgecolor="white",
         linewidth=0.0, error_kw={"elinewidth": 1.0, "capsize": 2.0, "ecolor": "black"}, label=label,
@@ -166,11 +166,11 @@ def _raised(word: str) -> str:
     return f"{found[1]}$^{{{power}}}$"
 
 
-def _plain_ticks(axes: Axes) -> None:
-    """Numbers, not powers of ten, on logarithmic axes of few decades."""
+def _plain_ticks(ax: Axes) -> None:
+    """Numbers, not powers of ten, on logarithmic ax of few decades."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    for axis in (axes.xaxis, axes.yaxis):
+    for axis in (ax.xaxis, ax.yaxis):
         if axis.get_scale() == "log":
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

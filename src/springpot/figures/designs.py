@@ -37,7 +37,7 @@ class Design:
         Name in the legend; may be empty.
     """
 
-    axes: Axes
+    ax: Axes
     number: int
     color: str | None
     label: str
@@ -46,27 +46,27 @@ class Design:
         self, place: ArrayLike, value: ArrayLike, standard_error: ArrayLike, *, measured: str, size: float = 3.0
     ) -> None:
         """Draw Monte Carlo with its 95 % bars; ``measured`` is its text in the legend."""
-        before = set(self.axes.get_children())
+        before = set(self.ax.get_children())
         label = ", ".join(filter(None, [self.label, measured]))
         mark = _MARKS[self.number % len(_MARKS)]
-        bars(self.axes, place, value, standard_error, color=self.color or "0.35", marker=mark, size=size, label=label)
+        bars(self.ax, place, value, standard_error, color=self.color or "0.35", marker=mark, size=size, label=label)
         self.tag(before)
 
     def curve(self, method: str, place: ArrayLike, values: ArrayLike) -> None:
         """Draw a curve of the theory."""
-        before = set(self.axes.get_children())
+        before = set(self.ax.get_children())
         label = ", ".join(filter(None, [self.label, method_label(method)]))
-        method_curve(self.axes, method, place, values, color=self.color, label=label)
+        method_curve(self.ax, method, place, values, color=self.color, label=label)
         self.tag(before)
 
     def tag(self, before: set[Artist]) -> None:
         """Mark all artists that are on the axes but not in ``before`` as part of this design."""
-        for artist in self.axes.get_children():
+        for artist in self.ax.get_children():
             if artist not in before:
                 artist.set_gid(f"{_TAG}{self.number}")
 
 
-def next_design(axes: Axes, color: str | None = None, label: str | None = None) -> Design:
+def next_design(ax: Axes, color: str | None = None, label: str | None = None) -> Design:
     """The next design on these axes.
 
     The first one without a label has default colors.  Others have one color for Monte Carlo and theory (by default
@@ -89,22 +89,22 @@ def next_design(axes: Axes, color: str | None = None, label: str | None = None) 
     Examples
     --------
     >>> from springpot.figures.style import panel
-    >>> axes = panel(None)
-    >>> next_design(axes).color is None, next_design(axes, label="soft").color
+    >>> ax = panel(None)
+    >>> next_design(ax).color is None, next_design(ax, label="soft").color
     (True, '#0072B2')
-    >>> next_design(axes, label="soft").curve("exact", [0.0, 1.0], [0.0, 1.0])
-    >>> next_design(axes).label, next_design(axes).color, axes.lines[0].get_label()
+    >>> next_design(ax, label="soft").curve("exact", [0.0, 1.0], [0.0, 1.0])
+    >>> next_design(ax).label, next_design(ax).color, ax.lines[0].get_label()
     ('2', '#D55E00', 'soft, exact')
     """
     if label is not None and not isinstance(label, str):
         raise TypeError(f"label must be a text, not {label!r}.")
-    drawn = {gid for artist in axes.get_children() if (gid := artist.get_gid() or "").startswith(_TAG)}
+    drawn = {gid for artist in ax.get_children() if (gid := artist.get_gid() or "").startswith(_TAG)}
     number = len(drawn)
     if color is None and (number > 0 or label is not None):
         color = CYCLE[number % len(CYCLE)]
-    return Design(axes, number, color, label if label is not None else str(number + 1) if number else "")
+    return Design(ax, number, color, label if label is not None else str(number + 1) if number else "")
 
 
-def from_zero(axes: Axes) -> None:
+def from_zero(ax: Axes) -> None:
     """Let the vertical axis begin at 0 and include everything that is drawn, now and later."""
-    axes.set_ylim(bottom=0.0, auto=True)
+    ax.set_ylim(bottom=0.0, auto=True)

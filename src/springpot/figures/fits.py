@@ -42,15 +42,15 @@ def plot_fit(fit: Fit) -> Figure:
     --------
     >>> import springpot as sp
     >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
-    >>> figure = draw_fit(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts))
+    >>> figure = sp.figures.plot_fit(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['restitution', 'residual (sd)']
     """
     table = fit.table
     if table.axis == "statistic":
-        return _draw_statistics(table)
+        return _of_statistics(table)
     if "phase" in table.group:
-        return _draw_response(table)
+        return _of_response(table)
     figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
     for (color, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
         own = np.flatnonzero(table.group == group)[:_MOST]
@@ -71,27 +71,27 @@ def plot_fit(fit: Fit) -> Figure:
     return figure
 
 
-def _draw_response(table: Table) -> Figure:
+def _of_response(table: Table) -> Figure:
     figure, panels = new_figure(5.6, 5.8, ratios=(2.2, 1.4, 1.2))
-    for (color, mark), group, panel_, unit in zip(
+    for (color, mark), group, shown, unit in zip(
         _LOOKS, ("magnitude", "phase"), panels, (1.0, 180.0 / np.pi), strict=False
     ):
         own = table.group == group
-        panel_.plot(table.at[own], unit * table.data[own], mark, markersize=3.0, color=COLORS[color], label="data")
-        panel_.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2, label="fit")
+        shown.plot(table.at[own], unit * table.data[own], mark, markersize=3.0, color=COLORS[color], label="data")
+        shown.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2, label="fit")
         panels[2].plot(table.at[own], table.residual[own], mark, markersize=3.0, color=COLORS[color])
     panels[0].set_xscale("log")
     panels[0].set_yscale("log")
     for level in (-2.0, 0.0, 2.0):
         panels[2].axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
     panels[0].legend(frameon=False)
-    for axes, label in zip(panels, ("magnitude", "phase (deg)", "residual (sd)"), strict=True):
-        axes.set_ylabel(label)
+    for ax, label in zip(panels, ("magnitude", "phase (deg)", "residual (sd)"), strict=True):
+        ax.set_ylabel(label)
     panels[2].set_xlabel(_AXES["frequency_hz"])
     return figure
 
 
-def _draw_statistics(table: Table) -> Figure:
+def _of_statistics(table: Table) -> Figure:
     figure, (above, below) = new_figure(max(4.2, 1.6 + 0.45 * table.at.size), 5.0, ratios=(3.0, 1.4))
     error = np.zeros(table.at.size) if table.error is None else table.error
     size = np.abs(table.fitted)
@@ -132,15 +132,15 @@ def plot_profile(own: Profile, ax: Axes | None = None) -> Axes:
     >>> import springpot as sp
     >>> impacts = sp.MeasuredImpacts([1.0, 2.0, 3.0, 4.0], [0.71, 1.38, 2.12, 2.79])
     >>> found = sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts)
-    >>> profile(found.profile("r")).get_xlabel()
+    >>> sp.figures.plot_profile(found.profile("r")).get_xlabel()
     'r'
     """
-    drawn = panel(ax)
-    drawn.plot(own.values, own.rise, color=COLORS["blue"], linewidth=1.4)
-    drawn.axhline(own.level, color="0.5", linewidth=0.9, linestyle="--")
-    drawn.axvspan(*own.limits, color=COLORS["sky"], alpha=0.25, linewidth=0.0, label="95 % interval")
-    drawn.set_ylim(0.0, min(3.0 * own.level, 1.05 * float(np.max(own.rise[np.isfinite(own.rise)]))))
-    drawn.set_xlabel(own.name)
-    drawn.set_ylabel("rise of the deviance")
-    drawn.legend(frameon=False)
-    return drawn
+    ax = panel(ax)
+    ax.plot(own.values, own.rise, color=COLORS["blue"], linewidth=1.4)
+    ax.axhline(own.level, color="0.5", linewidth=0.9, linestyle="--")
+    ax.axvspan(*own.limits, color=COLORS["sky"], alpha=0.25, linewidth=0.0, label="95 % interval")
+    ax.set_ylim(0.0, min(3.0 * own.level, 1.05 * float(np.max(own.rise[np.isfinite(own.rise)]))))
+    ax.set_xlabel(own.name)
+    ax.set_ylabel("rise of the deviance")
+    ax.legend(frameon=False)
+    return ax

@@ -71,7 +71,7 @@ def plot_terms_against_tolerance(
     Parameters
     ----------
     ax : matplotlib.axes.Axes, optional
-        Where to draw; a new figure if not given.
+        Where to draw; a new figure if left out.
     tolerances : sequence of float
         Relative errors allowed, in [1e-13, 0.1].
 
@@ -86,7 +86,7 @@ def plot_terms_against_tolerance(
 
     Examples
     --------
-    >>> axes = terms_against_tolerance(tolerances=[1e-2, 1e-3])
+    >>> axes = plot_terms_against_tolerance(tolerances=[1e-2, 1e-3])
     >>> [int(terms) for terms in axes.lines[0].get_ydata()]  # at order 0.25
     [8, 11]
     """

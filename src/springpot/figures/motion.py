@@ -102,8 +102,8 @@ def plot_phase_portrait(
 
     Parameters
     ----------
-    data, axes, member, window, label, color
-        As in `path`.
+    data, ax, member, window, label, color
+        As in `plot_path`.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def plot_phase_portrait(
     Raises
     ------
     TypeError, ValueError
-        As in `path`.
+        As in `plot_path`.
 
     Examples
     --------

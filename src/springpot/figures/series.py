@@ -63,8 +63,8 @@ def plot_fourier_error(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 
 
     Parameters
     ----------
-    axes, terms
-        As in `fourier_series`.
+    ax, terms
+        As in `plot_fourier_series`.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def plot_fourier_error(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 
     Raises
     ------
     TypeError, ValueError
-        As in `fourier_series`.
+        As in `plot_fourier_series`.
 
     Examples
     --------
@@ -93,7 +93,7 @@ def plot_fourier_error(ax: Axes | None = None, *, terms: Sequence[int] = (2, 4, 
     return ax
 
 
-def _phase_axis(axes: Axes) -> None:
-    axes.set_xlabel(r"phase $\varphi$ (rad)")
-    axes.set_xlim(-math.pi, math.pi)
-    axes.set_xticks([-math.pi, -math.pi / 2, 0, math.pi / 2, math.pi], ["−π", "−π/2", "0", "π/2", "π"])
+def _phase_axis(ax: Axes) -> None:
+    ax.set_xlabel(r"phase $\varphi$ (rad)")
+    ax.set_xlim(-math.pi, math.pi)
+    ax.set_xticks([-math.pi, -math.pi / 2, 0, math.pi / 2, math.pi], ["−π", "−π/2", "0", "π/2", "π"])

@@ -59,7 +59,7 @@ def plot_study(
     --------
     >>> import springpot as sp
     >>> tree = sp.study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5, 1.0]}})
-    >>> len(draw_study(tree).axes)
+    >>> len(sp.figures.plot_study(tree).axes)
     1
     """
     import json
@@ -74,7 +74,7 @@ def plot_study(
     names = list(names if quantities is None else quantities)
     for name in names:
         if name not in known:
-            raise ValueError(f"quantity must be one of {', '.join(known)}, not {name!r}.")
+            raise ValueError(f"quantities must be among {', '.join(known)}, not {name!r}.")
     if kind not in (None, "curves", "map"):
         raise ValueError(f"kind must be 'curves' or 'map', not {kind!r}.")
     dimensions = [str(dimension) for dimension in some["done"].dims if dimension != "theory"]
@@ -97,16 +97,16 @@ def plot_study(
     rows = -(-len(drawn) // columns)
     figure, panels = new_grid(3.6 * columns + 0.4, 3.0 * rows + 0.5, rows, columns)
     legend: dict[str, Any] = {}
-    for axes, ((name, wall), place) in zip(panels, drawn, strict=False):
+    for ax, ((name, wall), place) in zip(panels, drawn, strict=False):
         here = {part: _at(dataset, name, wall).isel(place) for part, dataset in parts.items() if name in dataset}
         if kind == "map":
-            _map(axes, here, name, used)
+            _map(ax, here, name, used)
         else:
-            _curves(axes, here, name, used[0])
-        axes.set_title(_in_lines([*filter(None, [wall]), *_title(some, place)]), fontsize="medium")
-        legend |= {label: handle for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    for axes in panels[len(drawn) :]:
-        axes.set_axis_off()
+            _curves(ax, here, name, used[0])
+        ax.set_title(_in_lines([*filter(None, [wall]), *_title(some, place)]), fontsize="medium")
+        legend |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    for ax in panels[len(drawn) :]:
+        ax.set_axis_off()
     if legend:
         figure.legend(legend.values(), legend.keys(), loc="outside upper center", ncols=min(len(legend), 4))
     return figure
@@ -175,33 +175,33 @@ def _in_lines(words: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _curves(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str) -> None:
+def _curves(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str) -> None:
     for part, dataset in parts.items():
         where = dataset[along].values
         if part == "simulation":
-            bars(axes, where, dataset[name].values, dataset[f"{name}_se"].values, label="Monte Carlo, 95 %")
+            bars(ax, where, dataset[name].values, dataset[f"{name}_se"].values, label="Monte Carlo, 95 %")
             continue
         for method in dataset["theory"].values:
             color, line = METHOD_LINES[str(method)]
             values = dataset[name].sel(theory=method).values
             if np.isnan(values).all():
                 continue
-            axes.plot(where, values, color=COLORS[color], linestyle=line, label=method_label(str(method)))
-    _scale(axes, "x", where)
-    axes.set_xlabel(_named(next(iter(parts.values()))[along]))
-    axes.set_ylabel(_named(next(iter(parts.values()))[name]))
+            ax.plot(where, values, color=COLORS[color], linestyle=line, label=method_label(str(method)))
+    _scale(ax, "x", where)
+    ax.set_xlabel(_named(next(iter(parts.values()))[along]))
+    ax.set_ylabel(_named(next(iter(parts.values()))[name]))
 
 
-def _map(axes: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Sequence[str]) -> None:
+def _map(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Sequence[str]) -> None:
     across, up = used
     dataset = parts["simulation"] if "simulation" in parts else parts["theory"].isel(theory=-1)
     values = dataset[name].transpose(up, across).values
-    shown = axes.pcolormesh(dataset[across].values, dataset[up].values, values, cmap="cividis", shading="nearest")
-    axes.figure.colorbar(shown, ax=axes, label=_named(dataset[name]))
-    _scale(axes, "x", dataset[across].values)
-    _scale(axes, "y", dataset[up].values)
-    axes.set_xlabel(_named(dataset[across]))
-    axes.set_ylabel(_named(dataset[up]))
+    shown = ax.pcolormesh(dataset[across].values, dataset[up].values, values, cmap="cividis", shading="nearest")
+    ax.figure.colorbar(shown, ax=ax, label=_named(dataset[name]))
+    _scale(ax, "x", dataset[across].values)
+    _scale(ax, "y", dataset[up].values)
+    ax.set_xlabel(_named(dataset[across]))
+    ax.set_ylabel(_named(dataset[up]))
 
 
 def _named(column: xarray.DataArray) -> str:
@@ -221,6 +221,6 @@ def _short(column: xarray.DataArray) -> str:
     return str(column.name).removeprefix("barrier_").replace("_", " ")
 
 
-def _scale(axes: Axes, which: str, values: np.ndarray[Any, Any]) -> None:
+def _scale(ax: Axes, which: str, values: np.ndarray[Any, Any]) -> None:
     if values.min() > 0.0 and values.max() > WIDE * values.min():
-        (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+        (ax.set_xscale if which == "x" else ax.set_yscale)("log")

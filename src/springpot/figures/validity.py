@@ -50,7 +50,7 @@ CASES: Mapping[str, Mapping[str, float]] = {
     "no wall, $\\tau$ = 1\n$\\kappa$ = 1": {"walls": 0, "color": 1.0, "hardening": 1.0},
     "one wall, $\\tau$ = 1\n$\\kappa$ = 1, $r$ = 1": {"walls": 1, "color": 1.0, "hardening": 1.0},
 }
-"""Columns of `draw_system_gaps`: what differs from a linear spring, white noise, and walls at 0 with r = 1."""
+"""Columns of `plot_system_gaps_of_methods`: what differs from a linear spring, white noise, walls at 0, r = 1."""
 
 _USUAL = {"position": 0.0, "apart": 0.0, "restitution": 1.0, "color": 0.0, "hardening": 0.0}
 
@@ -110,13 +110,13 @@ def plot_gaps(
     return _labelled(ax, {name: column[chosen] for name, column in cells.items()}, method, moment, GOOD[moment])
 
 
-def _labelled(axes: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
+def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
     """A panel that stands alone."""
-    _panel(axes, cells, f"{method}:{moment}", good)
-    axes.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
-    axes.set_ylabel(r"order $\alpha$ (1)")
-    axes.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
-    return axes
+    _panel(ax, cells, f"{method}:{moment}", good)
+    ax.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
+    ax.set_ylabel(r"order $\alpha$ (1)")
+    ax.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
+    return ax
 
 
 def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path: Path = MAP_FILE) -> Figure:
@@ -143,7 +143,7 @@ def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MA
 
     Examples
     --------
-    >>> len(draw_gaps("x_mean", "restitution").axes) > 20
+    >>> len(plot_gaps_of_methods("x_mean", "restitution").axes) > 20
     True
     """
     if moment not in GOOD or along not in ("restitution", "position"):
@@ -210,7 +210,7 @@ def plot_system_gaps(
     Returns
     -------
     matplotlib.axes.Axes
-        As of `gaps`.
+        As of `plot_gaps`.
 
     Raises
     ------
@@ -263,7 +263,7 @@ def plot_system_gaps_of_methods(
 
     Examples
     --------
-    >>> len(draw_system_gaps("impact_rate").axes) > 7
+    >>> len(plot_system_gaps_of_methods("impact_rate").axes) > 7
     True
     """
     if moment not in SYSTEMS_GOOD:

@@ -10,11 +10,12 @@ with zeta a Gaussian white noise, E[zeta(t) zeta(s)] = q delta(t - s).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Never
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
 from springpot.problem.parts import Barrier, Mass, Spring, Springpot, WhiteNoise
+from springpot.problem.parts.checks import check_names
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides, check_excited
 from springpot.problem.system import System
 
@@ -60,7 +61,9 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         springpot: Springpot = _SPRINGPOT,
         barrier: Barrier | None = _WALL,
         excitation: WhiteNoise = _NOISE,
+        **others: Never,
     ) -> System:
+        check_names("Oscillator", others, ["natural_frequency", "springpot", "barrier", "excitation"])
         frequency = finite_number(
             natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."
         )

@@ -16,7 +16,7 @@ from springpot.simulation.error.budget import Budget, combine
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Level, Levels, levels_of
 from springpot.simulation.error.reach import checked_quantities
-from springpot.simulation.estimate.samples import estimates_of, samples_of
+from springpot.simulation.estimate.samples import estimates_of, samples_of, watched
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.monte_carlo import diagnostics_of
@@ -138,16 +138,18 @@ def _with_paths(run: Run, paths: object, threads: int | None, progress: Progress
     later = simulation.but(paths=wanted - skipped, record=0 if skipped else settings.record)
     ensemble = later.advance(skipped=skipped, progress=progress)
     rows = np.concatenate([run.path_sums[:skipped], ensemble.rows])
-    values, errors = estimates_of(simulation, rows)
+    seen = watched(simulation, rows)
+    values, errors = estimates_of(simulation, rows, seen)
     biases = step_biases(simulation.motion, settings.step, values, {}, {}, PROBABILITIES)
-    old = {*doubts(simulation.but(paths=before), *_parts(run), run.path_sums)}
+    first = simulation.but(paths=before)
+    old = {*doubts(first, *_parts(run), run.path_sums, watched(first, run.path_sums))}
     kept = (sentence for sentence in run.warnings if sentence not in old)
     return replace(
         run,
         settings=settings,
         estimates=estimates_from(run.system, values, errors, step_biases=biases),
         diagnostics=diagnostics_of(simulation, rows, run.diagnostics["seconds"] + time.perf_counter() - begun),
-        warnings=(*kept, *doubts(simulation, values, errors, rows)),
+        warnings=(*kept, *doubts(simulation, values, errors, rows, seen)),
         record=run.record if skipped else ensemble.record,
         path_sums=rows,
     )

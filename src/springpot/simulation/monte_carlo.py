@@ -19,8 +19,8 @@ from springpot.machine.faults import few, listed, meant, shown
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
-from springpot.simulation.estimate.few_events import error_of_unseen
-from springpot.simulation.estimate.samples import estimates_of, impacts_of, watched_time
+from springpot.simulation.estimate.few_events import Watched, error_of_unseen
+from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.block import COLUMNS
@@ -57,39 +57,40 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     progress = options.pop("progress", None)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
-    system, rtol = system, options.pop("rtol", None)
+    rtol = options.pop("rtol", None)
     of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
-    watched = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
+    wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
-        if watched:
-            raise ValueError(f"{next(iter(watched))} cannot be given with rtol, which controls moments only.")
+        if wishes:
+            raise ValueError(f"{next(iter(wishes))} cannot be given with rtol, which controls moments only.")
         return _run_to(system, rtol, of_rtol, options, progress)
     if "max_time" in of_rtol:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    plan = from_the_start(plan_of(system, **options), watched.get("first_passage"), options.get("window"))
-    wanted = requested(plan, **watched)
+    plan = from_the_start(plan_of(system, **options), wishes.get("first_passage"), options.get("window"))
+    wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     if plan.settings.start == "stationary":
         plan = adapt(plan, progress=progress)
     simulation = simulation_of(plan)
     with _faults_of_own_forces(system):
         ensemble = simulation.advance(observers=wanted.observers, progress=progress)
-    values, errors = estimates_of(simulation, ensemble.rows)
+    seen = watched(simulation, ensemble.rows)
+    values, errors = estimates_of(simulation, ensemble.rows, seen)
     observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
         values[name], errors[name] = float(samples.mean()), standard_error(samples)
     for name, (value, samples) in observed.counted_impacts.items():
         values[name], errors[name] = value, standard_error(samples)
-    errors |= _errors_of_own(simulation, wanted, values, ensemble.rows)
+    errors |= _errors_of_own(wanted, values, seen)
     speeds = observed.distributions.get("impact_speed")
     biases = step_biases(
         plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
     )
     doubtful = (
         *about_options(plan, options),
-        *doubts(simulation, values, errors, ensemble.rows),
+        *doubts(simulation, values, errors, ensemble.rows, seen),
         *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
         *about_observables(observed.means, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
@@ -112,15 +113,12 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     )
 
 
-def _errors_of_own(
-    simulation: Simulation, wanted: Requested, values: dict[str, float], rows: npt.NDArray[np.float64]
-) -> dict[str, float]:
+def _errors_of_own(wanted: Requested, values: dict[str, float], seen: Watched) -> dict[str, float]:
     """The errors of what the user wanted of impacts, where none was seen."""
     found = {}
     if values.get("counted_impact_rate") == 0.0:
-        found["counted_impact_rate"] = error_of_unseen(watched_time(simulation, rows))
-    impacts = impacts_of(simulation, rows).get("")
-    if impacts is not None and not impacts.any():
+        found["counted_impact_rate"] = error_of_unseen(seen.time)
+    if "" in seen.impacts and not seen.impacts[""].any():
         found |= dict.fromkeys(wanted.impact_observables, math.nan)
     return found
 
@@ -144,9 +142,9 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
     reached = reach(system, rtol, progress=progress, **of_rtol, **given)
-    rows = reached.rows
+    rows, seen = reached.rows, watched(reached.simulation, reached.rows)
     warned = [
-        *doubts(reached.simulation, reached.values, reached.errors, rows, bounded=True),
+        *doubts(reached.simulation, reached.values, reached.errors, rows, seen, bounded=True),
         *about_uncontrolled_impacts(reached, rtol),
         *([say("rtol_not_reached", sentence=reached.shortfall)] if reached.shortfall else []),
     ]

@@ -136,7 +136,7 @@ class Densities(Result):
         0.5635
         """
         u = real_array(speed, "speed")
-        if self.paper.barrier is None:
+        if not self.system.stops:
             raise NotCoveredError("There is no impact speed: this system has no wall to strike.")
         return self._impact_speed(u, time)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import PiezoelectricCircuit
@@ -21,7 +20,7 @@ __all__ = [
     "NoStationaryStateError",
     "NotCoveredError",
     "Result",
-    "at_walls",
+    "moments_of",
     "names_of_results",
     "no_answer",
 ]
@@ -97,31 +96,39 @@ def names_of_results(system: System) -> tuple[str, ...]:
     return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
-def at_walls(
-    system: System, rates: Sequence[float], means: Sequence[float], squares: Sequence[float]
-) -> dict[str, Any]:
-    """The moments of impacts, from rate, mean speed and mean square speed at each wall; NaN where a rate is NaN.
+def moments_of(
+    system: System,
+    x_mean: float,
+    x_mean_square: float,
+    v_mean_square: float,
+    hits: Sequence[tuple[float, float, float]] = (),
+    harvested: float | None = None,
+) -> Moments:
+    """The moments of a system from those of x and v, and rate, mean speed and mean square speed at each wall.
+
+    Where a rate is NaN, that of all walls is.
 
     Examples
     --------
     >>> from springpot.problem.parts import Barrier
     >>> walls = System(near=Barrier(-1.0), far=Barrier(2.0, side="below"))
-    >>> at_walls(walls, [1.0, 3.0], [2.0, 4.0], [5.0, 17.0])["impact_speed_mean"]
+    >>> moments_of(walls, 0.0, 1.0, 1.0, [(1.0, 2.0, 5.0), (3.0, 4.0, 17.0)]).impact_speed_mean
     3.5
     """
-    total = math.nan if any(map(math.isnan, rates)) else math.fsum(rates)
-    struck = [(r, s, q) for r, s, q in zip(rates, means, squares, strict=True) if r > 0.0]
-    walls = [*system.stops]
-    return {
-        "impact_rate": total,
-        "impact_speed_mean": sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
-        "impact_speed_mean_square": sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
-        "of_parts": {
-            f"{wall}_{what}": value
-            for what, values in zip(_OF_A_WALL, (rates, means), strict=True)
-            for wall, value in zip(walls, values, strict=True)
-        },
-    }
+    total = math.nan if any(math.isnan(rate) for rate, _, _ in hits) else math.fsum(rate for rate, _, _ in hits)
+    struck = [hit for hit in hits if hit[0] > 0.0]
+    walls = dict(zip(system.stops, hits, strict=False))
+    power = {} if harvested is None else {"harvested_power": harvested}
+    return Moments(
+        amplitude_mean_square=x_mean_square + v_mean_square / system.natural_frequency**2,
+        x_mean=x_mean,
+        x_mean_square=x_mean_square,
+        v_mean_square=v_mean_square,
+        impact_rate=total,
+        impact_speed_mean=sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
+        impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
+        of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(_OF_A_WALL) for wall, hit in walls.items()} | power,
+    )
 
 
 @dataclass(frozen=True)

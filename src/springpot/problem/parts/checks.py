@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, ClassVar, Self
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Checked", "coefficients", "plain", "put", "real", "signed"]
+__all__ = ["Checked", "check_names", "coefficients", "plain", "put", "real", "signed"]
 
 
 class Checked:
@@ -25,11 +26,15 @@ class Checked:
     tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
     def __new__(cls, *_: object, **given: object) -> Self:
-        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
-        for name in given:
-            if name not in known:
-                raise TypeError(f"{cls.__name__} has no argument {shown(name)}{meant(name, known) or _all(known)}")
+        check_names(cls.__name__, given, [field.name for field in fields(cls)])  # type: ignore[arg-type]
         return super().__new__(cls)
+
+
+def check_names(title: str, given: Iterable[str], known: list[str]) -> None:
+    """Refuse an argument that is not known, with the one that was meant."""
+    for name in given:
+        if name not in known:
+            raise TypeError(f"{title} has no argument {shown(name)}{meant(name, known) or _all(known)}")
 
 
 def _all(names: list[str]) -> str:

@@ -12,7 +12,7 @@ from springpot.problem.parts.walls import restitution_of_missed, slow_restitutio
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
-from springpot.simulation.estimate.samples import errors_of_the_start, impacts_of, watched_time
+from springpot.simulation.estimate.samples import errors_of_the_start, watched
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Simulation
@@ -124,8 +124,7 @@ def combine(levels: Levels) -> Estimates:
         middle, half = bias_range(orders, levels.finer)
         values[name], errors[name] = samples[name].value(middle), samples[name].error(middle)
         shares[name] = orders, half
-    rows = levels.best.rows
-    errors |= errors_of_unseen(values, impacts_of(simulation, rows), watched_time(simulation, rows))
+    errors |= errors_of_unseen(values, watched(simulation, levels.best.rows))
     rate = values.get("impact_rate", math.nan)
     restored = 1.0 - plain.value(0.0) / rate if plain is not None and rate > 0.0 else 0.0
     slow = shares_missing(motion, settings.window[0], values)

@@ -8,7 +8,8 @@ one path may come in bursts, so the number that follows Poisson's law is that of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +17,28 @@ import numpy.typing as npt
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import NORMAL
 
-__all__ = ["FEW", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
+__all__ = ["FEW", "Watched", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
 
 Floats = npt.NDArray[np.float64]
 
 FEW = 10  # events, from which on a standard error says enough
 UPPER = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """What was seen of impacts, and for how long.
+
+    Attributes
+    ----------
+    impacts : dict
+        Those of each path: on each wall and contact by its name, on all of them under an empty one; empty without them.
+    time : float
+        Of all windows together, in s.
+    """
+
+    impacts: Mapping[str, Floats]
+    time: float
 
 
 def error_of_unseen(time: float) -> float:
@@ -46,30 +63,28 @@ def chance_below(bound: float, error: float) -> float:
     return -math.expm1(-max(bound, 0.0) * UPPER / (NORMAL * error))
 
 
-def errors_of_unseen(values: Mapping[str, float], struck: Mapping[str, Floats], time: float) -> dict[str, float]:
+def errors_of_unseen(values: Mapping[str, float], watched: Watched) -> dict[str, float]:
     """The errors of results that are 0 because an event was not seen: of a rate a bound, of all else NaN.
 
     Parameters
     ----------
     values : dict
         Results by name.
-    struck : dict
-        Impacts of each path: of each wall by its name, of all under an empty one.
-    time : float
-        Of all windows together, in s.
+    watched : Watched
 
     Examples
     --------
-    >>> errors_of_unseen({"impact_rate": 0.0, "barrier_power": 0.0}, {"": np.zeros(4), "barrier": np.zeros(4)}, 3.0)
+    >>> watched = Watched({"": np.zeros(4), "barrier": np.zeros(4)}, 3.0)
+    >>> errors_of_unseen({"impact_rate": 0.0, "barrier_power": 0.0}, watched)
     {'impact_rate': 0.5102..., 'barrier_power': nan}
     """
     found = {}
-    for name, impacts in struck.items():
+    for name, impacts in watched.impacts.items():
         if impacts.any():
             continue
         before = f"{name}_" if name else ""
         if values.get(f"{before}impact_rate") == 0.0:
-            found[f"{before}impact_rate"] = error_of_unseen(time)
+            found[f"{before}impact_rate"] = error_of_unseen(watched.time)
         of_walls = [f"{before}power", f"{before}force_mean"] if name else ["contact_share", "contact_penetration"]
         found |= {quantity: math.nan for quantity in of_walls if values.get(quantity) == 0.0}
     return found
@@ -93,14 +108,14 @@ def interval(impacts: Floats, time: float) -> tuple[float, float]:
     return of_a_path * float(gammaincinv(paths, 0.025)), of_a_path * float(gammaincinv(paths + 1, 0.975))
 
 
-def about_few(struck: Mapping[str, Floats], time: float) -> Iterator[Message]:
-    """One sentence for each kind of event of which fewer than `FEW` were seen, as in `errors_of_unseen`."""
-    for name, impacts in struck.items():
-        seen = int(impacts.sum())
+def about_few(watched: Watched, walls: Iterable[str]) -> Iterator[Message]:
+    """One sentence for each of these walls of which fewer than `FEW` impacts were seen."""
+    for name in walls:
+        seen = int(watched.impacts[name].sum())
         if seen >= FEW:
             continue
-        low, high = interval(impacts, time)
-        rate, within = f"{name}_impact_rate" if name else "impact_rate", f"{time:.3g} s"
+        low, high = interval(watched.impacts[name], watched.time)
+        rate, within = f"{name}_impact_rate", f"{watched.time:.3g} s"
         if not seen:
             yield say("unseen_impacts", rate=rate, high=high, time=within)
         else:

@@ -16,7 +16,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
-from springpot.simulation.estimate.few_events import errors_of_unseen
+from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.walls import Soft
@@ -29,17 +29,16 @@ __all__ = [
     "errors_of_the_start",
     "estimates_of",
     "has_damping",
-    "impacts_of",
     "samples_of",
     "taken_by_walls",
-    "watched_time",
+    "watched",
 ]
 
 Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
 
 
-def estimates_of(simulation: Simulation, rows: Floats) -> tuple[dict[str, float], dict[str, float]]:
+def estimates_of(simulation: Simulation, rows: Floats, seen: Watched) -> tuple[dict[str, float], dict[str, float]]:
     """Values and standard errors, both by name; the errors include that of an adapted start.
 
     Parameters
@@ -47,6 +46,8 @@ def estimates_of(simulation: Simulation, rows: Floats) -> tuple[dict[str, float]
     simulation : Simulation
     rows : ndarray, shape (paths, columns of the parts)
         Of `Simulation.advance`.
+    seen : Watched
+        Of `watched`.
 
     Returns
     -------
@@ -59,13 +60,16 @@ def estimates_of(simulation: Simulation, rows: Floats) -> tuple[dict[str, float]
     values = {name: value for name, (value, _) in samples.items()}
     start = errors_of_the_start(simulation.plan, values)
     errors = {name: math.hypot(standard_error(per_path), start[name]) for name, (_, per_path) in samples.items()}
-    return values, errors | errors_of_unseen(values, impacts_of(simulation, rows), watched_time(simulation, rows))
+    return values, errors | errors_of_unseen(values, seen)
 
 
-def watched_time(simulation: Simulation, rows: Floats) -> float:
-    """The time in all windows together, in s."""
+def watched(simulation: Simulation, rows: Floats) -> Watched:
+    """The impacts of each path, and the time in all windows together."""
+    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
+    at_walls = {name: sums[0] for name, sums in _at_walls(simulation.motion.system, column).items()}
     low, high = simulation.settings.window_steps
-    return len(rows) * (high - low) * simulation.settings.step
+    time = len(rows) * (high - low) * simulation.settings.step
+    return Watched({"": column["impacts"], **at_walls} if at_walls else {}, time)
 
 
 def samples_of(simulation: Simulation, rows: Floats) -> Samples:
@@ -149,13 +153,6 @@ def _balance(
     elif not any(named.does in ("feeds", "works") for named in works):
         found["energy_residual"] = residual(fed, 0.0, column["energy_first"] / time)
     return found
-
-
-def impacts_of(simulation: Simulation, rows: Floats) -> dict[str, Floats]:
-    """Impacts of each path: on each wall and contact by its name, on all of them under an empty one."""
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    at_walls = {name: sums[0] for name, sums in _at_walls(simulation.motion.system, column).items()}
-    return {"": column["impacts"], **at_walls} if at_walls else {}
 
 
 def has_damping(system: System) -> bool:

@@ -15,8 +15,7 @@ import numpy.typing as npt
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
 from springpot.problem.parts import Springpot
-from springpot.simulation.estimate.few_events import about_few
-from springpot.simulation.estimate.samples import impacts_of, watched_time
+from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
     quantile_step_bias,
@@ -52,7 +51,7 @@ GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that g
 
 
 def doubts(
-    simulation: Simulation, values: Values, errors: Values, rows: Floats, *, bounded: bool = False
+    simulation: Simulation, values: Values, errors: Values, rows: Floats, seen: Watched, *, bounded: bool = False
 ) -> list[Message]:
     """One message for each reason to doubt a number of a run.
 
@@ -73,7 +72,7 @@ def doubts(
         *_about_energy(simulation, values, errors, rows),
         *_about_memory(simulation, values, errors),
         *([] if bounded else _about_slow_impacts(simulation, values)),
-        *_about_walls(simulation, values, rows),
+        *_about_walls(simulation, values, seen),
     ]
 
 
@@ -160,15 +159,13 @@ def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Mess
         yield say("slow_impacts_of_some_wall", low=low, step=step)
 
 
-def _about_walls(simulation: Simulation, values: Values, rows: Floats) -> Iterator[Message]:
+def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Iterator[Message]:
     """For each wall that is misplaced, it seems, or of which few impacts were seen."""
     system = simulation.motion.system
     rates = {name: values[f"{name}_impact_rate"] for name in simulation.motion.touched}
     odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
     yield from odd.values()
-    impacts = impacts_of(simulation, rows)
-    few = {name: impacts[name] for name, rate in rates.items() if math.isfinite(rate) and name not in odd}
-    yield from about_few(few, watched_time(simulation, rows))
+    yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
 
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:

@@ -277,8 +277,8 @@ def exact(system: System) -> Exact | ExactLaw:
     Examples
     --------
     >>> import springpot as sp
-    >>> dashpot, wall = sp.Springpot(order=1.0, coefficient=0.5), sp.Barrier(position=1.0, side="above")
-    >>> preloaded = sp.Oscillator(springpot=dashpot, barrier=wall)
+    >>> wall = sp.Barrier(position=1.0, side="above")
+    >>> preloaded = sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=0.5), barrier=wall)
     >>> round(exact(preloaded).x_mean, 4), round(exact(preloaded).impact_rate, 4)
     (1.5251, 0.6084)
     >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)

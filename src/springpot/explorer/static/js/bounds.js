@@ -1,25 +1,10 @@
 // Which displacements and velocities the pictures of the motion show.
 
-import { ofSystem } from "./problem.js";
-import { lengthScale } from "./state.js";
-
 export function setBounds(view) {
-  const places = view.theory?.places ?? {}, { values } = view;
-  if (places.x && !ofSystem) {
-    [view.low, view.high] = [places.x[0], places.x[places.x.length - 1]];
-    view.fastest = places.v[places.v.length - 1];
-  } else if (ofSystem) {
-    const { edges } = view.densities?.x ?? {};
-    const measured = edges?.length > 2, from = places.x ?? [view.sizes.low, view.sizes.high];
-    [view.low, view.high] = measured ? [edges[0], edges[edges.length - 1]] : [from[0], from[from.length - 1]];
-    const speeds = view.densities?.v?.edges;
-    view.fastest = measured && speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : view.sizes.fastest;
-  } else {
-    const scale = lengthScale(values);
-    view.low = values.wall ? values.position : -3 * scale;
-    view.high = (values.wall ? Math.max(values.position, 0) : 0) + 3 * scale;
-    view.fastest = 3 * scale * values.natural_frequency;
-  }
+  const { x: places } = view.theory?.places ?? {}, { x: { edges } = {}, v: { edges: speeds } = {} } = view.densities ?? {};
+  const from = edges?.length > 2 ? edges : places ?? [view.sizes.low, view.sizes.high];
+  [view.low, view.high] = [from[0], from[from.length - 1]];
+  view.fastest = speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : view.sizes.fastest;
 }
 
 // rare large motions, and growing ones, make room for themselves
@@ -35,8 +20,8 @@ export function stretch(view, x, v) {
 
 // with every wall that is not far away
 export function boundsOf(view) {
-  const wide = view.high - view.low, near = view.walls.filter(({ position }) => !ofSystem || (position > view.low - 1.2 * wide && position < view.high + 1.2 * wide));
-  const soft = ofSystem ? 0.03 * wide : 0;
+  const wide = view.high - view.low, near = view.walls.filter(({ position }) => position > view.low - 1.2 * wide && position < view.high + 1.2 * wide);
+  const soft = 0.03 * wide;
   return [Math.min(view.low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
     Math.max(view.high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
 }

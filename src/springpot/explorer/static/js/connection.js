@@ -21,7 +21,7 @@ export class Connection extends EventTarget {
     this.state = state;
     this.generation = 0; // of the question that is answered
     this.newest = 0; // of the one that was asked last
-    this.waiting = new Map(); // those of a system that were not taken yet
+    this.waiting = new Map(); // those that were not taken yet
     this.frames = 0; // binary ones received, for whoever measures
     this.timer = null;
     this.lastAsked = 0;
@@ -75,23 +75,18 @@ export class Connection extends EventTarget {
       this.lastAsked = performance.now();
       this.newest += 1;
       const problem = this.state.problem(this.newest);
-      // a system may not be possible: until the server has taken it, the one before goes on
-      if (problem.kind === "system") this.waiting.set(this.newest, { problem, values: { ...this.state.values } });
-      else this.begin(problem);
+      // it may not be possible: until the server has taken it, the one before goes on
+      this.waiting.set(this.newest, { problem, values: { ...this.state.values } });
       this.send(problem);
     }, wait);
-  }
-
-  begin(problem) {
-    this.generation = problem.generation;
-    this.say("asked", problem);
   }
 
   taken(generation) {
     const { problem, values } = this.waiting.get(generation);
     for (const older of [...this.waiting.keys()].filter((one) => one <= generation)) this.waiting.delete(older);
     this.good = values;
-    this.begin(problem);
+    this.generation = generation;
+    this.say("asked", problem);
   }
 
   file() { this.send({ kind: "file" }); }

@@ -1,63 +1,56 @@
 // Sliders and fields: what a person changes, and how it is shown.
 
-import { OPENED, ofSystem } from "./problem.js";
-import { DEFAULTS, PARAMETERS, checked, lengthScale, rangeOf, tidy } from "./state.js";
+import { OPENED, PARAMETERS, isWall, titleOf, wholeName } from "./problem.js";
+import { checked, tidy } from "./state.js";
 import { plain, short } from "./numbers.js";
-import { CHOICES } from "./units.js";
+import { CHOICES, askedAs, shownAs } from "./units.js";
 
-export const PRESETS = {
-  paper: { label: "The paper: wall at rest, elastic", note: "Half-order springpot at C = Ω = q = 1, the middle of the paper's figure.", values: {} },
-  light: { label: "Light damping", note: "Where averaging is accurate: a narrow band, and a slow approach to the stationary state.", values: { coefficient: 0.1 } },
-  dashpot: { label: "Dashpot: solved exactly", note: "At α = 1 the impacting oscillator is the mirrored linear one, and all theories must meet.", values: { order: 1 } },
-  rubber: { label: "Rubber-like: small order", note: "Nearly a spring with a long memory: a run from rest stays transient for long.", values: { order: 0.2 } },
-  pounding: { label: "Pounding across a gap", note: "A building with a neighbour: wall half a length scale away, lossy impacts, light damping.", values: { order: 0.6, coefficient: 0.15, position: -0.5, restitution: 0.65 } },
-  preload: { label: "Preload: pressed to a stop", note: "The spring presses the mass to the wall, as in a valve or a contact probe: short hops.", values: { coefficient: 0.5, position: 0.6, restitution: 0.8 } },
-  lossy: { label: "Very lossy wall", note: "Energy leaves at the wall; slow impacts crowd together.", values: { coefficient: 0.1, restitution: 0.5 } },
-  fast: { label: "Ω = 3: the misprint shows", note: "Away from Ω = 1 the formula as printed is off by the factor Ω that was lost on the way to Eq. 18.", values: { order: 0.7, coefficient: 0.2, natural_frequency: 3 } },
-  free: { label: "No wall", note: "The linear fractional oscillator, with an exact spectrum to compare with.", values: { wall: false } },
-  undamped: { label: "α = 0: no stationary state", note: "An elastic element dissipates nothing: the energy grows as q t / 2, and no theory claims otherwise.", values: { order: 0 } },
-};
+const FINEST = 300; // a slider whose end is so many times its number is moved to it
 
 export class Controls {
   constructor(state, form) {
     this.state = state;
+    this.form = form;
     this.rows = {};
-    const sliders = form.querySelector("#sliders");
     this.refused = null; // the number that the system does not take, and why
-    if (ofSystem) this.parts(sliders, form);
-    else {
-      for (const name of Object.keys(PARAMETERS)) sliders.append(this.row(name));
-      this.wall = form.querySelector("#wall");
-      sliders.insertBefore(this.wall.closest("label"), this.rows.position.element);
-      this.wall.addEventListener("change", () => state.set({ wall: this.wall.checked }));
-    }
-    this.simple(form, "paths", "change");
-    this.simple(form, "start", "change");
-    this.simple(form, "seed", "input");
+    for (const part of OPENED.parts) form.querySelector("#sliders").append(this.part(part));
+    this.simple("paths", "change");
+    this.simple("start", "change");
+    this.simple("seed", "input");
     form.querySelector("#seed").addEventListener("blur", () => this.show());
     form.querySelector("#new-seed").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
-    if (!ofSystem) {
-      for (const radio of form.querySelectorAll("[name=units]")) {
-        radio.addEventListener("change", () => state.setUnits(radio.value));
-      }
-      this.presets(form);
-    }
+    for (const radio of document.querySelectorAll("[name=units]")) radio.addEventListener("change", () => state.setUnits(radio.value));
+    this.examples = form.querySelector("#example");
+    this.examples.append(...OPENED.examples.map(({ label }, i) => new Option(label, i)), new Option("your own", "own"));
+    this.examples.addEventListener("change", () => {
+      const chosen = OPENED.examples[this.examples.value];
+      if (!chosen) return;
+      this.touched = this.refused = null;
+      state.take(chosen);
+    });
     form.addEventListener("submit", (event) => event.preventDefault());
-    this.form = form;
     state.onChange(() => this.show());
   }
 
-  // the numbers of a system, under the name of each part
-  parts(sliders, form) {
-    for (const { name, title, note } of OPENED.parts) {
-      const own = Object.keys(PARAMETERS).filter((number) => number.startsWith(`${name}-`));
-      const group = document.createElement("section");
-      group.className = "part";
-      group.append(Object.assign(document.createElement("h3"), { textContent: title }), ...own.map((number) => this.row(number)));
-      if (note) group.firstChild.append(" ", Object.assign(document.createElement("small"), { textContent: note }));
-      sliders.append(group);
+  // the numbers of a part under its name; a wall can be left out
+  part({ name, title, note, glyph }) {
+    const own = Object.keys(PARAMETERS).filter((number) => number.startsWith(`${name}-`));
+    const group = document.createElement("section"), head = document.createElement("h3");
+    group.className = "part";
+    group.dataset.part = name;
+    head.textContent = title;
+    if (note) head.append(" ", Object.assign(document.createElement("small"), { textContent: note }));
+    if (isWall({ glyph })) {
+      const box = Object.assign(document.createElement("input"), { type: "checkbox", id: `with-${name}`, title: "uncheck to leave this wall out" });
+      box.setAttribute("aria-label", `with ${title}`);
+      box.addEventListener("change", () => {
+        const { without } = this.state.values;
+        this.set({ without: box.checked ? without.filter((one) => one !== name) : [...without, name] }, null);
+      });
+      head.prepend(box);
     }
-    form.querySelector("#to-file").addEventListener("click", () => this.set(Object.fromEntries(Object.keys(PARAMETERS).map((name) => [name, DEFAULTS[name]])), null));
+    group.append(head, ...own.map((number) => this.row(number)));
+    return group;
   }
 
   // a change by hand; if the system does not take it, the reason is shown beside this number
@@ -76,41 +69,24 @@ export class Controls {
   }
 
   // the numbers that are to be found from data
-  ticked() { return Object.keys(this.rows).filter((name) => this.rows[name].element.querySelector(".tick")?.checked); }
+  ticked() { return Object.keys(this.rows).filter((name) => this.rows[name].element.querySelector(".tick").checked); }
 
-  simple(form, name, event) {
-    const field = form.querySelector(`#${name}`);
+  simple(name, event) {
+    const field = this.form.querySelector(`#${name}`);
     field.addEventListener(event, () => {
       const value = checked(name, field.value);
       if (value === null) mark(field, false); else this.state.set({ [name]: value });
     });
   }
 
-  presets(form) {
-    this.preset = form.querySelector("#preset");
-    this.presetNote = form.querySelector("#preset-note");
-    this.preset.append(new Option("your own", "own"));
-    for (const [name, { label }] of Object.entries(PRESETS)) this.preset.append(new Option(label, name));
-    this.preset.addEventListener("change", () => {
-      const chosen = PRESETS[this.preset.value];
-      if (!chosen) return;
-      const base = {
-        order: 0.5, coefficient: 1, natural_frequency: 1, intensity: 1, wall: true, position: 0, restitution: 1,
-      };
-      if (chosen.values.natural_frequency) this.state.units = "si";
-      this.state.set({ ...base, ...chosen.values });
-    });
-  }
-
   row(name) {
-    const { said, kind } = PARAMETERS[name], whose = ofSystem ? `${OPENED.parts.find((part) => name.startsWith(`${part.name}-`)).title}, ${said}` : said;
+    const { kind, steps, free } = PARAMETERS[name], whose = wholeName(name);
     const element = document.createElement("div");
     element.className = "parameter";
     const choices = kind ? Object.entries(CHOICES[kind]).map(([key, unit]) => `<option value="${key}">${unit.name}</option>`).join("") : "";
-    const tick = ofSystem ? `<input type="checkbox" class="tick" id="free-${name}" aria-label="find ${whose} from data" title="find this number from data"${PARAMETERS[name].free ? " checked" : ""}>` : "";
-    element.innerHTML = `${tick}
+    element.innerHTML = `<input type="checkbox" class="tick" id="free-${name}" aria-label="find ${whose} from data" title="find this number from data"${free ? " checked" : ""}>
       <label for="field-${name}"><i></i> <span></span> <small class="hint"></small></label>
-      <input type="range" id="slider-${name}" min="0" max="${PARAMETERS[name].steps}" step="1" aria-label="${whose}">
+      <input type="range" id="slider-${name}" min="0" max="${steps}" step="1" aria-label="${whose}">
       <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small>${kind ? `<select id="unit-${name}" class="unit" aria-label="unit of the ${whose}">${choices}</select>` : ""}</span>
       <small class="range" id="range-${name}" hidden></small>`;
     const slider = element.querySelector("[type=range]"), field = element.querySelector("[type=number]");
@@ -125,7 +101,7 @@ export class Controls {
       this.show();
     });
     choice?.addEventListener("change", () => this.state.setShown(kind, choice.value));
-    element.querySelector(".tick")?.addEventListener("change", () => this.onTick?.());
+    element.querySelector(".tick").addEventListener("change", () => this.onTick?.());
     this.rows[name] = {
       element, slider, field, choice, decades: 0,
       symbol: element.querySelector("label i"), name: element.querySelector("label span"),
@@ -134,74 +110,73 @@ export class Controls {
     return element;
   }
 
-  // what a number in the page's own units is multiplied with to be shown
-  factor(name) {
+  // the unit in which a number is shown and typed
+  unit(name) {
     const { kind } = PARAMETERS[name];
-    return kind && this.state.units === "si" ? CHOICES[kind][this.state.shown[kind]].factor : 1;
+    return kind ? CHOICES[kind][this.state.shown[kind]] : {};
   }
 
   fromField(name) {
-    const { value } = this.rows[name].field, factor = this.factor(name);
-    return value.trim() === "" || factor === 1 ? checked(name, value) : checked(name, tidy(Number(value) / factor));
+    const value = checked(name, this.rows[name].field.value), unit = this.unit(name);
+    return value === null || (unit.factor ?? 1) === 1 && !unit.power ? value : tidy(askedAs(value, unit));
   }
 
-  // the ends of a logarithmic slider move by whole decades to where a value from elsewhere lies
+  // the ends of a slider move by whole decades to where a value from elsewhere lies
   ends(name) {
     const { begin, end } = PARAMETERS[name], { decades } = this.rows[name];
     return [begin * 10 ** decades, end * 10 ** decades];
   }
 
   reach(name, value) {
-    const { begin, end, log } = PARAMETERS[name], [low, high] = this.ends(name);
-    if (!log || !(value > 0) || (value > low * 0.999 && value < high * 1.001)) return;
-    const usual = value >= begin && value <= end;
-    this.rows[name].decades = usual ? 0 : Math.round(Math.log10(value / Math.sqrt(begin * end)));
+    const { begin, end, log, unit, kind } = PARAMETERS[name], [low, high] = this.ends(name), size = Math.abs(value);
+    if (!unit && !kind) return; // orders and shares have ends of their own
+    const least = log ? low * 0.999 : high / FINEST;
+    if (!(size > 0) || (log && !(value > 0)) || (size > least && size < high * 1.001)) return;
+    const usual = log ? value >= begin && value <= end : size <= end && size > end / FINEST;
+    this.rows[name].decades = usual ? 0 : Math.round(Math.log10(size / (log ? Math.sqrt(begin * end) : 0.3 * end)));
   }
 
   fromSlider(name, place) {
-    const { log, scaled, steps } = PARAMETERS[name], [from, to] = this.ends(name);
+    const { log, steps } = PARAMETERS[name], [from, to] = this.ends(name);
     const part = place / steps;
-    if (log) return Number((from * (to / from) ** part).toPrecision(3));
-    const value = from + (to - from) * part;
-    return Number((scaled ? value * lengthScale(this.state.values) : value).toPrecision(4));
+    return Number((log ? from * (to / from) ** part : from + (to - from) * part).toPrecision(log ? 3 : 4));
   }
 
   toSlider(name, value) {
-    const { log, scaled, steps } = PARAMETERS[name], [from, to] = this.ends(name);
-    const inner = scaled ? value / lengthScale(this.state.values) : value;
-    const part = log ? Math.log(Math.max(inner, from) / from) / Math.log(to / from) : (inner - from) / (to - from);
+    const { log, steps } = PARAMETERS[name], [from, to] = this.ends(name);
+    const part = log ? Math.log(Math.max(value, from) / from) / Math.log(to / from) : (value - from) / (to - from);
     return Math.round(Math.min(Math.max(part, 0), 1) * steps);
   }
 
   show() {
-    const { values, units, shown } = this.state, si = units === "si";
+    const { values, shown, units } = this.state;
     for (const [name, row] of Object.entries(this.rows)) {
-      const label = PARAMETERS[name], choice = si ? shown[label.kind] : undefined, factor = this.factor(name);
-      const said = { ...label, ...label.other?.[choice] };
-      const unit = si ? (choice ? CHOICES[label.kind][choice].name : label.unit ?? "") : label.dimensionless ?? "";
-      const [low, high] = rangeOf(name, values).map((end) => end * factor);
+      const choice = this.unit(name), said = { ...PARAMETERS[name], ...choice };
       this.reach(name, values[name]);
       row.slider.value = this.toSlider(name, values[name]);
-      row.slider.setAttribute("aria-valuetext", `${short(values[name] * factor)} ${unit}`);
+      row.slider.setAttribute("aria-valuetext", `${short(shownAs(values[name], choice))} ${choice.name ?? said.unit}`);
       const refused = this.refused?.name === name;
       if (document.activeElement !== row.field || (!refused && this.fromField(name) !== values[name])) {
-        row.field.value = plain(values[name] * factor);
+        row.field.value = plain(shownAs(values[name], choice));
       }
-      if (ofSystem) {
-        row.range.textContent = refused ? this.refused.sentence : "a number";
-        mark(row.field, !refused);
-      } else {
-        Object.assign(row.field, { min: low, max: high, title: `from ${short(low, 3)} to ${short(high, 3)}` });
-        row.range.textContent = row.field.title;
-        mark(row.field, (name === "position" && !values.wall) || (low <= values[name] * factor && values[name] * factor <= high));
-      }
+      row.range.textContent = refused ? this.refused.sentence : "a number";
+      mark(row.field, !refused);
       row.symbol.textContent = said.symbol;
       row.name.textContent = said.said;
-      row.hint.textContent = said.hint ?? "";
-      row.unit.textContent = row.choice && si ? "" : unit;
-      if (row.choice) Object.assign(row.choice, { hidden: !si, value: choice ?? row.choice.value });
+      row.hint.textContent = said.hint;
+      row.unit.textContent = row.choice ? "" : said.unit;
+      if (row.choice) row.choice.value = shown[said.kind];
     }
-    if (!ofSystem) this.showOscillator(values, si);
+    for (const group of this.form.querySelectorAll(".part")) {
+      const out = values.without.includes(group.dataset.part), box = group.querySelector("h3 input");
+      if (box) box.checked = !out;
+      group.classList.toggle("off", out);
+      for (const field of group.querySelectorAll(".parameter input")) field.disabled = out;
+    }
+    const example = OPENED.examples.findIndex((one) => this.state.is(one));
+    this.examples.value = example < 0 ? "own" : example;
+    this.form.querySelector("#example-note").textContent = OPENED.examples[example]?.note ?? "";
+    document.querySelector(`[name=units][value=${units}]`).checked = true;
     for (const name of ["paths", "start", "seed"]) {
       const field = this.form.querySelector(`#${name}`);
       if (field.tagName === "SELECT" && ![...field.options].some((o) => o.value === String(values[name]))) {
@@ -210,27 +185,6 @@ export class Controls {
       if (document.activeElement !== field || field.tagName === "SELECT") field.value = values[name];
       mark(field, true);
     }
-  }
-
-  showOscillator(values, si) {
-    this.rows.coefficient.symbol.textContent = si ? "C" : "c";
-    for (const name of ["natural_frequency", "intensity"]) this.rows[name].element.hidden = !si;
-    for (const name of ["position", "restitution"]) {
-      this.rows[name].slider.disabled = this.rows[name].field.disabled = !values.wall;
-      this.rows[name].element.classList.toggle("off", !values.wall);
-    }
-    this.wall.checked = values.wall;
-    this.form.querySelector(`[name=units][value=${si ? "si" : "dimensionless"}]`).checked = true;
-    this.showPreset();
-  }
-
-  showPreset() {
-    const { values } = this.state;
-    const base = { order: 0.5, coefficient: 1, natural_frequency: 1, intensity: 1, wall: true, position: 0, restitution: 1 };
-    const match = Object.entries(PRESETS).find(([, preset]) =>
-      Object.entries({ ...base, ...preset.values }).every(([name, value]) => values[name] === value));
-    this.preset.value = match ? match[0] : "own";
-    this.presetNote.textContent = match ? match[1].note : "";
   }
 }
 

@@ -1,7 +1,7 @@
 // A file of measured data beside the system: it is read here, and the server fits the ticked numbers to it.
 
 import { Chart } from "./charts.js";
-import { OPENED, PARAMETERS } from "./problem.js";
+import { PARAMETERS, wholeName } from "./problem.js";
 import { short, withError } from "./numbers.js";
 import { palette } from "./theme.js";
 
@@ -10,9 +10,6 @@ const PARTS = /[^]{1,7000}(?![\udc00-\udfff])/g; // no sign is cut in two
 const NO_TEXT = /[\0-\x08\x0b\x0e-\x1f]/; // what no table of text has
 const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
 const COLORS = ["path", "impact", "pinned"];
-const TITLES = Object.fromEntries((OPENED.parts ?? []).map(({ name, title }) => [name, title]));
-
-export const wholeName = (name) => `${TITLES[name.split("-")[0]]}, ${PARAMETERS[name].said}`;
 const pause = (time) => new Promise((done) => { setTimeout(done, time); });
 
 export class FitCard {

@@ -7,13 +7,13 @@ import { FitCard } from "./fit.js";
 import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
 import { Phase } from "./phase.js";
-import { pinOf, showPinned, snapshot } from "./pinned.js";
-import { OPENED, circuitsOf, elementsOf, isThermal, ofSystem, wallsOf } from "./problem.js";
+import { showPinned, snapshot } from "./pinned.js";
+import { OPENED, ORDERS, circuitsOf, elementsOf, hasWalls, isRecorded, isSoft, isThermal, orderOf, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
-import { makePartsCard, showEquation, startSystem } from "./system.js";
+import { makePartsCard, showEquation } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
 import { Table, fadeWhereCut, isTransient } from "./table.js";
-import { nameTiles, showTiles } from "./tiles.js";
+import { showTiles } from "./tiles.js";
 import { Track } from "./track.js";
 import { startSaving } from "./saving.js";
 import { save } from "./share.js";
@@ -36,11 +36,13 @@ const view = {
   theory: null, growth: null, curve: null,
   old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
   measured: null, densities: null, grown: null, marker: null, copies: null, pin: null,
-  sizes: OPENED.sizes, // of a system: how fast and how far it moves, roughly
+  sizes: OPENED.sizes, // how fast and how far the mass moves, roughly
+  quantities: OPENED.quantities, // columns of the tables
   get values() { return state.values; },
-  get frequency() { return this.sizes?.frequency ?? state.values.natural_frequency; },
+  get frequency() { return this.sizes.frequency; },
   get walls() { return wallsOf(state.values); },
-  get si() { return state.units === "si"; },
+  // the time from which on averages are taken
+  after(time) { return `${state.si ? "t" : "Ωt"} > ${short(time * unitOf("time", state).factor, 3)}${state.si ? " s" : ""}`; },
   timeWindow() {
     const wide = SHOWN_RADIANS / this.frequency;
     return track.now.t > wide ? [track.now.t - wide, track.now.t] : [0, wide];
@@ -54,13 +56,11 @@ const answered = {}; // what theory, growth and curve depend on, when they came
 const dirty = new Set();
 
 startTheme(element("theme"));
-if (ofSystem) startSystem(element);
-nameTiles(element);
 const controls = new Controls(state, element("form"));
-if (ofSystem) new FitCard(element, connection, controls);
+new FitCard(element, connection, controls);
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
-const panels = makePanels(view, element, { onOrder: (order) => state.set({ order }) });
+const panels = makePanels(view, element, { onOrder: (order) => state.set(Object.fromEntries(ORDERS.map((name) => [name, order]))) });
 const partsCard = makePartsCard(element("parts-table"));
 const table = new Table(element("table"), element("warnings"), element("silent"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
 
@@ -74,19 +74,21 @@ on("connection", ({ open, text, reason }) => {
 });
 on("status", ({ theory, kernel }) => {
   if (kernel) { if (!compiling) status("live", "live"); }
-  else status("loading", ofSystem ? "loading theory and simulation…" : theory ? "loading the kernel (the first time it is compiled)…" : "loading theory and kernel…");
+  else status("loading", theory ? "loading the simulation…" : "loading theory and simulation…");
 });
 on("compiling", () => {
   compiling = true;
   status("loading", "compiling, once for this kind of system…");
   element("tile-paths-note").textContent = "compiling, once for this kind of system…";
 });
-on("view", ({ equation, sizes }) => {
+on("view", ({ equation, sizes, paper, quantities }) => {
   showEquation(element, equation);
-  view.sizes = sizes;
+  Object.assign(view, { sizes, quantities });
+  state.paper = paper;
+  showPaper();
   setSpeed();
   setBounds(view);
-  dirty.add("motion");
+  drawnChanged();
 });
 on("file", ({ name, text }) => save(name, new Blob([text], { type: "application/toml" })));
 on("asked", (problem) => {
@@ -105,7 +107,7 @@ on("refused", ({ sentence, asked }) => {
   if (asked === null) return notPossible(sentence);
   if (!connection.good) { // the numbers of a link
     state.set({ ...DEFAULTS });
-    return notice("link", `The link's numbers are not possible: ${sentence} Those of the file are used.`);
+    return notice("link", `The link's numbers are not possible: ${sentence} The usual ones are used.`);
   }
   // the last good state stays, and goes on; beside the number stands why
   if (!controls.refuse(sentence, connection.good)) notice("question", `Not possible: ${sentence}`);
@@ -131,16 +133,15 @@ on("estimates", (message) => {
   addRoots(values, errors);
   compiled();
   view.measured = message;
-  view.marker = { order: question.order, value: message.values.amplitude_mean_square, error: message.errors.amplitude_mean_square };
+  view.marker = { order: orderOf(connection.good, state.paper), value: message.values.amplitude_mean_square, error: message.errors.amplitude_mean_square };
   for (const name of ["numbers", "curve"]) dirty.add(name);
 });
 on("densities", ({ arrays }) => {
   view.densities = {};
   Object.keys(DENSITIES).forEach((name, i) => { view.densities[name] = { edges: arrays[2 * i], density: arrays[2 * i + 1] }; });
   if (view.measured?.undefined) view.densities.impact_speed = { edges: [], density: [] }; // of as many as the step counts
-  if (ofSystem) setBounds(view);
-  for (const name of Object.keys(DENSITIES)) dirty.add(name);
-  if (ofSystem) drawnChanged();
+  setBounds(view);
+  drawnChanged();
 });
 on("grown", ({ arrays: [mean, error] }) => { view.grown = { mean, error }; dirty.add("growth"); });
 on("motion", ({ arrays }) => {
@@ -164,14 +165,10 @@ function addRoots(values, errors) {
 const rootOf = (square) => (square >= 0 && square !== null ? Math.sqrt(square) : null);
 
 // neither seed nor paths matter to any of them
-function dependsOn(asked) {
-  if (!ofSystem) return ofOscillator(asked);
-  const all = JSON.stringify(asked.numbers);
-  return { theory: all, growth: all + asked.start, curve: "" };
-}
-function ofOscillator({ order, start, coefficient, natural_frequency, intensity, wall, position, restitution }) {
-  const all = [coefficient, natural_frequency, intensity, ...(wall ? [position, restitution] : [])];
-  return { theory: String([...all, order]), growth: String([...all, order, start]), curve: String(all) };
+function dependsOn({ numbers, without, start }) {
+  const left = Object.entries(numbers).filter(([name]) => !without.some((part) => name.startsWith(`${part}-`)));
+  const all = JSON.stringify([left, without]);
+  return { theory: all, growth: all + start, curve: JSON.stringify([left.filter(([name]) => !ORDERS.includes(name)), without]) };
 }
 
 function take(kind, message) {
@@ -194,7 +191,7 @@ function showOld() {
 
 // nothing will come in the place of what is old
 function notPossible(sentence) {
-  notice("question", `Not possible: ${typeset(sentence, view.si)}`);
+  notice("question", `Not possible: ${typeset(sentence)}`);
   if (!view.measured) view.marker = null;
   element("tile-paths-note").textContent = "\u00a0";
   for (const kind of Object.keys(view.old)) {
@@ -224,15 +221,16 @@ function drawMotion() {
   element("out-of-view").textContent = far;
   element("out-of-view").hidden = !far;
   const time = track.now.t ?? 0, [since, until] = view.timeWindow();
-  const places = Math.min(Math.max(Math.round(2.6 - Math.log10(until - since)), 0), 8); // a tenth of a second in 40
-  element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${view.si ? "t" : "Ωt"} = ${time.toFixed(places)}${view.si ? " s" : ""} of ${short(track.end, 4)}`;
+  const inUnits = unitOf("time", state).factor, places = Math.min(Math.max(Math.round(2.6 - Math.log10((until - since) * inUnits)), 0), 8); // a tenth of a second in 40
+  element("clock").textContent = track.path === null ? "" : `path ${grouped(track.path)} · ${state.si ? "t" : "Ωt"} = ${(time * inUnits).toFixed(places)}${state.si ? " s" : ""} of ${short(track.end * inUnits, 4)}`;
 }
 
 function drawTraces() {
   const units = unitsOf(), bounds = boundsOf(view), pad = 0.04 * (bounds[1] - bounds[0]);
+  const { paper } = state, mu = paper && (view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square);
   phase.draw({
-    values: view.values, walls: view.walls, bounds: [bounds[0] - pad, bounds[1] + (ofSystem ? pad : 0)], fastest: view.fastest, units,
-    mu: ofSystem ? 0 : view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square ?? 0,
+    walls: view.walls, bounds: [bounds[0] - pad, bounds[1] + pad], fastest: view.fastest, units,
+    ring: mu > 0 ? { radius: Math.sqrt(mu), frequency: paper.frequency } : null,
     window: SHOWN_RADIANS / view.frequency,
   });
   panels.traceX.update();
@@ -257,10 +255,23 @@ function drawNumbers() {
   element("results").dataset.generation = String(connection.generation);
 }
 
+// what only the paper's problem has, and what is called otherwise in it
+function showPaper() {
+  const { paper } = state;
+  for (const one of document.querySelectorAll(".of-paper")) one.hidden = !paper;
+  element("growth-head").textContent = paper ? "μ(t) = ⟨A²⟩ after the start" : "⟨x²⟩ after the start";
+  element("phase-note").textContent = [paper ? "Dashed: the ring of amplitude √⟨A²⟩, A² = x² + v²/Ω²." : "", !view.walls.length ? "" : isSoft ? "Shaded, behind the dashed line: in the soft contact." : "Shaded: behind a wall."].filter(Boolean).join(" ");
+  if (paper) {
+    const wall = paper.wall === null ? "no wall" : `wall at ${short(paper.wall)} √(q/Ω³), restitution r = ${short(paper.restitution)}`;
+    element("paper-numbers").textContent = `The paper's problem: order α = ${short(paper.order)}, strength c = C Ω^(α−2) = ${short(paper.strength)}, ${wall}.`;
+  }
+  for (const panel of Object.values(panels)) panel?.relabel();
+}
+
 // what a start means for the numbers and for the curve of <A^2> over time
 function showStart() {
   const { measured } = view, fromRest = (measured?.settings.start ?? view.values.start) === "rest";
-  const window = measured ? ` All other numbers are averages over ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}.` : "";
+  const window = measured ? ` All other numbers are averages over ${view.after(measured.settings.window[0])}.` : "";
   element("growth-note").textContent = (fromRest
     ? "Mean over all paths, which start at rest, with two standard errors on either side. Methods without a transient are horizontal lines."
     : isThermal ? "Mean over all paths, with two standard errors on either side. Each path starts from Boltzmann's law. Theory: stationary values."
@@ -272,14 +283,14 @@ function showStart() {
 
 function drawnChanged() {
   const drawn = NAMES.filter((name) => view.drawn.has(name) && view.theory?.methods[name]);
-  if (!ofSystem) element("curve-legend").innerHTML = legend(curvesShown(view), view.pin);
+  element("curve-legend").innerHTML = legend(curvesShown(view), view.pin);
   element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn, view.pin);
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
   const height = front && view.theory.methods[front].densities.x;
   scene.density = height && !view.old.theory ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
   scene.density_color = front;
   const { edges, density } = view.densities?.x ?? {};
-  if (ofSystem && !scene.density && density?.length) { // where no theory has one, that of the paths
+  if (!scene.density && density?.length) { // where no theory has one, that of the paths
     scene.density = { place: Array.from(density, (_, i) => 0.5 * (edges[i] + edges[i + 1])), height: [...density] };
     scene.density_color = "measured";
   }
@@ -332,8 +343,8 @@ function notice(origin, text) {
 const speedOf = (place) => 0.2 * 500 ** (place / 100); // from 0.2 to 100
 function setSpeed() {
   const speed = Number(speedOf(Number(element("speed").value)).toPrecision(2));
-  const times = short(speed / view.frequency, 2);
-  const said = view.si ? `${times} × real time` : `Ωt: ${times} per s`;
+  const times = short((speed / view.frequency) * unitOf("time", state).factor, 2);
+  const said = state.si ? `${times} × real time` : `Ωt: ${times} per s`;
   element("speed-shown").textContent = said;
   element("speed").setAttribute("aria-valuetext", said);
   if (connection.play.playing !== playing || connection.play.speed !== speed) connection.setPlay({ playing, speed });
@@ -364,11 +375,17 @@ document.addEventListener("keydown", (event) => {
 fadeWhereCut(element("pinned-table"));
 element("pin").addEventListener("click", () => { view.pin = snapshot(view); drawnChanged(); });
 element("unpin").addEventListener("click", () => { view.pin = null; drawnChanged(); });
-element("pin-return").addEventListener("click", () => state.set(pinOf(view).values));
+element("pin-return").addEventListener("click", () => state.set(view.pin.values));
 element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));
 startSaving({ view, element, state, connection, panels, phase });
 
 // --- begin ---------------------------------------------------------------------------------------------------------
+
+if (OPENED.file) document.title = `${OPENED.file} · springpot explorer`;
+if (!OPENED.writable) Object.assign(element("save-file"), { disabled: true, title: "A function cannot be written to a file" });
+element("impact-card").hidden = element("impact-mark").hidden = !hasWalls;
+if (isRecorded) element("transient").firstChild.textContent = "A record has a beginning and an end: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. ";
+showPaper();
 
 let linkTimer = null;
 let linkShown = "";
@@ -379,13 +396,12 @@ function takeLink() {
 const listed = (names) => (names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names.at(-1)}`);
 let unitsShown = null;
 state.onChange((_, another) => {
-  if (!ofSystem) element("law").hidden = !state.values.wall;
   notice("link", "");
   const units = [state.units, ...Object.values(state.shown)].join();
   if (unitsShown !== units) {
     unitsShown = units;
-    for (const panel of Object.values(panels)) panel?.relabel();
-    for (const name of ["numbers", "motion"]) dirty.add(name);
+    showPaper();
+    drawnChanged();
   }
   setSpeed();
   clearTimeout(linkTimer);

@@ -37,10 +37,9 @@ export function withErrorHtml(value, error, unit) {
   return deviation ? `${number}${power}${named} <span>± ${digits}${power}</span>` : number + named;
 }
 
-// what the library says, with symbols; numbers without dimensions carry no units
-export function typeset(sentence, si = true) {
-  return (si ? sentence : sentence.replace(/(\d) (?:m\/s|rad\/s|1\/s|per s|m|s)(?![\w^/])/g, "$1"))
-    .replace(/<([A-Za-z]+)\^2>/g, "⟨$1²⟩").replace(/<([A-Za-z]+)>/g, "⟨$1⟩")
+// what the library says, with symbols
+export function typeset(sentence) {
+  return sentence.replace(/<([A-Za-z]+)\^2>/g, "⟨$1²⟩").replace(/<([A-Za-z]+)>/g, "⟨$1⟩")
     .replace(/\balpha\b/g, "α").replace(/\bOmega\b/g, "Ω").replace(/\^\(α ?- ?2\)/g, "^(α−2)").replace(/<=/g, "≤").replace(/>=/g, "≥");
 }
 

@@ -2,7 +2,7 @@
 
 import { Chart, bars, methodSeries, outline, polyline } from "./charts.js";
 import { METHODS, NAMES } from "/methods.js";
-import { ofSystem } from "./problem.js";
+import { ORDERS, orderOf } from "./problem.js";
 import { withError } from "./numbers.js";
 import { pinnedDensity, pinnedGrowth, pinnedMarker } from "./pinned.js";
 import { palette } from "./theme.js";
@@ -13,9 +13,10 @@ const CURVES = NAMES.filter((name) => METHODS[name].over_order).reverse();
 const SLACK = 1.06;
 
 const quantity = (view, what, name) => () => { const { factor, name: unit } = unitOf(name, view.state); return { what, factor, unit }; };
-const timeAxis = (view) => () => { const { factor, name: unit } = unitOf("time", view.state); return { what: view.si ? "t" : "Ω t", factor, unit }; };
-const muAxis = (view) => quantity(view, ofSystem ? "⟨x²⟩" : "μ", "amplitude_mean_square");
-const timeName = (view) => (view.si ? "t" : "Ωt");
+const timeAxis = (view) => () => { const { factor, name: unit } = unitOf("time", view.state); return { what: timeName(view), factor, unit }; };
+const muAxis = (view) => () => quantity(view, view.state.paper ? "μ" : "⟨x²⟩", "amplitude_mean_square")();
+const timeName = (view) => (view.state.si ? "t" : "Ωt");
+const timeOf = (view, t) => t * unitOf("time", view.state).factor;
 
 export function makePanels(view, element, { onOrder }) {
   const small = () => (matchMedia("(max-width: 700px)").matches ? 170 : 190);
@@ -24,7 +25,7 @@ export function makePanels(view, element, { onOrder }) {
   panels.traceV = trace(view, element("trace-v"), "v", () => (small() === 170 ? 150 : 182));
   for (const name of Object.keys(DENSITIES)) panels[name] = density(view, element(`density-${name}`), name, small);
   panels.growth = growth(view, element("growth"), () => 250);
-  if (!ofSystem) panels.curve = curve(view, element("curve"), () => 250, onOrder);
+  panels.curve = curve(view, element("curve"), () => 250, onOrder);
   return panels;
 }
 
@@ -35,8 +36,8 @@ function trace(view, host, what, height) {
     height, x: timeAxis(view), y: quantity(view, what, what),
     series: [{ stroke: () => palette.path, width: 1.6, points: { show: false } }],
     xRange: () => view.timeWindow(),
-    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[timeName(view), chart.data[0][i]], [what, chart.data[1][i] * unitOf(what, view.state).factor]]),
-    yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high + (ofSystem ? 0.04 * (view.high - view.low) : 0)] : [-view.fastest, view.fastest]),
+    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[timeName(view), timeOf(view, chart.data[0][i])], [what, chart.data[1][i] * unitOf(what, view.state).factor]]),
+    yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high + 0.04 * (view.high - view.low)] : [-view.fastest, view.fastest]),
     draw: (u, g, ratio) => {
       if (what !== "x") return;
       const { left, width, top, height: tall } = u.bbox;
@@ -176,7 +177,7 @@ function methodsAt(chart, index, first, methods, factor) {
 function edgesOf(view, name) {
   const edges = view.densities?.[name]?.edges;
   if (edges?.length > 1) return Array.from(edges);
-  return name === "x" && ofSystem ? [view.low, view.high] : [0, 1];
+  return name === "x" ? [view.low, view.high] : [0, 1];
 }
 
 // --- mu(t) ---------------------------------------------------------------------------------------------------------
@@ -195,7 +196,7 @@ function growth(view, host, height) {
       if (i === null || !view.growth) return [];
       const { factor } = muAxis(view)(), { grown } = view;
       const measured = grown ? withError(grown.mean[i] * factor, grown.error[i] * factor) : "–";
-      return [[timeName(view), chart.data[0][i]], ["Monte Carlo", measured], ...methodsAt(chart, i, 4, NAMES, factor)];
+      return [[timeName(view), timeOf(view, chart.data[0][i])], ["Monte Carlo", measured], ...methodsAt(chart, i, 4, NAMES, factor)];
     },
     yRange: (u, low, high) => [0, SLACK * Math.max(high ?? 0, ...(pinnedGrowth(view)?.mean ?? []), 0) || 1],
     draw: (u, g, ratio) => {
@@ -244,7 +245,7 @@ function curve(view, host, height, onOrder) {
       return all.length ? [roundBelow(Math.min(...all) / 1.1), Math.max(...all) * 1.25] : [0.1, 10];
     },
     over: (u, g, ratio) => {
-      const at = u.valToPos(view.values.order, "x", true);
+      const at = u.valToPos(orderOf(view.values, view.state.paper) ?? 0, "x", true);
       g.strokeStyle = palette.muted;
       g.setLineDash([4 * ratio, 4 * ratio]);
       g.lineWidth = ratio;
@@ -259,6 +260,7 @@ function curve(view, host, height, onOrder) {
     },
   });
   chart.host.addEventListener("click", (event) => {
+    if (!ORDERS.length) return;
     const { left, right } = chart.plot.over.getBoundingClientRect(), order = chart.plot.posToVal(event.clientX - left, "x");
     if (event.clientX >= left && event.clientX <= right) onOrder(Math.round(100 * Math.min(Math.max(order, 0), 1)) / 100);
   });

@@ -13,7 +13,7 @@ export class Phase {
     this.track = track;
   }
 
-  draw({ values, walls, bounds, fastest, mu, window, units }) {
+  draw({ walls, bounds, fastest, ring, window, units }) {
     const c = this.canvas, g = c.clear();
     const left = 56, right = c.width - 12, top = 8, bottom = c.tall - 44;
     const [low, high] = bounds;
@@ -37,8 +37,8 @@ export class Phase {
       g.setLineDash([]);
     }
     this.path(g, X, Y, window);
-    if (mu > 0) {
-      const radius = Math.sqrt(mu), cut = values.wall ? values.position / radius : -1;
+    if (ring) {
+      const { radius, frequency } = ring, [wall] = walls, side = wall?.lower === false ? -1 : 1, cut = wall ? (side * wall.position) / radius : -1;
       const half = Math.acos(Math.min(Math.max(cut, -1), 1)); // of the arc in front of the wall
       g.strokeStyle = palette.text;
       g.setLineDash([5, 4]);
@@ -46,7 +46,7 @@ export class Phase {
       g.beginPath();
       for (let i = 0; i <= 96; i += 1) {
         const p = (i / 48 - 1) * half;
-        g.lineTo(X(radius * Math.cos(p)), Y(radius * values.natural_frequency * Math.sin(p)));
+        g.lineTo(X(side * radius * Math.cos(p)), Y(radius * frequency * Math.sin(p)));
       }
       g.stroke();
       g.setLineDash([]);

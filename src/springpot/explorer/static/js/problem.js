@@ -3,26 +3,33 @@
 import { OPENED } from "/opened.js";
 
 export { OPENED };
-export const ofSystem = OPENED.kind === "system";
 
-// sliders by name; a limit that there is none of is infinite
-export const PARAMETERS = Object.fromEntries(OPENED.sliders.map((one) => [one.name, { ...one, low: one.low ?? -Infinity, high: one.high ?? Infinity }]));
+// sliders by name
+export const PARAMETERS = Object.fromEntries(OPENED.sliders.map((one) => [one.name, one]));
+const TITLES = Object.fromEntries(OPENED.parts.map(({ name, title }) => [name, title]));
+export const titleOf = (number) => TITLES[number.split("-")[0]];
+export const wholeName = (number) => `${titleOf(number)}, ${PARAMETERS[number].said}`;
 
-const PARTS = OPENED.parts ?? [];
-const of = (...kinds) => PARTS.filter(({ kind }) => kinds.includes(kind));
-const LINEAR_SPRINGS = ["spring"], DAMPERS = ["dashpot", "polynomial_dashpot", "van_der_pol"];
-export const hasCircuit = of("piezoelectric_circuit").length > 0;
-export const isHeavy = of("mass").length > 0;
-export const isThermal = of("thermal_noise").length > 0;
-export const isSoft = of("contact").length > 0;
-export const isRecorded = of("recorded_excitation").length > 0;
-export const hasWalls = !ofSystem || of("barrier", "contact").length > 0;
+const of = (...glyphs) => OPENED.parts.filter(({ glyph }) => glyphs.includes(glyph));
+const isOf = (kind) => OPENED.parts.some((part) => part.kind === kind);
+const WALL = "stop"; // rigid or soft
+export const hasCircuit = of("circuit").length > 0;
+export const hasWalls = of(WALL).length > 0;
+export const isSoft = of(WALL).some(({ soft }) => soft);
+export const isHeavy = OPENED.heavy; // with a mass: forces are in N
+export const isThermal = isOf("thermal_noise");
+export const isRecorded = isOf("recorded_excitation");
+
+// walls may be left out
+export const isWall = ({ glyph }) => glyph === WALL;
+const orderIn = ({ name }) => Object.keys(PARAMETERS).find((number) => number.startsWith(`${name}-`) && number.endsWith("order"));
+export const ORDERS = of("springpot").map(orderIn);
+export const orderOf = (values, paper) => values?.[ORDERS[0]] ?? paper?.order;
 
 // rigid walls and soft contacts, in the order of the parts: lower ones keep x above them
 export function wallsOf(values) {
-  if (!ofSystem) return values.wall ? [{ name: "wall", lower: true, soft: false, position: values.position, restitution: () => values.restitution }] : [];
-  return of("barrier", "contact").map(({ name, title, kind, side }) => ({
-    name: title, lower: side === "above", soft: kind === "contact", position: values[`${name}-position`], restitution: restitutionOf(name, values),
+  return of(WALL).filter(({ name }) => !values.without.includes(name)).map(({ name, title, soft, side }) => ({
+    name: title, lower: side === "above", soft, position: values[`${name}-position`], restitution: restitutionOf(name, values),
   }));
 }
 
@@ -34,25 +41,20 @@ function restitutionOf(name, values) {
 
 // what connects mass and support: at most four rows of it are drawn
 export function elementsOf(values) {
-  if (!ofSystem) return [{ draw: "spring" }, { draw: "springpot", order: values.order }];
-  const curved = of("polynomial_spring").some(({ name }) => PARAMETERS[`${name}-coefficients-2`]);
-  const springs = of(...LINEAR_SPRINGS, "polynomial_spring").length ? [{ draw: "spring", curved }] : [];
-  const pots = of("springpot").map(({ name }) => ({ draw: "springpot", order: values[`${name}-order`] }));
-  const arms = of("fractional_maxwell").map(({ name }) => ({ draw: "springpot", order: values[`${name}-springpot-order`], arm: true }));
-  const dampers = of(...DAMPERS).slice(0, 1).map(() => ({ draw: "dashpot" }));
-  const maxwell = of("maxwell").slice(0, 1).map(() => ({ draw: "dashpot", arm: true }));
+  const springs = of("spring"), arms = of("springpot arm").map((part) => ({ draw: "springpot", order: values[orderIn(part)], arm: true }));
+  const rows = [
+    ...(springs.length ? [{ draw: "spring", curved: springs.some(({ linear }) => !linear) }] : []),
+    ...of("springpot").map((part) => ({ draw: "springpot", order: values[orderIn(part)] })), ...arms,
+    ...of("dashpot").slice(0, 1).map(() => ({ draw: "dashpot" })), ...of("dashpot arm").slice(0, 1).map(() => ({ draw: "dashpot", arm: true })),
+  ];
   // where there are many, their marks stand beside each other
-  return [...springs, ...pots, ...arms, ...dampers, ...maxwell].slice(0, 4).map((one, i, all) => ({ ...one, aside: all.length > 2 ? (i % 2 ? -0.13 : 0.13) : 0 }));
+  return rows.slice(0, 4).map((one, i, all) => ({ ...one, aside: all.length > 2 ? (i % 2 ? -0.13 : 0.13) : 0 }));
 }
 
 export const rubs = of("friction").length > 0;
 
-const WAVES = {
-  white_noise: ["rough", "white noise"], colored_noise: ["smooth", "colored noise"], kanai_tajimi_noise: ["smooth", "filtered noise"],
-  harmonic: ["sine", "harmonic"], recorded: ["rough", "record"], poisson_impulses: ["spikes", "impulses"],
-  parametric_noise: ["rough", "noise times x"], thermal_noise: ["rough", "thermal noise"], constant: ["flat", "constant force"], force: ["sine", "own force"],
-};
-export const excitations = PARTS.filter(({ kind }) => WAVES[kind]).map(({ kind, on }) => ({ wave: WAVES[kind][0], said: WAVES[kind][1], ground: on === "ground" }));
+const WAVES = ["rough", "smooth", "sine", "spikes", "flat"];
+export const excitations = of(...WAVES).map(({ glyph, said, on }) => ({ wave: glyph, said, ground: on === "ground" }));
 
 // the resistors of the circuits, whose voltages come with the motion
-export const circuitsOf = (values) => of("piezoelectric_circuit").map(({ name, title }) => ({ title, resistance: values[`${name}-resistance`] }));
+export const circuitsOf = (values) => of("circuit").map(({ name, title }) => ({ title, resistance: values[`${name}-resistance`] }));

@@ -3,17 +3,17 @@
 import { PINNED_DASH } from "./charts.js";
 import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, curvesShown } from "./panels.js";
-import { OPENED, ofSystem } from "./problem.js";
+import { OPENED } from "./problem.js";
 import { copy, csv, png, save, say } from "./share.js";
 import { palette } from "./theme.js";
 
 const fileName = (name, kind) => `springpot-${name}.${kind}`;
 
-export function described({ state, si }) {
+export function described({ state }) {
   const v = state.values;
-  if (ofSystem) return [OPENED.file, ...Object.entries(state.changes()).map(([name, value]) => `${name} = ${value}`), `start ${v.start}, seed ${v.seed}, ${v.paths} paths`].join(", ");
-  const wall = v.wall ? `b = ${v.position}, r = ${v.restitution}` : "no wall";
-  return `alpha = ${v.order}, C = ${v.coefficient}, Omega = ${v.natural_frequency}, q = ${v.intensity}, ${wall}, start ${v.start}, seed ${v.seed}, ${v.paths} paths${si ? " (in m, s, rad/s)" : " (dimensionless)"}`;
+  const numbers = OPENED.file ? state.changes() : Object.fromEntries(OPENED.sliders.map(({ name }) => [name, v[name]]));
+  const said = [...Object.entries(numbers).map(([name, value]) => `${name} = ${value}`), ...v.without.map((name) => `without ${name}`)];
+  return [...(OPENED.file ? [OPENED.file] : []), ...said, `start ${v.start}, seed ${v.seed}, ${v.paths} paths`].join(", ");
 }
 
 export function startSaving({ view, element, state, connection, panels, phase }) {
@@ -22,7 +22,7 @@ export function startSaving({ view, element, state, connection, panels, phase })
   const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not accepted these numbers.", note));
   element("copy-python").addEventListener("click", () => copyOf("python", "Python copied."));
   element("copy-command").addEventListener("click", () => copyOf("command", "Command copied."));
-  element("save-file")?.addEventListener("click", () => connection.file());
+  element("save-file").addEventListener("click", () => connection.file());
   element("save-csv").addEventListener("click", () => {
     const { theory, measured } = view, rows = [];
     for (const [name, value] of Object.entries(measured?.values ?? {})) rows.push(["monte_carlo", name, value, measured.errors[name]]);
@@ -35,7 +35,7 @@ export function startSaving({ view, element, state, connection, panels, phase })
 
   // each card gets its two buttons
   const CHARTS = { traces: ["traceX", "traceV"], growth: ["growth"], curve: ["curve"], ...Object.fromEntries(Object.keys(DENSITIES).map((name) => [name, [name]])) };
-  for (const card of document.querySelectorAll("[data-chart]:not([hidden])")) {
+  for (const card of document.querySelectorAll("[data-chart]")) {
     const name = card.dataset.chart, title = card.querySelector("h2, h3").textContent;
     const heading = DENSITIES[name] ? `Density of the ${title.toLowerCase()}` : title;
     const tools = document.createElement("span");

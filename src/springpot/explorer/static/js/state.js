@@ -1,38 +1,14 @@
-// The state of a tab: the problem, its units, and the link that reproduces it.
+// The state of a tab: the problem, how it is shown, and the link that reproduces both.
 
-import { OPENED, PARAMETERS, isRecorded, ofSystem } from "./problem.js";
+import { OPENED, PARAMETERS, isRecorded, titleOf } from "./problem.js";
 import { CHOICES, USUAL } from "./units.js";
 
+const RUN = ["seed", "paths", "start"];
 export const DEFAULTS = Object.freeze({
   ...Object.fromEntries(OPENED.sliders.map(({ name, value }) => [name, value])),
-  ...(ofSystem ? {} : { wall: true }),
-  seed: 1, paths: ofSystem ? 5000 : 10000, start: isRecorded ? "rest" : "stationary",
+  without: [], seed: 1, paths: 10000, start: isRecorded ? "rest" : "stationary",
 });
-
-const SHORT = ofSystem ? { seed: "seed", paths: "paths", start: "start" } : {
-  order: "a", coefficient: "C", natural_frequency: "W", intensity: "q", position: "b", restitution: "r",
-  seed: "seed", paths: "paths", start: "start",
-};
-const SCALES = { natural_frequency: "sW", intensity: "sq" }; // in a link of dimensionless numbers: the way back
-const NAMES = {
-  order: "order", coefficient: "springpot", natural_frequency: "natural frequency", intensity: "noise intensity",
-  position: "wall position", restitution: "restitution",
-};
 const MOST_PATHS = 100000;
-const FARTHEST_WALL = 20;
-const STRONGEST = 1000;
-
-export { PARAMETERS };
-export const lengthScale = (s) => Math.sqrt(s.intensity / s.natural_frequency ** 3);
-
-// what the server takes, which for wall and springpot depends on the rest
-export function rangeOf(name, values) {
-  if (ofSystem) return [-Infinity, Infinity]; // the system itself says what it does not take
-  if (name === "coefficient") return [0, STRONGEST * values.natural_frequency ** (2 - values.order)];
-  if (name !== "position") return [PARAMETERS[name].low, PARAMETERS[name].high];
-  const farthest = FARTHEST_WALL * lengthScale(values);
-  return [-farthest, farthest];
-}
 
 // a number without the dust that a conversion leaves in its last digits
 export function tidy(value) {
@@ -40,26 +16,16 @@ export function tidy(value) {
   return Math.abs(rounded - value) <= 1e-14 * Math.abs(value) ? rounded : value;
 }
 
-// the same oscillator in other units, whose natural frequency and intensity are given: 1 and 1 if dimensionless
-export function converted(values, { natural_frequency, intensity }) {
-  const faster = natural_frequency / values.natural_frequency;
-  const longer = lengthScale({ natural_frequency, intensity }) / lengthScale(values);
-  return {
-    ...values, natural_frequency, intensity,
-    coefficient: tidy(values.coefficient * faster ** (2 - values.order)), position: tidy(values.position * longer),
-  };
-}
-
-const PLAIN = Object.freeze({ natural_frequency: 1, intensity: 1 });
-
 export class State {
   constructor() {
     this.values = { ...DEFAULTS };
-    this.units = "si";
-    this.shown = { ...USUAL }; // in which units, of those that there are for length, frequency and excitation
-    this.scales = { ...PLAIN }; // to come back from dimensionless numbers
+    this.units = "si"; // of results: or "dimensionless", where the problem is the paper's
+    this.paper = OPENED.paper; // what the paper's problem adds
+    this.shown = { ...USUAL }; // in which units, of those that there are to choose from
     this.listeners = new Set();
   }
+
+  get si() { return this.units === "si" || !this.paper; }
 
   // listeners are called with this state, and with whether the problem may be another one
   onChange(listener) { this.listeners.add(listener); }
@@ -77,23 +43,28 @@ export class State {
   }
 
   setUnits(units) {
-    if (units === this.units) return;
-    const { natural_frequency, intensity } = this.values, there = units === "dimensionless";
-    const scales = there ? PLAIN : this.scales;
-    if (there) this.scales = { natural_frequency, intensity };
     this.units = units;
-    this.set(converted(this.values, scales));
+    this.tell(false);
   }
 
-  // the numbers of a system that differ from its file
+  // the numbers that differ from those of the page when it was opened
   changes() {
     return Object.fromEntries(Object.keys(PARAMETERS).filter((name) => this.values[name] !== DEFAULTS[name]).map((name) => [name, this.values[name]]));
   }
 
+  // one of the page's cases
+  take({ numbers, without }) {
+    const usual = Object.fromEntries(Object.keys(PARAMETERS).map((name) => [name, DEFAULTS[name]]));
+    this.set({ ...usual, ...numbers, without });
+  }
+
+  is({ numbers, without }) {
+    return Object.keys(PARAMETERS).every((name) => this.values[name] === (numbers[name] ?? DEFAULTS[name])) && String(this.values.without) === String(without);
+  }
+
   problem(generation) {
-    if (!ofSystem) return { kind: "problem", generation, ...this.values };
-    const { seed, paths, start } = this.values;
-    return { kind: "system", generation, numbers: this.changes(), seed, paths, start };
+    const { without, seed, paths, start } = this.values;
+    return { kind: "problem", generation, numbers: this.changes(), without, seed, paths, start };
   }
 
   // the values of a question that was taken, after one that was not
@@ -103,41 +74,26 @@ export class State {
   }
 
   link() {
-    const words = Object.entries(SHORT).map(([name, key]) => `${key}=${this.values[name]}`);
-    if (ofSystem) words.unshift(...Object.entries(this.changes()).map(([name, value]) => `${name}=${value}`));
-    else if (!this.values.wall) words.push("wall=0");
-    if (this.units !== "si") {
-      words.push("units=dimensionless");
-      for (const [name, key] of Object.entries(SCALES)) words.push(`${key}=${this.scales[name]}`);
-    }
-    for (const [kind, choice] of Object.entries(this.shown)) if (choice !== USUAL[kind]) words.push(`${kind}=${choice}`);
-    return `#${words.join("&")}`;
+    const words = [...Object.entries(this.changes()), ...RUN.map((name) => [name, this.values[name]])];
+    if (this.values.without.length) words.push(["without", this.values.without]);
+    if (this.units !== "si") words.push(["units", this.units]);
+    for (const [kind, choice] of Object.entries(this.shown)) if (choice !== USUAL[kind]) words.push([kind, choice]);
+    return `#${words.map(([name, value]) => `${name}=${value}`).join("&")}`;
   }
 
   // Takes what is valid from a link; returns the names of what is not.
   readLink(hash) {
-    const given = new URLSearchParams(hash.replace(/^#/, ""));
     const values = { ...DEFAULTS }, unsound = [];
-    const keys = ofSystem ? { ...Object.fromEntries(Object.keys(PARAMETERS).map((name) => [name, name])), ...SHORT } : SHORT;
-    for (const [name, key] of Object.entries(keys)) {
-      if (!given.has(key)) continue;
-      const sound = checked(name, given.get(key));
-      if (sound === null) unsound.push(NAMES[name] ?? name); else values[name] = sound;
-    }
-    if (given.get("wall") === "0") values.wall = false;
-    this.units = given.get("units") === "dimensionless" && !ofSystem ? "dimensionless" : "si";
-    this.scales = { ...PLAIN };
-    for (const kind of Object.keys(USUAL)) {
-      const choice = given.get(kind) ?? USUAL[kind], known = Object.hasOwn(CHOICES[kind], choice);
-      this.shown[kind] = known ? choice : USUAL[kind];
-      if (!known) unsound.push(`unit of ${kind}`);
-    }
-    if (this.units === "dimensionless") {
-      values.natural_frequency = values.intensity = 1;
-      for (const [name, key] of Object.entries(SCALES)) {
-        if (!given.has(key)) continue;
-        const sound = checked(name, given.get(key));
-        if (sound === null) unsound.push(NAMES[name]); else this.scales[name] = sound;
+    this.units = "si";
+    this.shown = { ...USUAL };
+    for (const [name, text] of new URLSearchParams(hash.replace(/^#/, ""))) {
+      if (name === "units" && ["si", "dimensionless"].includes(text)) this.units = text;
+      else if (name === "without") values.without = text.split(",");
+      else if (Object.hasOwn(USUAL, name)) {
+        if (Object.hasOwn(CHOICES[name], text)) this.shown[name] = text; else unsound.push(`unit of ${name}`);
+      } else {
+        const sound = Object.hasOwn(DEFAULTS, name) ? checked(name, text) : null;
+        if (sound === null) unsound.push(PARAMETERS[name] ? `${PARAMETERS[name].said} of ${titleOf(name)}` : name.slice(0, 40)); else values[name] = sound;
       }
     }
     this.set(values);
@@ -145,12 +101,12 @@ export class State {
   }
 }
 
+// a value of a field or link, if it is one; whether a number is possible the system itself says
 export function checked(name, text) {
   if (name === "start") return text === "rest" || text === "stationary" ? text : null;
   const value = Number(text);
   if (String(text).trim() === "" || !Number.isFinite(value)) return null;
   if (name === "seed") return Number.isSafeInteger(value) && value >= 0 ? value : null;
   if (name === "paths") return Number.isInteger(value) && value >= 2 && value <= MOST_PATHS ? value : null;
-  const { low, high } = PARAMETERS[name];
-  return value >= low && value <= high ? value : null;
+  return value;
 }

@@ -2,13 +2,8 @@
 
 import { METHODS, NAMES } from "/methods.js";
 import { exponentFor, scaledUnit, short, typeset, withError } from "./numbers.js";
-import { OPENED, ofSystem } from "./problem.js";
 import { unitOf } from "./units.js";
 
-export const QUANTITIES = ofSystem ? OPENED.quantities : [
-  ["amplitude_mean_square", "⟨A²⟩"], ["x_rms", "x rms"], ["x_mean", "⟨x⟩"], ["v_mean_square", "⟨v²⟩"],
-  ["impact_rate", "impact rate"], ["impact_speed_mean", "impact speed"],
-];
 const SMALL = 2, LARGE = 5; // per cent
 
 export function gapOf(theory, value, error) {
@@ -25,8 +20,8 @@ export function gapText(gap) {
 }
 
 // of each quantity its unit, with one power of ten for the whole column
-export function columnsFor(state, sources) {
-  return QUANTITIES.map(([name, symbol]) => {
+export function columnsFor({ state, quantities }, sources) {
+  return quantities.map(([name, symbol]) => {
     const { factor, name: unit } = unitOf(name, state);
     const sizes = sources.filter(Boolean).map(({ values }) => Math.abs(values[name] ?? 0) * factor);
     const exponent = exponentFor(Math.max(0, ...sizes));
@@ -65,16 +60,16 @@ export class Table {
     fadeWhereCut(element);
   }
 
-  show({ theory, measured, state }, stale) {
+  show(view, stale) {
+    const { theory, measured } = view, best = theory?.recommended;
     this.element.classList.toggle("stale", stale);
-    const si = state.units === "si", best = theory?.recommended;
-    const columns = columnsFor(state, [measured ?? (best && { values: theory.methods[best].moments })]);
+    const columns = columnsFor(view, [measured ?? (best && { values: theory.methods[best].moments })]);
     const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${measuredCells(measured, columns)}</tr>`];
     // numbers that still depend on the start are no measure of theories of the stationary state
     const judge = stale || isTransient(measured) ? null : measured;
     for (const name of theory ? NAMES : []) {
       const answer = theory.methods[name];
-      if (answer) rows.push(this.row(name, answer, best === name && !isTransient(measured), judge, columns, si));
+      if (answer) rows.push(this.row(name, answer, best === name && !isTransient(measured), judge, columns));
     }
     const focused = document.activeElement?.dataset?.draw;
     this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${headOf("method", columns)}</tr></thead><tbody>${rows.join("")}</tbody>`;
@@ -85,33 +80,30 @@ export class Table {
       });
       if (box.dataset.draw === focused) box.focus();
     }
-    this.showWarnings(theory, measured, si);
+    this.showWarnings(theory, measured);
   }
 
-  row(name, answer, best, measured, columns, si) {
+  row(name, answer, best, measured, columns) {
     const cells = columns.map(({ name: quantity, factor }) => {
       const value = answer.moments[quantity];
       const gap = measured ? gapOf(value, measured.values[quantity], measured.errors[quantity]) : null;
       const size = gap?.percent === null || !gap ? "" : Math.abs(gap.percent) < SMALL ? "small" : Math.abs(gap.percent) < LARGE ? "middle" : "large";
       return `<td data-quantity="${quantity}" data-value="${value ?? ""}">${short(value === null ? null : value * factor)}<span class="gap ${size}">${gapText(gap)}</span></td>`;
     });
-    const warning = answer.warnings.length ? `<abbr class="warn" title="${escaped(typeset(answer.warnings.join(" "), si))}">⚠</abbr>` : "";
+    const warning = answer.warnings.length ? `<abbr class="warn" title="${escaped(typeset(answer.warnings.join(" ")))}">⚠</abbr>` : "";
     const star = best ? `<span class="best" title="recommended here">★</span>` : "";
     return `<tr data-method="${name}"${best ? ' class="recommended"' : ""}><th scope=row><label><input type="checkbox" data-draw="${name}" ${this.drawn.has(name) ? "checked" : ""} aria-label="draw ${METHODS[name].label}"><span class="swatch" data-method="${name}"></span>${METHODS[name].label}</label>${star}${warning}</th>${cells.join("")}</tr>`;
   }
 
-  showWarnings(theory, measured, si) {
+  showWarnings(theory, measured) {
     const silent = theory ? NAMES.filter((name) => theory.statements[name]) : [];
-    const groups = new Map(); // methods of a system often say the same
-    for (const name of silent) {
-      const key = ofSystem ? theory.statements[name] : name;
-      groups.set(key, [...(groups.get(key) ?? []), name]);
-    }
+    const groups = new Map(); // methods often say the same
+    for (const name of silent) groups.set(theory.statements[name], [...(groups.get(theory.statements[name]) ?? []), name]);
     const labels = (names) => names.map((name) => METHODS[name].label).join("; ");
-    this.silent.innerHTML = [...groups.values()].map((names) => `<p><b>${labels(names)}</b> ${ofSystem ? "not covered" : "has no answer here"}: ${escaped(typeset(theory.statements[names[0]], si))}</p>`).join("");
+    this.silent.innerHTML = [...groups].map(([sentence, names]) => `<p><b>${labels(names)}</b> ${names.length > 1 ? "have" : "has"} no answer here: ${escaped(typeset(sentence))}</p>`).join("");
     const said = [];
     if (theory && !theory.recommended) {
-      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : `no method is recommended here${ofSystem ? ": compare with Monte Carlo" : ""}.`]);
+      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : "no method is recommended here: compare with Monte Carlo."]);
     }
     if (measured?.undefined && !measured.warnings.length) said.push(["Monte Carlo", `impact rate and speeds have no value: ${measured.undefined}.`]);
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);
@@ -121,7 +113,7 @@ export class Table {
         for (const sentence of answer.warnings) said.push([METHODS[name].label, sentence]);
       }
     }
-    this.warnings.innerHTML = said.map(([who, sentence]) => `<p><span aria-hidden="true">⚠</span> <b>${who}:</b> ${escaped(typeset(sentence, si))}</p>`).join("");
+    this.warnings.innerHTML = said.map(([who, sentence]) => `<p><span aria-hidden="true">⚠</span> <b>${who}:</b> ${escaped(typeset(sentence))}</p>`).join("");
   }
 }
 

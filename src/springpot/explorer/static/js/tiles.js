@@ -2,22 +2,19 @@
 
 import { METHODS } from "/methods.js";
 import { grouped, short, withErrorHtml } from "./numbers.js";
-import { hasCircuit, hasWalls, ofSystem } from "./problem.js";
+import { hasCircuit, hasWalls } from "./problem.js";
 import { gapOf, gapText, isSilent, isTransient } from "./table.js";
 import { unitOf } from "./units.js";
 
 // what the tiles show: their names, and the quantities
-const [MAIN, BESIDE, LAST] = ofSystem
-  ? [["x rms", "x_rms"], hasCircuit ? ["harvested", "harvested_power"] : ["v rms", "v_rms"], hasWalls ? ["Impact rate", "impact_rate"] : ["Input power", "input_power"]]
-  : [["⟨A²⟩", "amplitude_mean_square"], ["x rms", "x_rms"], ["Impact rate", "impact_rate"]];
+const RMS = ["x rms", "x_rms"], LAST = hasWalls ? ["Impact rate", "impact_rate"] : ["Input power", "input_power"];
+const tilesOf = ({ paper }) => (paper ? [["⟨A²⟩", "amplitude_mean_square"], RMS] : [RMS, hasCircuit ? ["harvested", "harvested_power"] : ["v rms", "v_rms"]]);
 
-export function nameTiles(element) {
+export function showTiles(view, element, playing) {
+  const [MAIN, BESIDE] = tilesOf(view.state);
   element("tile-measured").previousElementSibling.lastElementChild.textContent = MAIN[0];
   element("tile-rms").previousElementSibling.lastElementChild.textContent = BESIDE[0];
   element("tile-rate").previousElementSibling.textContent = LAST[0];
-}
-
-export function showTiles(view, element, playing) {
   const { theory, measured, state } = view, old = view.old.theory, best = theory?.shown ?? theory?.recommended;
   const answer = best && theory.methods[best], transient = isTransient(measured);
   const write = (id, html) => { element(id).innerHTML = html; };
@@ -30,17 +27,14 @@ export function showTiles(view, element, playing) {
   const plainly = (quantity) => {
     const { factor } = unitOf(quantity, state);
     const value = answer?.moments[quantity] ?? null;
-    return answer && !old && (value !== null || !ofSystem) ? `${METHODS[best].label}: ${short(value * factor)}` : "";
+    return answer && !old && value !== null ? `${METHODS[best].label}: ${short(value * factor)}` : "";
   };
 
   write("tile-measured", measuredOf(MAIN[1]));
-  say("tile-measured-note", measured && `mean, ${view.si ? "t" : "Ωt"} > ${short(measured.settings.window[0], 3)}${view.si ? " s" : ""}`);
+  say("tile-measured-note", measured && `mean, ${view.after(measured.settings.window[0])}`);
   write("tile-rms", measuredOf(BESIDE[1]));
   say("tile-rms-note", plainly(BESIDE[1]));
-  // a system that is an oscillator is simulated as one, with the names of its numbers
-  const last = measured && LAST[1] === "input_power" && !("input_power" in measured.values) ? ["Power of the springpot", "springpot_power"] : LAST;
-  element("tile-rate").previousElementSibling.textContent = last[0];
-  write("tile-rate", measured?.undefined ? "no value" : measuredOf(last[1]));
+  write("tile-rate", measured?.undefined ? "no value" : measuredOf(LAST[1]));
   say("tile-rate-note", measured?.undefined ? "infinitely many impacts" : view.walls.length && plainly(LAST[1]));
 
   element("tile-theory").classList.toggle("stale", old);

@@ -1,43 +1,58 @@
-// Units: the page keeps m, s, rad/s and m²/s³; what it shows and what is typed in is a factor away from them.
+// Units: the page keeps m, s, rad/s, ...; what it shows and what is typed in is a factor, and for Ω a power, away from them.
 
 import { isHeavy } from "./problem.js";
 
 const GRAVITY = 9.80665; // m/s²
+const DENSITY = { symbol: "S", said: "one-sided PSD" };
 
 export const CHOICES = {
   length: { m: { factor: 1, name: "m" }, mm: { factor: 1000, name: "mm" } },
+  // the stiffness per unit mass, as the frequency of the mass on that spring
+  stiffness: {
+    rad: { factor: 1, power: 0.5, name: "rad/s", symbol: "Ω", said: "natural frequency" },
+    Hz: { factor: 1 / (2 * Math.PI), power: 0.5, name: "Hz", symbol: "f", said: "natural frequency" },
+    k: { factor: 1, name: "1/s²" },
+  },
   frequency: { rad: { factor: 1, name: "rad/s" }, Hz: { factor: 1 / (2 * Math.PI), name: "Hz" } },
   // white noise with E[ζ(t) ζ(s)] = q δ(t − s) has the one-sided spectral density 2 q per Hz
   excitation: {
     q: { factor: 1, name: "m²/s³" },
-    psd: { factor: 2, name: "(m/s²)²/Hz" },
-    g: { factor: 2 / GRAVITY ** 2, name: "g²/Hz" },
+    psd: { factor: 2, name: "(m/s²)²/Hz", ...DENSITY },
+    g: { factor: 2 / GRAVITY ** 2, name: "g²/Hz", ...DENSITY },
   },
-  force_noise: { q: { factor: 1, name: "N² s" }, psd: { factor: 2, name: "N²/Hz" } }, // of a force; one-sided per Hz
+  force_noise: { q: { factor: 1, name: "N² s" }, psd: { factor: 2, name: "N²/Hz", ...DENSITY } }, // of a force
 };
-export const USUAL = Object.freeze({ length: "m", frequency: "rad", excitation: "q", force_noise: "q" });
+export const USUAL = Object.freeze({ length: "m", stiffness: "rad", frequency: "rad", excitation: "q", force_noise: "q" });
+
+const signed = (value, power) => Math.sign(value) * Math.abs(value) ** power;
+export const shownAs = (value, { factor = 1, power = 1 } = {}) => factor * signed(value, power);
+export const askedAs = (value, { factor = 1, power = 1 } = {}) => signed(value / factor, 1 / power);
 
 // powers of length and time
-export const DIMENSIONS = {
+const DIMENSIONS = {
   amplitude_mean_square: [2, 0], x_mean: [1, 0], x_rms: [1, 0], x_mean_square: [2, 0], v_mean_square: [2, -2],
   v_rms: [1, -1], impact_rate: [0, -1], impact_speed_mean: [1, -1], impact_speed_mean_square: [2, -2],
-  x: [1, 0], v: [1, -1], amplitude: [1, 0], impact_speed: [1, -1], time: [0, 1],
+  x: [1, 0], v: [1, -1], amplitude: [1, 0], impact_speed: [1, -1], time: [0, 1], energy_residual: [0, 0],
 };
+const POWER = [2, -3], OF_PARTS = ["impact_rate", "impact_speed_mean"];
+const dimensionsOf = (quantity) => DIMENSIONS[quantity] ?? DIMENSIONS[OF_PARTS.find((end) => quantity.endsWith(end))] ?? POWER;
 
 // factor and name of a quantity's unit; dimensionless numbers have none, and rates are counted per 1/Ω
-export function unitOf(quantity, { units, shown }) {
-  const known = DIMENSIONS[quantity] ?? (quantity.endsWith("impact_rate") ? DIMENSIONS.impact_rate : null);
-  if (!known) return { factor: 1, name: isHeavy && quantity !== "springpot_power" ? "W" : "m²/s³" }; // a power
-  const [length, time] = known;
-  if (units !== "si") return { factor: 1, name: length === 0 && time === -1 ? "Ω" : "" };
+export function unitOf(quantity, { si, paper, shown }) {
+  const [length, time] = dimensionsOf(quantity), isPower = length === POWER[0] && time === POWER[1];
+  if (!si) {
+    const factor = paper.length ** -length * paper.frequency ** time / (isPower ? paper.mass : 1);
+    return { factor, name: length === 0 && time === -1 ? "Ω" : "" };
+  }
+  if (isPower) return { factor: 1, name: isHeavy ? "W" : "m²/s³" };
   const { factor, name } = CHOICES.length[shown.length];
   return { factor: factor ** length, name: written(power(name, length), power("s", time)) };
 }
 
 // the unit of a density of a quantity
 export function densityUnitOf(quantity, state) {
-  const { factor } = unitOf(quantity, state), [length, time] = DIMENSIONS[quantity];
-  if (state.units !== "si") return { factor: 1, name: "" };
+  const { factor } = unitOf(quantity, state), [length, time] = dimensionsOf(quantity);
+  if (!state.si) return { factor: 1 / factor, name: "" };
   return { factor: 1 / factor, name: written(power(state.shown.length, -length), power("s", -time)) };
 }
 

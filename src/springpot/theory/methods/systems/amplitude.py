@@ -18,7 +18,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import numbers_only, real_array
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.result import Moments, Result, at_walls
+from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
 
@@ -447,20 +447,12 @@ def _law(problem: _Problem) -> _Law:
 def _moments(system: System, law: _Law) -> Moments:
     cycles, side = law.cycles, law.problem.side
     x_square, v_square = law.average(cycles.x_square), law.average(cycles.v_square)
-    omega = system.natural_frequency
     hits = cycles.frequency / math.pi
     rate = law.average(hits)
-    struck = [
-        (rate, law.average(hits * np.sqrt(2.0 * cycles.energy)) / rate, law.average(hits * 2.0 * cycles.energy) / rate)
-    ]
-    rates, means, squares = zip(*struck, strict=True) if side else ((), (), ())
-    return Moments(
-        amplitude_mean_square=x_square + v_square / omega**2,
-        x_mean=side * law.average(cycles.x_mean) + 0.0,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        **at_walls(system, rates, means, squares),
+    struck = (
+        (rate, law.average(hits * np.sqrt(2.0 * cycles.energy)) / rate, law.average(hits * 2.0 * cycles.energy) / rate),
     )
+    return moments_of(system, side * law.average(cycles.x_mean) + 0.0, x_square, v_square, struck if side else ())
 
 
 def _warnings(problem: _Problem, law: _Law) -> Iterator[str]:

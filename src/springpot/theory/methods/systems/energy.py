@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
@@ -28,8 +28,9 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import numbers_only, real_array
-from springpot.theory.result import Moments, NoConvergenceError, Result, at_walls
+from springpot.theory.densities import Densities
+from springpot.theory.problem import Units
+from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
 __all__ = ["ExactLaw", "check_law_covered", "exact_law"]
 
@@ -61,6 +62,7 @@ class _EnergyLaw:
     places: FloatArray = field(repr=False)
     weights: FloatArray = field(repr=False)
     total: float
+    walls: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def _likeliest(self) -> float:
@@ -95,23 +97,36 @@ class _EnergyLaw:
         above = np.asarray(self.potential.energy(place) - self.least)
         return np.maximum(above, -20.0 / self.linear) if self.square == 0.0 else np.maximum(above, 0.0)
 
-    def x_density(self, x: FloatArray) -> FloatArray:
+    @property
+    def units(self) -> Units:
+        """m and m/s."""
+        return Units(1.0, 1.0, 1.0, 1.0)
+
+    def x(self, x: FloatArray) -> FloatArray:
+        """Density of the displacement."""
         place, inside = self._place(x)
         found = 2.0 * self.speed_integral(0, self.above_least(place).ravel()).reshape(x.shape)
-        return np.where(inside, found / self.total, np.where(np.isnan(x), np.nan, 0.0))
+        return np.where(inside, found / self.total, 0.0)
 
-    def joint_density(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Density of both."""
         place, inside = self._place(x)
-        energy = self.above_least(place) + 0.5 * np.clip(np.nan_to_num(v), -1e150, 1e150) ** 2
-        found = np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)), _FAR)) / self.total
-        unknown = np.isnan(x) | np.isnan(v)
-        return np.where(unknown, np.nan, np.where(inside & np.isfinite(v), found, 0.0))
+        return np.where(inside, self._at(self.above_least(place), v) / self.total, 0.0)
 
-    def v_density(self, v: FloatArray) -> FloatArray:
-        u = self.above_least(self.places)
-        energy = u + 0.5 * np.minimum(np.abs(v.reshape(-1, 1)), 1e150) ** 2
-        values = np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)), _FAR)) @ self.weights
-        return np.where(np.isnan(v), np.nan, values.reshape(v.shape) / self.total)
+    def v(self, v: FloatArray) -> FloatArray:
+        """Density of the velocity."""
+        values = self._at(self.above_least(self.places), v.reshape(-1, 1)) @ self.weights
+        return np.asarray(values.reshape(v.shape) / self.total)
+
+    def impact_speed(self, speed: FloatArray) -> FloatArray:
+        """Density of the speed just before an impact, on all walls together."""
+        values = self._at(self.walls, speed.reshape(-1, 1)).sum(axis=1) / self.speed_integral(1, self.walls).sum()
+        return np.asarray(np.maximum(speed, 0.0) * values.reshape(speed.shape))
+
+    def _at(self, potential: FloatArray, v: FloatArray) -> FloatArray:
+        """exp(-g) at potentials above the least, and velocities."""
+        energy = potential + 0.5 * np.minimum(np.abs(v), 1e150) ** 2
+        return np.asarray(np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)), _FAR)))
 
     def _place(self, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Where x is seen from the origin, and whether it is between the walls; elsewhere some place that is."""
@@ -121,60 +136,20 @@ class _EnergyLaw:
 
 
 @dataclass(frozen=True)
-class ExactLaw(Result):
+class ExactLaw(Densities):
     """The exact stationary state of a system, with its densities.
 
     Notes
     -----
     The parameters are those of `springpot.theory.result.Result`.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> duffing = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0, 0, 1.0)), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+    >>> float(sp.theory.exact(duffing).x_density(0.0).round(4))
+    0.5167
     """
-
-    _law: _EnergyLaw | None = field(default=None, repr=False, compare=False, kw_only=True)
-
-    @numbers_only
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
-        """Density of x, in 1/m.
-
-        Parameters
-        ----------
-        displacement : array_like
-            x in m.
-
-        Raises
-        ------
-        NoStationaryStateError
-            If there is none.
-
-        Examples
-        --------
-        >>> import springpot as sp
-        >>> duffing = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0, 0, 1.0)), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
-        >>> float(sp.theory.exact(duffing).x_density(0.0).round(4))
-        0.5167
-        """
-        return self._known().x_density(real_array(displacement, "displacement"))
-
-    @numbers_only
-    def v_density(self, velocity: ArrayLike) -> FloatArray:
-        """Density of v, in s/m.
-
-        Parameters and errors are those of `x_density`, with v in m/s.
-        """
-        return self._known().v_density(real_array(velocity, "velocity"))
-
-    @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike) -> FloatArray:
-        """Density of (x, v), in s/m^2; the arguments are broadcast.
-
-        Parameters and errors are those of `x_density`, with x in m and v in m/s.
-        """
-        x, v = np.broadcast_arrays(real_array(displacement, "displacement"), real_array(velocity, "velocity"))
-        return self._known().joint_density(x, v)
-
-    def _known(self) -> _EnergyLaw:
-        _ = self.moments
-        assert self._law is not None
-        return self._law
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -239,6 +214,8 @@ def exact_law(system: System) -> ExactLaw:
         stationary = "There is no stationary state: no spring or wall holds the mass on one side."
     else:
         law = _law(unit.potential, *coefficients)
+        places = [wall.position - law.origin for wall in system.stops.values()]
+        law = replace(law, walls=np.array([float(law.above_least(place)) for place in places]))
         stationary = _moments(system, law)
         warnings = _rounding(law)
     return ExactLaw(
@@ -443,21 +420,12 @@ def _moments(system: System, law: _EnergyLaw) -> Moments:
     shift, square = float(at @ law.places), float(at @ (law.places * law.places))
     x_mean, x_square = law.origin + shift, law.origin * (law.origin + 2.0 * shift) + square
     v_square = float(2.0 * weights @ law.speed_integral(2, u)) / law.total
-    rates, speeds, squares = [], [], []
-    for wall in system.stops.values():
-        there = np.atleast_1d(law.above_least(wall.position - law.origin))
+    hits = []
+    for there in law.walls:
         flux, first, second = (float(law.speed_integral(power, there)[0]) for power in (1, 2, 3))
-        rates.append(flux / law.total)
-        speeds.append(first / flux if flux > 0.0 else math.nan)
-        squares.append(second / flux if flux > 0.0 else math.nan)
-    omega = system.natural_frequency
-    return Moments(
-        amplitude_mean_square=x_square + v_square / omega**2,
-        x_mean=x_mean,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        **at_walls(system, rates, speeds, squares),
-    )
+        speeds = (first / flux, second / flux) if flux > 0.0 else (math.nan, math.nan)
+        hits.append((flux / law.total, *speeds))
+    return moments_of(system, x_mean, x_square, v_square, hits)
 
 
 def _turning_points(potential: Potential) -> list[float]:

@@ -55,7 +55,7 @@ from springpot.theory.methods.systems.impacts import (
 )
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
-from springpot.theory.result import Moments, Result, at_walls
+from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["check_system_covered", "envelope_of_system"]
 
@@ -466,18 +466,10 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     hits = hits_on_walls(problem, cycles, law.labels, law.weight, rates.struck, rates.damped)
     spread, hits = with_sudden_losses(problem, cycles, law.weight, rates.struck, rates.damped, spread, hits)
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
-    v_square = spread.v_square
-    omega = system.natural_frequency
-    struck = at_walls(system, [hit.rate for hit in hits], [hit.mean for hit in hits], [hit.square for hit in hits])
-    if problem.circuits and not problem.unit.of(ThermalNoise):
-        struck["of_parts"]["harvested_power"] = law.average(rates.electric) * system.inertia
-    return Moments(
-        amplitude_mean_square=x_square + v_square / omega**2,
-        x_mean=problem.origin + spread.mean,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        **struck,
-    )
+    harvests = problem.circuits and not problem.unit.of(ThermalNoise)
+    power = law.average(rates.electric) * system.inertia if harvests else None
+    struck = [(hit.rate, hit.mean, hit.square) for hit in hits]
+    return moments_of(system, problem.origin + spread.mean, x_square, spread.v_square, struck, power)
 
 
 def _is_exact(problem: Problem) -> bool:

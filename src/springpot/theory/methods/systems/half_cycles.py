@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +35,7 @@ from springpot.theory.methods.systems.half_cycle_chain import (
     chain_of,
 )
 from springpot.theory.methods.systems.linear import linear
-from springpot.theory.result import Moments, Result, at_walls
+from springpot.theory.result import Moments, Result, moments_of
 
 __all__ = ["HalfCycles", "check_covered", "half_cycles"]
 
@@ -325,27 +325,18 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
     x = scales.length * per_time * chain.total(lambda stage: stage.side * stage.flights.first)
     x_square = scales.length**2 * per_time * chain.total(lambda stage: stage.flights.second)
     v_square = scales.speed**2 * per_time * chain.total(lambda stage: stage.flights.action)
-    rates, means, squares, unresolved = [], [], [], []
-    for wall in system.per_unit_mass.of(Barrier):
+    hits, far = [], {}
+    for name, wall in zip(system.stops, system.of(Barrier), strict=True):
         found = _impacts(chain, wall, scales)
-        unresolved.append(found is not None and math.isnan(found.rate))
-        rates.append(math.nan if found is None else found.rate * scales.frequency)
-        means.append(math.nan if found is None else found.speed_mean * scales.speed)
-        squares.append(math.nan if found is None else found.speed_mean_square * scales.speed**2)
-    # of all walls together; a far one that is struck too rarely for the chain counts nothing
-    struck = at_walls(
-        system, [0.0 if far else rate for far, rate in zip(unresolved, rates, strict=True)], means, squares
-    )
-    own = zip(system.stops, rates, strict=True)
-    struck["of_parts"] |= {f"{wall}_impact_rate": rate for wall, rate in own}
-    omega = system.natural_frequency
-    return Moments(
-        amplitude_mean_square=x_square + v_square / omega**2 if omega > 0.0 else math.nan,
-        x_mean=x,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        **struck,
-    )
+        if found is None:
+            hits.append((math.nan, math.nan, math.nan))
+            continue
+        speeds = found.speed_mean * scales.speed, found.speed_mean_square * scales.speed**2
+        if math.isnan(found.rate):  # struck too rarely for the chain: in the rate of all walls it counts nothing
+            far[f"{name}_impact_rate"] = math.nan
+        hits.append((0.0 if math.isnan(found.rate) else found.rate * scales.frequency, *speeds))
+    moments = moments_of(system, x, x_square, v_square, hits)
+    return replace(moments, of_parts={**moments.of_parts, **far})
 
 
 def _impacts(chain: Chain, wall: Barrier, scales: _Scales) -> Impacts | None:

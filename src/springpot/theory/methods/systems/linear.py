@@ -31,9 +31,9 @@ from springpot.problem.parts import (
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.numerics.frequencies import integral, resonances
-from springpot.theory.result import Moments, Result
+from springpot.theory.result import Moments, Result, moments_of
 
-__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "moments_of"]
+__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments"]
 
 FloatArray = NDArray[np.float64]
 
@@ -248,7 +248,7 @@ def linear(system: System) -> LinearResponse:
     return LinearResponse(
         method="linear",
         system=system,
-        stationary=moments_of(system, companion),
+        stationary=linear_moments(system, companion),
         assumptions=("None: this solves the linear equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
         is_exact=True,
@@ -300,7 +300,7 @@ def companion_of(system: System) -> Companion:
 check_covered = companion_of
 
 
-def moments_of(system: System, companion: Companion) -> Moments | str:
+def linear_moments(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
     springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
     static = companion.stiffness + sum(spring.coefficient for spring in springs)
@@ -310,7 +310,7 @@ def moments_of(system: System, companion: Companion) -> Moments | str:
         return "There is no stationary state: nothing dissipates energy."
     if static != companion.stiffness:  # a springpot of order 0 is a spring
         kept = tuple(e for e in companion.elements if e not in springs)
-        return moments_of(system, replace(companion, stiffness=static, elements=kept))
+        return linear_moments(system, replace(companion, stiffness=static, elements=kept))
     cuts = resonances(companion.dynamic_stiffness, companion.scales)
 
     def mean_square(density: Callable[[float], float], power: int = 0) -> float:
@@ -343,18 +343,8 @@ def moments_of(system: System, companion: Companion) -> Moments | str:
         fed = companion.parametric * x_square
         v_square += fed * v_unit
         power += fed * _power(companion, mean_square, lambda w: 1.0 / (2.0 * math.pi))
-    omega = system.natural_frequency
     harvests = companion.circuits and companion.temperature == 0.0
-    return Moments(
-        amplitude_mean_square=x_square + v_square / omega**2,
-        x_mean=x_mean,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        impact_rate=0.0,
-        impact_speed_mean=math.nan,
-        impact_speed_mean_square=math.nan,
-        of_parts={"harvested_power": power * system.inertia} if harvests else {},
-    )
+    return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
 
 
 def _power(

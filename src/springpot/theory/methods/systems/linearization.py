@@ -29,7 +29,7 @@ from springpot.problem.parts import (
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.energy import exact_law
-from springpot.theory.methods.systems.linear import Companion, companion_of, moments_of
+from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments
 from springpot.theory.result import Moments, NoConvergenceError, Result
 
 __all__ = ["Linearization", "check_covered", "linearization"]
@@ -190,7 +190,7 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, Moments | str
         here = replace(companion, stiffness=stiffness, damping=damping, force=0.0)
         balance = float(_WEIGHTS @ potential.force(places))
         held = float(_WEIGHTS @ potential.curvature(places))  # also by springpots of order 0
-        return here, moments_of(unit, here), balance / held
+        return here, linear_moments(unit, here), balance / held
 
     def missing(state: FloatArray) -> FloatArray:
         _, moments, shift = at(state)
@@ -262,7 +262,7 @@ def _start(unit: System, companion: Companion, potential: Potential) -> FloatArr
         damping = _damping(unit, mean, spread, spread * math.sqrt(max(stiffness, 1e-300)))
         ratio = math.inf
         if stiffness > 0.0 and (damping > 0.0 or companion.dissipates):
-            moments = moments_of(unit, replace(companion, stiffness=stiffness, damping=damping, force=0.0))
+            moments = linear_moments(unit, replace(companion, stiffness=stiffness, damping=damping, force=0.0))
             if isinstance(moments, str):
                 raise _Unstable(moments)
             ratio = math.sqrt(moments.x_mean_square) / spread

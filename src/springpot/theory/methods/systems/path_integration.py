@@ -29,7 +29,7 @@ from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
 from springpot.theory.numerics.anderson import Anderson
-from springpot.theory.result import Moments, NoConvergenceError, Result, at_walls
+from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
 __all__ = ["path_integration"]
 
@@ -422,7 +422,7 @@ def _refitted(problem: _Problem, law: _Law, memory: _Memory) -> _Memory:
 def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
     _, x, v = law.chain.grid.places
     x_square, v_square = float(law.weights @ x**2), float(law.weights @ v**2)
-    rates, means, squares = [], [], []
+    hits = []
     struck = iter(law.chain.impacts(law.weights))
     for wall in system.stops.values():
         rate = mean = square = math.nan
@@ -430,17 +430,8 @@ def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
             rate, first, second = next(struck)
             rate = math.nan if not wall.is_elastic else max(rate, 0.0)
             mean, square = (first / rate, second / rate) if rate > 1e-12 else (math.nan, math.nan)
-        rates.append(rate)
-        means.append(mean)
-        squares.append(square)
-    omega = system.natural_frequency
-    return Moments(
-        amplitude_mean_square=x_square + v_square / omega**2,
-        x_mean=law.mean,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        **at_walls(system, rates, means, squares),
-    )
+        hits.append((rate, mean, square))
+    return moments_of(system, law.mean, x_square, v_square, hits)
 
 
 def _warnings(unit: System, found: Moments) -> Iterator[str]:

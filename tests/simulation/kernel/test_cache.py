@@ -106,10 +106,10 @@ for who in ("one", "other"):
 
 
 CALLBACKS = """
-from springpot.explorer.gathering import _square_part
+from springpot.explorer.gathering import _growth_part
 from springpot.simulation.watch.spectrum import _spectral_part
 
-print([part.cache_hits for part in (_spectral_part(2), _spectral_part(3), _square_part())])
+print([part.cache_hits for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
 """
 
 

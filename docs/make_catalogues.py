@@ -1,0 +1,124 @@
+"""Writes the pages *All results* and *All warnings and errors*: ``python docs/make_catalogues.py``."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+
+from springpot.machine.faults import FileError, NotCoveredError, Stopped
+from springpot.machine.trusted import CacheWarning
+from springpot.problem import messages
+from springpot.problem.catalogue import CATALOGUE, Quantity
+from springpot.problem.messages import MESSAGES
+from springpot.problem.parts.registration import per_unit_mass
+from springpot.studies import StoreError
+from springpot.theory import NoConvergenceError, NoStationaryStateError
+
+__all__ = ["ERRORS", "PAGES"]
+
+RESULTS = """\
+# All results
+
+<!-- written by docs/make_catalogues.py -->
+
+Every result that a run can have, by its name: `run["impact_rate"]` has `value`, `error` (one standard error) and
+`unit`. In the dataset of `run.to_xarray()` the error has the same name with `_se`. `<part>` stands for the name of a
+part, as in `stop_impact_rate`; in the dataset the walls and contacts have the dimension `barrier`, as in
+`barrier_impact_rate`. Powers, forces and virials are those of the mass, or per unit mass in a system without a `Mass`:
+the second unit. $m$ is the mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per unit time, $r$ the
+restitution. With `rtol=` the results that are marked have a bounded error, `run[name].budget.total`, in the dataset
+under their name with `_error`.
+
+| name | unit | meaning | formula | when | `rtol` | dimensions |
+|---|---|---|---|---|---|---|
+"""
+WARNINGS = """\
+# All warnings and errors
+
+<!-- written by docs/make_catalogues.py -->
+
+`run.warnings` has one message for each reason to doubt a result, and each message knows its `name` and `category`.
+`springpot.simulate` also raises them as Python warnings of that category, so they can be silenced or made errors:
+
+```py
+import warnings
+
+warnings.filterwarnings("ignore", category=sp.NoEffectWarning)
+warnings.filterwarnings("error", category=sp.AccuracyWarning)
+```
+
+All categories are kinds of `springpot.SpringpotWarning`. Words in *italics* stand for what the message says of your
+run.
+"""
+WRONG = """
+## Errors
+
+A wrong argument is a `TypeError` or a `ValueError` whose message begins with the name of the argument; the command
+prints the message and ends with exit code 2. Errors with a class of their own, and the warning about caches:
+
+| class | is a | meaning | what to do |
+|---|---|---|---|
+"""
+ERRORS = {
+    "springpot.theory.NotCoveredError": (
+        NotCoveredError, "Take another method, or Monte Carlo; `springpot.explain` shows which cover the system."
+    ),
+    "springpot.theory.NoStationaryStateError": (
+        NoStationaryStateError, "Add what dissipates energy, or simulate with `start=\"rest\"` for a finite time."
+    ),
+    "springpot.theory.NoConvergenceError": (NoConvergenceError, "Take another method, or Monte Carlo."),
+    "springpot.machine.faults.FileError": (FileError, "Correct the file at the place that the sentence names."),
+    "springpot.studies.StoreError": (
+        StoreError, "Do what the sentence says: another folder, or the study to which the store belongs."
+    ),
+    "springpot.machine.faults.Stopped": (Stopped, "Nothing: a fit was ended by `stop=` before it had a result."),
+    "springpot.machine.trusted.CacheWarning": (
+        CacheWarning, "Set `NUMBA_CACHE_DIR` to a folder that belongs to you and that nobody else can write."
+    ),
+}  # fmt: skip
+"""Each error that a caller can meet, and the one warning outside the catalogue, with what to do."""
+
+
+def results() -> str:
+    """The text of the page *All results*."""
+    return RESULTS + "".join(f"| {' | '.join(_cells(entry))} |\n" for entry in CATALOGUE)
+
+
+def _cells(entry: Quantity) -> list[str]:
+    units = dict.fromkeys((entry.unit, per_unit_mass(entry.unit)))
+    return [
+        f"`{entry.name}`", ", ".join(units), entry.meaning,
+        f"${entry.formula}$".replace("|", r"\vert ") if entry.formula else "", entry.when,
+        "yes" if entry.controlled else "", ", ".join(f"`{name}`" for name in entry.dimensions),
+    ]  # fmt: skip
+
+
+def warnings_and_errors() -> str:
+    """The text of the page *All warnings and errors*."""
+    pieces = [WARNINGS]
+    for category in (getattr(messages, name) for name in messages.__all__ if name.endswith("Warning")):
+        if kinds := {name: kind for name, kind in MESSAGES.items() if kind.category is category}:
+            pieces.append(f"\n## {category.__name__}\n\n{_first_line(category)}\n\n")
+            pieces.append("| name | message | what to do |\n|---|---|---|\n")
+            pieces += [f"| `{name}` | {_plain(kind.sentence)} | {kind.advice} |\n" for name, kind in kinds.items()]
+    pieces.append(WRONG)
+    for place, (error, advice) in ERRORS.items():
+        pieces.append(f"| `{place}` | `{error.__mro__[1].__name__}` | {_first_line(error)} | {advice} |\n")
+    return "".join(pieces)
+
+
+def _first_line(thing: type) -> str:
+    return (inspect.getdoc(thing) or "").partition("\n\n")[0].replace("\n", " ")
+
+
+def _plain(sentence: str) -> str:
+    """With the names of the numbers in italics; formats such as ``:.2g`` are left out."""
+    return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", sentence).replace("|", r"\|").replace("_", r"\_")
+
+
+PAGES = {"results.md": results, "warnings.md": warnings_and_errors}
+
+if __name__ == "__main__":
+    for name, text in PAGES.items():
+        (Path(__file__).parent / name).write_text(text(), encoding="utf-8")

@@ -1,0 +1,35 @@
+// The equation, and the table of what belongs to parts.
+
+import { withError } from "./numbers.js";
+import { escaped } from "./table.js";
+import { unitOf } from "./units.js";
+
+export function showEquation(element, [first = "", ...more]) {
+  const line = document.createElement("span"), rest = document.createElement("small");
+  line.className = "sum";
+  line.innerHTML = mathematical(first);
+  rest.innerHTML = more.map(mathematical).join(" · ");
+  element("equation").replaceChildren(line, rest);
+  element("equation").setAttribute("aria-label", [first, ...more].join("; "));
+}
+
+// the library's plain text with signs: x'', powers, and the minus
+const mathematical = (text) => escaped(text).replace(/(\d)e([+-]?)0*(\d+)/g, (_, digit, sign, power) => `${digit}·10<sup>${sign === "-" ? "−" : ""}${power}</sup>`)
+  .replace(/x&#39;&#39;/g, "ẍ").replace(/x&#39;/g, "ẋ").replace(/V&#39;/g, "V̇").replace(/d&#39;/g, "ḋ")
+  .replace(/\^\(?(-?[\d.]+)\)?/g, (_, power) => `<sup>${power.replace("-", "−")}</sup>`)
+  .replace(/(^|[\s(])-(?=[\s\d(a-z])/g, "$1−").replace(/&#62;=/g, "≥").replace(/&#60;=/g, "≤");
+
+// the numbers of the parts: powers, walls, circuits
+export function makePartsCard(table) {
+  return ({ measured, state }) => {
+    const rows = (measured?.labels ?? []).map(([name, said, own]) => {
+      const { factor, name: unit } = state.si ? { factor: 1, name: own } : unitOf(name, state);
+      const value = measured.values[name];
+      const why = value === null && measured.undefined ? `no value: ${measured.undefined}` : "";
+      const shown = value === null ? (why ? "no value" : "–") : withError(value * factor, measured.errors[name] === null ? null : measured.errors[name] * factor);
+      return `<tr><th scope=row>${escaped(said)}</th><td data-quantity="${name}" data-value="${value ?? ""}" data-error="${measured.errors[name] ?? ""}"${why ? ` title="${escaped(why)}"` : ""}>${shown}${unit && value !== null ? ` <small>${unit}</small>` : ""}</td></tr>`;
+    });
+    table.innerHTML = `<caption class="sr">Powers, impacts and voltages by Monte Carlo, with one standard error</caption><tbody>${rows.join("")}</tbody>`;
+  };
+}
+
