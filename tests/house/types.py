@@ -12,8 +12,8 @@ A call of ``Dimensionless.of`` that lets the error pass is no question: the meth
 only, and the caller is told which part forbids it.
 
 It is asked at a door, once in each file of DOORS and before any plan; everywhere else, and a second time in such a
-file, it counts as asked after.  Two of the doors are no decision about the problem: a value is written or made again,
-and a system is one of the containers it may be.
+file, it counts as asked after.  No decision about the problem are the WALKS: a value is written or made again, and a
+system is one of the containers, as tuples and mappings are, through which the walk goes.
 """
 
 from __future__ import annotations
@@ -28,11 +28,14 @@ KINDS = {"System", "Oscillator", "Dimensionless"}
 NAMES = {"paper", "dimensionless", "oscillator"}
 DOORS = {
     "problem/system.py": "whether what was given is a system, for every function that takes one",
-    "problem/free_numbers.py": "how a model with free numbers is made again",
     "theory/forms.py": "which of its two forms a method has",
     "simulation/plan/motion.py": "closed forms or a guess, where the plan is made",
-    "simulation/result/save.py": "how a value of a run is written",
     "evidence/reliability.py": "which of the two validity maps",
+    "explorer/question.py": "the paper's view is added on the page",
+}
+WALKS = {
+    "problem/free_numbers.py": "how a model with free numbers is made again",
+    "simulation/result/save.py": "how a value of a run is written",
 }
 
 
@@ -43,7 +46,7 @@ class Question:
     file: str
     line: int
     text: str
-    at_a_door: bool
+    at: str
 
 
 def questions(source: Path = SOURCE) -> list[Question]:
@@ -54,7 +57,8 @@ def questions(source: Path = SOURCE) -> list[Question]:
         lines = text.splitlines()
         file = place.relative_to(source).as_posix()
         for count, line in enumerate(sorted({node.lineno for node in _asked(ast.parse(text))})):
-            found.append(Question(file, line, lines[line - 1].strip(), file in DOORS and count == 0))
+            at = "after" if count else "door" if file in DOORS else "walk" if file in WALKS else "after"
+            found.append(Question(file, line, lines[line - 1].strip(), at))
     return found
 
 
