@@ -26,7 +26,7 @@ KINDS = (
 )  # fmt: skip
 
 
-def compiled(problem: sp.Oscillator | sp.System, scheme: str, tolerance: float) -> None:
+def compiled(problem: sp.System, scheme: str, tolerance: float) -> None:
     """Have the kernel for one kind of problem."""
     simulate(problem, paths=1, duration=1.0, step=0.1, start="rest", scheme=scheme, memory_tolerance=tolerance)
 

@@ -21,6 +21,7 @@ import pytest
 import springpot
 from springpot import cli
 from springpot.cli import doctor, terminal
+from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
@@ -331,7 +332,7 @@ def test_a_real_run_with_distributions(capsys: pytest.CaptureFixture[str]) -> No
     ],
 )
 def test_values_have_the_digits_of_their_errors(value: float | None, error: float | None, text: str) -> None:
-    assert cli.tables.with_error(value, error) == text
+    assert with_error(value, error) == text
 
 
 @pytest.mark.parametrize(

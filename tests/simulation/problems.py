@@ -21,9 +21,14 @@ def oscillator(
     return sp.Oscillator(frequency, sp.Springpot(order, coefficient), barrier, sp.WhiteNoise(intensity))
 
 
-def system(*numbers: float, **named: float | None) -> sp.System:
-    """The same as a sum of parts."""
-    return oscillator(*numbers, **named)  # type: ignore[arg-type]
+def values_of(run: Run) -> dict[str, float]:
+    """The values of a run by name."""
+    return {name: estimate.value for name, estimate in run.estimates.items()}
+
+
+def errors_of(run: Run) -> dict[str, float]:
+    """The standard errors of a run by name."""
+    return {name: estimate.error for name, estimate in run.estimates.items()}
 
 
 def assert_agrees(run: Run, exact: dict[str, float], *, most: float = 4.0, sharp: float = 0.005) -> None:

@@ -21,7 +21,7 @@ from springpot.simulation.plan.schemes import scheme_of
 from tests.simulation.oracle import _walk, oracle_weights
 from tests.sizes import validation
 
-from .problems import assert_agrees, oscillator, truncated_gaussian
+from .problems import assert_agrees, errors_of, oscillator, truncated_gaussian, values_of
 
 DOUBLE = 1e-9  # relative error of the memory: without noise, all else is in double precision anyway
 
@@ -86,7 +86,7 @@ def test_order_1_transient_from_rest(time: float, scheme: str) -> None:
 @pytest.mark.parametrize("position", [None, 0.0])
 def test_order_0_stores_and_does_not_dissipate(position: float | None) -> None:
     found = simulate(oscillator(0.0, 0.6, 1.0, 1.0, position), paths=100_000, duration=15.0, step=0.02, start="rest")
-    rows = found.values, found.errors
+    rows = values_of(found), errors_of(found)
     energy = 0.5 * (rows[0]["v_mean_square_end"] + 1.6 * rows[0]["x_mean_square_end"])
     error = 0.5 * (rows[1]["v_mean_square_end"] + 1.6 * rows[1]["x_mean_square_end"])
     assert error < 0.005 * 7.5
@@ -110,7 +110,7 @@ def test_no_wall_stationary_spectrum(order: float, coefficient: float, frequency
     problem = oscillator(order, coefficient, frequency, 1.0, None)
     found = simulate(problem, paths=10_000, duration=150.0, step=0.02, start="stationary")
     assert_agrees(found, exact)
-    assert not any("impact" in name for name in found.values)
+    assert not any("impact" in name for name in found.estimates)
 
 
 @pytest.mark.parametrize("tolerance", [DOUBLE, validation(1e-6)])
@@ -335,7 +335,7 @@ def test_energies_below_the_collapse_do_not_depend_on_the_step(paths: int) -> No
     runs = [simulate(oscillator(1.0, 0.5, restitution=0.1), paths=paths, step=step, seed=i, start="rest") for i, step in
             enumerate((0.02, 0.005))]  # fmt: skip
     for name in ("x_mean_square", "v_mean_square"):
-        values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
+        values, errors = ([getattr(r[name], what) for r in runs] for what in ("value", "error"))
         assert max(errors) < 0.005 * values[0]
         assert abs(values[0] - values[1]) < 4 * math.hypot(*errors)
 

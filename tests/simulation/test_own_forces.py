@@ -75,7 +75,7 @@ def test_a_record_alone_strikes_a_lossy_wall_a_finite_number_of_times() -> None:
     assert run.warnings == ()
     assert 2 <= run["impact_rate"].value * run.settings.duration <= 40
     noisy = sp.System(*shaken.parts, sp.ColoredNoise(0.1, 0.2))
-    assert np.isnan(sp.simulate(noisy, paths=64).values["impact_rate"])
+    assert np.isnan(sp.simulate(noisy, paths=64)["impact_rate"].value)
 
 
 def _own(t: float, x: float, v: float) -> float:

@@ -25,7 +25,7 @@ from tests.signals import in_a_terminal
 from tests.simulation.oracle import direct_path
 from tests.sizes import validation
 
-from .problems import assert_agrees, oscillator, truncated_gaussian
+from .problems import assert_agrees, oscillator, truncated_gaussian, values_of
 
 
 @pytest.mark.parametrize(
@@ -76,10 +76,10 @@ def test_the_two_schemes_agree_on_the_same_normals(
     Behind a lossy wall that the spring presses on, the paper's scheme misses 1.3 % of the impacts at a step of 2e-3.
     """
     found = [
-        simulate(
+        values_of(simulate(
             oscillator(order, 1.0, 1.0, 1.0, position, restitution),
             paths=paths, duration=60.0, step=step, window=(20.0, 60.0), scheme=scheme, seed=3, start="rest",
-        ).values
+        ))
         for scheme in ("default", "grunwald")
     ]  # fmt: skip
     names = ["amplitude_mean_square", "x_mean_square", "v_mean_square", "x_mean", "damping_power"]
@@ -108,14 +108,14 @@ def test_the_two_schemes_agree_at_the_papers_step(order: float, restitution: flo
     if restitution == 1.0:
         names += ["impact_speed_mean", "impact_speed_mean_square", "impact_rate"]
     for name in names:
-        values, errors = ([getattr(r, what)[name] for r in runs] for what in ("values", "errors"))
+        values, errors = ([getattr(r[name], what) for r in runs] for what in ("value", "error"))
         assert max(errors) < (0.0032 if name == "amplitude_mean_square" else 0.005) * values[0], name
         assert abs(values[0] - values[1]) < 3 * math.hypot(*errors), name
     # a lossy wall makes many slow impacts, of which the paper's scheme sees more (1 % off in rate and mean speed
     # at this step); momentum and energy exchanged with the wall per second are hardly theirs
     for power in ("impact_speed_mean", "impact_speed_mean_square"):
-        exchanged = [r["impact_rate"].value * r.values[power] for r in runs]
-        errors = [e * r.errors[power] / r.values[power] for e, r in zip(exchanged, runs, strict=True)]
+        exchanged = [r["impact_rate"].value * r[power].value for r in runs]
+        errors = [e * r[power].error / r[power].value for e, r in zip(exchanged, runs, strict=True)]
         assert abs(exchanged[0] - exchanged[1]) < 3 * math.hypot(*errors), power
 
 
@@ -133,14 +133,14 @@ def test_adapted_start_reaches_the_stationary_state_that_rest_has_not_forgotten(
         start: simulate(oscillator(0.3), paths=paths, duration=200.0, window=(100.0, 200.0), start=start)
         for start in ("rest", "stationary")
     }
-    assert runs["stationary"].values["impact_rate"] == pytest.approx(0.300, rel=0.01)
-    assert runs["stationary"].values["x_mean"] == pytest.approx(1.044, rel=0.01)
-    assert runs["rest"].values["impact_rate"] == pytest.approx(0.335, rel=0.01)
-    assert runs["rest"].values["x_mean"] == pytest.approx(1.007, rel=0.01)
+    assert runs["stationary"]["impact_rate"].value == pytest.approx(0.300, rel=0.01)
+    assert runs["stationary"]["x_mean"].value == pytest.approx(1.044, rel=0.01)
+    assert runs["rest"]["impact_rate"].value == pytest.approx(0.335, rel=0.01)
+    assert runs["rest"]["x_mean"].value == pytest.approx(1.007, rel=0.01)
     assert runs["stationary"].diagnostics["start_residual"] < 0.01
     assert runs["rest"].diagnostics["start_residual"] is None
     start = runs["stationary"].settings.initial_position
-    assert start == pytest.approx(runs["stationary"].values["x_mean"], rel=0.01)
+    assert start == pytest.approx(runs["stationary"]["x_mean"].value, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -265,8 +265,8 @@ def test_a_wall_above_is_the_mirror_image_bit_for_bit(scheme: str) -> None:
     assert np.array_equal(below.record, -above.record)
     assert below.record[:, :, 0].max() <= 0.3 + (0.05 if scheme == "grunwald" else 0.0)
     odd = {"x_mean", "damping_force_mean", "x_mean_end"}
-    assert {*above.values} == {*possible_results(above.system)}
-    for name in above.values:
+    assert {*above.estimates} == {*possible_results(above.system)}
+    for name in above.estimates:
         assert below[name].value == (-above[name].value if name in odd else above[name].value)
         assert below[name].error == above[name].error
 
@@ -276,11 +276,10 @@ def test_the_same_bits_for_any_number_of_threads_and_paths() -> None:
     one = simulate(oscillator(), paths=300, threads=1, **settings, start="rest")
     for threads in (2, 3):
         other = simulate(oscillator(), paths=300, threads=threads, **settings, start="rest")
-        assert other.values == one.values
-        assert other.errors == one.errors
+        assert other.estimates == one.estimates
         assert np.array_equal(other.record, one.record)
     assert np.array_equal(simulate(oscillator(), paths=65, **settings, start="rest").record, one.record)
-    assert simulate(oscillator(), paths=300, seed=2, **settings, start="rest").values != one.values
+    assert simulate(oscillator(), paths=300, seed=2, **settings, start="rest").estimates != one.estimates
 
 
 def test_noise_off_gives_the_deterministic_response() -> None:
@@ -332,7 +331,7 @@ def test_nothing_is_read_before_it_is_written(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(np, "empty", unwritten)
     found = simulate(problem, **settings)
     assert np.array_equal(found.record, before.record)
-    assert found.values == before.values
+    assert found.estimates == before.estimates
 
 
 def test_window_averages_are_the_averages_of_the_record() -> None:
@@ -383,8 +382,9 @@ def test_a_coarse_step_and_an_early_window_are_warned_about() -> None:
 @pytest.mark.validation  # every day: that of the command, in tests/cli/test_cli.py
 def test_an_interrupt_stops_a_long_run_at_once() -> None:
     code = (
-        "import os; import springpot as sp; from springpot.simulation import run; "
-        "run(sp.Oscillator(), paths=10**6, duration=1e4, start='rest', progress=lambda done: os.write(1, b'go\\n'))"
+        "import os; import springpot as sp; from springpot.simulation import simulate; "
+        "begun = lambda done: os.write(1, b'go\\n'); "
+        "simulate(sp.Oscillator(), paths=10**6, duration=1e4, start='rest', progress=begun)"
     )
     with in_a_terminal():
         process = subprocess.Popen(

@@ -30,7 +30,7 @@ from springpot.simulation.plan.motion import motion_of
 from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 
-from .problems import assert_agrees
+from .problems import assert_agrees, values_of
 from .systems import (
     AWAY,
     NEARLY_LINEAR,
@@ -57,7 +57,7 @@ def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.01, **
     options = {"paths": 6000, "duration": 50.0, "step": 0.04, "window": (20.0, 50.0), "start": "rest", **given}
     found = sp.simulate(system, **options)
     assert_agrees(found, exact, sharp=sharp)
-    if "energy_residual" in found.values:
+    if "energy_residual" in found.estimates:
         assert abs(found["energy_residual"].value) < 4 * found["energy_residual"].error + 1e-9
     return found
 
@@ -186,7 +186,7 @@ def test_soft_stops(contact: sp.Contact, known: tuple[float, float]) -> None:
 def test_a_touch_counts_also_where_a_wall_close_behind_sends_the_mass_out_within_a_short_step() -> None:
     parts = sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0)
     device = of_many_kinds(*parts, sp.Contact(-0.5, 100.0, 1.0), sp.Barrier(-0.501, 0.7))
-    rates = sp.simulate(device, paths=512, duration=40.0, seed=3).values
+    rates = values_of(sp.simulate(device, paths=512, duration=40.0, seed=3))
     touches, all_impacts = rates["contact_impact_rate"], rates["impact_rate"]
     assert 0.98 < touches / (all_impacts - touches) < 1.02
 
@@ -293,7 +293,7 @@ def test_bits_do_not_depend_on_threads_or_shards(name: str) -> None:
     assert len(np.unique(rows[:, 0])) == paths  # no two paths are alike
     options: dict[str, Any] = {"paths": paths, "duration": 4.0, "step": 0.04, "start": start}
     found, again = (sp.simulate(system, threads=threads, **options) for threads in (1, 2))
-    assert again.values == pytest.approx(found.values, rel=0.0, abs=0.0, nan_ok=True)
+    assert values_of(again) == pytest.approx(values_of(found), rel=0.0, abs=0.0, nan_ok=True)
 
 
 def scaled(system: sp.System, length: float) -> sp.System:
@@ -337,7 +337,7 @@ def test_another_unit_of_length_changes_no_bit(name: str) -> None:
     options: dict[str, Any] = {
         "paths": 2 * LANES, "duration": 3.0, "step": 0.05, "start": "rest" if name != "thermal" else "stationary"
     }  # fmt: skip
-    one, other = (sp.simulate(system, **options).values for system in (KINDS[name], scaled(KINDS[name], 16.0)))
+    one, other = (values_of(sp.simulate(system, **options)) for system in (KINDS[name], scaled(KINDS[name], 16.0)))
     for key, power in (("x_mean", 1), ("x_mean_square", 2), ("v_mean_square", 2), ("input_power", 2)):
         assert other[key] == one[key] * 16.0**power, key
 
@@ -354,7 +354,7 @@ def test_saved_and_loaded(tmp_path: Path) -> None:
     found = sp.simulate(KINDS["colored"], paths=2 * LANES, duration=3.0, step=0.05, start="rest")
     found.save(tmp_path / "run.json")
     again = sp.load_run(tmp_path / "run.json")
-    assert again.values == pytest.approx(found.values, rel=0, abs=0, nan_ok=True)
+    assert values_of(again) == pytest.approx(values_of(found), rel=0, abs=0, nan_ok=True)
     assert again.system == KINDS["colored"]
 
 
@@ -455,6 +455,6 @@ def test_walls_keep_their_names_where_paths_are_stored() -> None:
     walls = sp.Barrier(-0.5, 0.5), sp.Barrier(0.7, 0.5, side="below")
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), NEARLY_LINEAR, *walls)
     given: dict[str, Any] = {"paths": 64, "duration": 10.0, "step": 0.1}
-    alone, stored = sp.simulate(system, **given).to_dataset(), sp.simulate(system, record=2, **given).to_dataset()
+    alone, stored = sp.simulate(system, **given).to_xarray(), sp.simulate(system, record=2, **given).to_xarray()
     assert stored["x"].dims == ("path", "time")
     assert list(stored["barrier"].values) == list(alone["barrier"].values) == ["barrier_1", "barrier_2"]

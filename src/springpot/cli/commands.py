@@ -26,9 +26,9 @@ from springpot.cli.flags import (
     problem_of,
     with_flags,
 )
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences, with_error
+from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
-from springpot.machine.faults import Stopped
+from springpot.machine.faults import Stopped, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 from springpot.machine.places import place_for
 
@@ -174,8 +174,8 @@ def compare(
     if plot is not None:
         check_picture(plot, "plot")
     with Bar("simulating", first="finding the stationary start") as bar:
-        result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
         observed = observe(problem, seed=seed, threads=threads, progress=bar) if plot is not None else None
+        result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
     for sentence in result.simulation.warnings:
         warn(sentence)
     if result.recommended:

@@ -12,8 +12,8 @@ from cyclopts import Group, Parameter
 
 from springpot.cli.commands import OUTPUT, place_of, tell, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
-from springpot.cli.tables import with_error
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, say
+from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 
 __all__ = ["design", "sensitivity"]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from springpot.cli.terminal import print_table
-from springpot.machine.faults import per_cent
+from springpot.machine.faults import per_cent, with_error
 
 if TYPE_CHECKING:
     from springpot.evidence.comparison import Gap
 
-__all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences", "with_error"]
+__all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences"]
 
 
 def gap(gap_of_method: Gap | None) -> str:
@@ -35,29 +34,6 @@ def sentences(answer: Mapping[str, object], name: str) -> list[str]:
 
 def is_number(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
-
-
-def with_error(value: float | None, error: float | None, unit: str = "1") -> str:
-    """The error to two digits, the value to as many decimals, both with one power of ten where that is shorter."""
-    unit = "" if unit == "1" else f" {unit}"
-    if value is None:
-        return "none"
-    if error is None:
-        return f"{value:.5g}{unit} (no error known)"
-    if error == 0.0:
-        return f"{value:.5g} +- 0{unit}"
-    scale = max(abs(value), error)
-    power = 0 if 1e-4 <= scale < 1e6 else _power(scale)
-    decimals = max(0, power - _power(error) + 1)
-    if decimals > 8:
-        return f"{value:.7g} +- {error:.1e}{unit}"
-    digits = f"{Decimal(value).scaleb(-power):.{decimals}f} +- {Decimal(error).scaleb(-power):.{decimals}f}"
-    return f"({digits})e{power:+03d}{unit}" if power else f"{digits}{unit}"
-
-
-def _power(number: float) -> int:
-    """The power of ten of a number written with two digits."""
-    return int(f"{number:.1e}".partition("e")[2])
 
 
 def plain(value: object) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from springpot.evidence.recommendation import Recommendation, recommended
 from springpot.evidence.reliability import warnings_of
+from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.simulation import Budget, Run
 from springpot.simulation.monte_carlo import simulated
@@ -238,11 +239,10 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
     >>> run.spectrum.frequency.size
     117
     """
-    system = checked_system(system)
-    plan = plan_of(system)
-    relaxation = max(plan.motion.scales.relaxation_time, 1.0 / system.natural_frequency)
+    frequency, plan = Dimensionless.of(system).natural_frequency, plan_of(system)
+    relaxation = max(plan.motion.scales.relaxation_time, 1.0 / frequency)
     step = 4.0 * plan.settings.step
-    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * system.natural_frequency
+    frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * frequency
     window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
     steps = min(math.ceil(window / step), LONGEST_WINDOW)
     skipped = math.ceil(5.0 * relaxation / step)

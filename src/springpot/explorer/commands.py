@@ -44,7 +44,7 @@ def explore(system: System, *, host: str = "127.0.0.1", port: int = 8765, browse
     """
     with leave_at_once():
         from springpot.explorer.question import Opened
-        from springpot.theory.problem import checked_system
+        from springpot.problem.system import checked_system
     open_page(Opened(checked_system(system)), host=host, port=port, browser=browser)
 
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 __all__ = [
     "FileError", "Named", "NotCoveredError", "Stopped", "cause_of", "few", "listed", "meant",
-    "name_results", "nearest", "per_cent", "shown",
+    "name_results", "nearest", "per_cent", "shown", "with_error",
 ]  # fmt: skip
 
 MOST_WORDS = 20  # of a list in a sentence
@@ -157,6 +157,35 @@ def per_cent(share: float, digits: int = 2) -> str:
     (['1.2 %', '100 %', '0.00002 %'], '98.8 %')
     """
     return f"{Decimal(f'{100.0 * share:.{digits}g}'):f} %"
+
+
+def with_error(value: float | None, error: float | None, unit: str = "1") -> str:
+    """A number: the error to two digits, the value to as many decimals, both with a power of ten where that is shorter.
+
+    Examples
+    --------
+    >>> with_error(0.25904, 0.00213, "m"), with_error(1.5e-9, 1.5e-11, "m"), with_error(0.5, None)
+    ('0.2590 +- 0.0021 m', '(1.500 +- 0.015)e-09 m', '0.5 (no error known)')
+    """
+    unit = "" if unit == "1" else f" {unit}"
+    if value is None:
+        return "none"
+    if error is None:
+        return f"{value:.5g}{unit} (no error known)"
+    if error == 0.0:
+        return f"{value:.5g} +- 0{unit}"
+    scale = max(abs(value), error)
+    power = 0 if 1e-4 <= scale < 1e6 else _power(scale)
+    decimals = max(0, power - _power(error) + 1)
+    if decimals > 8:
+        return f"{value:.7g} +- {error:.1e}{unit}"
+    digits = f"{Decimal(value).scaleb(-power):.{decimals}f} +- {Decimal(error).scaleb(-power):.{decimals}f}"
+    return f"({digits})e{power:+03d}{unit}" if power else f"{digits}{unit}"
+
+
+def _power(number: float) -> int:
+    """The power of ten of a number written with two digits."""
+    return int(f"{number:.1e}".partition("e")[2])
 
 
 def cause_of(reason: Exception) -> str:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import name_results
-from springpot.problem.catalogue import unit_of_result
+from springpot.machine.faults import name_results, with_error
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
@@ -37,7 +37,7 @@ _BOUNDS = {
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its errors and its unit; it prints as ``0.259 +- 0.002 m``.
+    """A number with its errors and its unit; it prints as ``0.2590 +- 0.0021 m``.
 
     Attributes
     ----------
@@ -71,13 +71,8 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
-        unit = "" if self.unit == "1" else self.unit
-        if not (self.error > 0.0 and math.isfinite(self.error)):
-            return f"{self.value:.4g} {unit}".rstrip()
-        digits = max(1 - math.floor(math.log10(self.error)), 0)
-        if digits > 6 or abs(self.value) >= 1e6:
-            return f"{self.value:.4g} +- {self.error:.2g} {unit}".rstrip()
-        return f"{self.value:.{digits}f} +- {self.error:.{digits}f} {unit}".rstrip()
+        value, error = _finite([self.value, self.error])
+        return with_error(value, error, self.unit or "1")
 
 
 def estimates_from(
@@ -88,11 +83,11 @@ def estimates_from(
     step_biases: Mapping[str, Any] | None = None,
 ) -> dict[str, Estimate]:
     """Estimates by name, from their parts by name."""
-    budgets, step_biases = budgets or {}, step_biases or {}
+    budgets, step_biases, known = budgets or {}, step_biases or {}, possible_results(system)
     return {
         name: Estimate(
-            value, errors[name], COUNTED.get(name) or unit_of_result(system, name), budgets.get(name),
-            step_biases.get(name),
+            value, errors[name], COUNTED.get(name) or (unit_of_result(system, name) if name in known else ""),
+            budgets.get(name), step_biases.get(name),
         )
         for name, value in values.items()
     }  # fmt: skip

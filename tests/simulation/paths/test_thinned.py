@@ -24,8 +24,8 @@ def test_thinned_paths_have_the_bits_of_the_full_ones(scheme: Any, every: int) -
     thinned = simulate(OSCILLATOR, record=67, record_every=every, **settings)
     assert np.array_equal(thinned.record, full.record[:, ::every])
     assert np.array_equal(thinned.time, full.time[::every])
-    assert thinned.values == full.values
-    assert thinned.to_dataset()["x"].shape == (67, 301 // every + 1)
+    assert thinned.estimates == full.estimates
+    assert thinned.to_xarray()["x"].shape == (67, 301 // every + 1)
 
 
 def test_the_limit_counts_stored_points() -> None:

@@ -16,8 +16,7 @@ from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.walls import about_walls
-
-from .systems import NEARLY_LINEAR, of_many_kinds
+from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
 
 SHORT = {"paths": 64, "duration": 8.0, "step": 0.05, "start": "rest", "seed": 1}
 TIME = 64 * 4.0  # all windows of SHORT
@@ -58,7 +57,7 @@ def test_what_was_not_seen_is_not_certain() -> None:
     assert run["impact_rate"].value == 0.0
     assert run["impact_rate"].error == pytest.approx(bound)
     assert run.to_dict()["impact_rate_se"] == pytest.approx(bound)
-    assert float(run.to_dataset()["impact_rate_se"]) == pytest.approx(bound)
+    assert float(run.to_xarray()["impact_rate_se"]) == pytest.approx(bound)
     sentence = f"impact_rate is below {3.0 / TIME:.2g} per second with a probability of 95 %: no impact was seen in"
     assert sum(sentence in each for each in run.warnings) == 1
     assert not any("impact" in name for name in sp.simulate(sp.Oscillator(barrier=None), **SHORT))

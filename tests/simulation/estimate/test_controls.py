@@ -13,9 +13,8 @@ from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.plan import plan_of
+from tests.simulation.problems import oscillator
 from tests.sizes import validation
-
-from .problems import oscillator
 
 SLOT = sp.System(
     sp.Mass(2.0), sp.Spring(3.0), sp.Springpot(0.5, 0.7), sp.Dashpot(0.2), sp.Barrier(-0.3, 0.6),

@@ -13,6 +13,7 @@ from springpot.simulation.kernel.rigid_wall import fly
 from springpot.simulation.kernel.single_impacts import flight
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.theory import exact
+from tests.simulation.problems import errors_of, values_of
 from tests.simulation.systems import NEARLY_LINEAR
 
 FREQUENCY = 1.7
@@ -82,7 +83,8 @@ def test_coarse_steps_between_two_walls_have_the_exact_rates() -> None:
     density = np.exp(-0.5 * x**2)  # kT = q / (2 c) = 1
     density /= np.trapezoid(density, x)
     rates = density[[0, -1]] / np.sqrt(2.0 * np.pi)
-    values, errors = (np.array([at[f"barrier_{n}_impact_rate"] for n in (1, 2)]) for at in (found.values, found.errors))
+    names = ("barrier_1_impact_rate", "barrier_2_impact_rate")
+    values, errors = (np.array([at[name] for name in names]) for at in (values_of(found), errors_of(found)))
     assert np.all(np.abs(values - rates) < 4.0 * errors)
     assert np.all(errors < 0.005 * rates)
     assert abs(float(found["v_mean_square"].value) - 1.0) < 4.0 * float(found["v_mean_square"].error)
@@ -128,7 +130,7 @@ def test_impacts_of_two_windows_are_those_of_both() -> None:
     problem = sp.Oscillator(barrier=sp.Barrier(-0.2, 0.5))
     given: dict[str, Any] = {"paths": 640, "duration": 160.0, "step": 0.2, "start": "rest", "seed": 4}
     counts = [
-        round(float(sp.simulate(problem, window=window, **given).values["impact_rate"]) * 640 * (window[1] - window[0]))
+        round(float(sp.simulate(problem, window=window, **given)["impact_rate"].value) * 640 * (window[1] - window[0]))
         for window in ((0.0, 80.0), (80.0, 160.0), (0.0, 160.0))
     ]
     assert counts[0] + counts[1] == counts[2] > 1000

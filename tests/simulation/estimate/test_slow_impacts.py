@@ -20,9 +20,8 @@ from springpot.simulation.plan.motion import StruckWalls
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES
 from springpot.theory.mckean import slow_impact_power
+from tests.simulation.problems import oscillator
 from tests.sizes import thinned, validation
-
-from .problems import oscillator
 
 STEP = 0.01
 LOSSY = [(0.5, 0.0), (0.3, 0.0), (0.5, -1.0), (0.5, 0.5)]
@@ -159,7 +158,7 @@ def test_numbers_without_slow_impacts_have_no_such_bound() -> None:
 
 def test_files_and_tables_have_the_bounds() -> None:
     found = observed(0.5, 0.0)
-    data = found.to_dataset()
+    data = found.to_xarray()
     assert data["impact_speed_quantile_step_bias"].dims == ("probability",)
     assert data["impact_speed_quantile_step_bias"].units == "m s-1"
     assert data["impact_speed_density_step_bias"].dims == data["impact_speed_density"].dims

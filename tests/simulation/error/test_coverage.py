@@ -37,8 +37,7 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation import Run, simulate
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.result import MOMENTS
-
-from .problems import oscillator, truncated_gaussian
+from tests.simulation.problems import oscillator, truncated_gaussian
 
 pytestmark = pytest.mark.validation
 

@@ -27,9 +27,10 @@ from springpot.simulation.kernel import lanes
 from springpot.simulation.kernel.cache import find_folder
 from springpot.simulation.kernel.block import block
 assert not lanes.QUICK
-run = sp.run(sp.Oscillator(**{barrier}), paths=64, duration=30.0, seed=5, memory_tolerance={tolerance}, {more})
+run = sp.simulate(sp.Oscillator(**{barrier}), paths=64, duration=30.0, seed=5, memory_tolerance={tolerance}, {more})
 hits = sum(block.stats.cache_hits.values())
-print(json.dumps([{{name: repr(value) for name, value in run.values.items()}}, hits, find_folder(block)]))
+values = {{name: repr(estimate.value) for name, estimate in run.estimates.items()}}
+print(json.dumps([values, hits, find_folder(block)]))
 """
 
 COUNTED = "distributions=True"  # by functions that the kernel calls
@@ -67,6 +68,6 @@ def test_an_unknown_numba(
     usual = sp.simulate(
         sp.Oscillator(**eval(barrier)), paths=64, duration=30.0, seed=5, memory_tolerance=tolerance,
         **eval(f"dict({more})"),
-    ).values  # fmt: skip
+    )  # fmt: skip
     for name in ("x_mean_square", "v_mean_square", "damping_power"):
-        assert float(found[0][0][name]) == pytest.approx(usual[name], rel=agree)
+        assert float(found[0][0][name]) == pytest.approx(usual[name].value, rel=agree)

@@ -20,9 +20,8 @@ from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.transient import missing_variance, shares_missing
 from springpot.theory.result import MOMENTS
+from tests.simulation.problems import oscillator, truncated_gaussian
 from tests.sizes import validation
-
-from .problems import oscillator, system, truncated_gaussian
 
 
 @pytest.mark.parametrize("position", [-0.5, validation(0.0), 0.7])
@@ -66,15 +65,14 @@ def test_intervals_cover_over_seeds(seeds: int, least: int, least_in_total: int)
 
 def test_the_same_seed_gives_the_same_numbers_for_any_number_of_threads() -> None:
     one, two = (simulate(oscillator(0.6), rtol=0.05, threads=n, seed=5) for n in (1, 2))
-    assert one.values == two.values
-    assert one.budgets == two.budgets
+    assert one.estimates == two.estimates
 
 
 def test_what_cannot_be_reached_is_said() -> None:
-    found = reach(system(), 0.001, most_path_steps=1e7)
+    found = reach(oscillator(), 0.001, most_path_steps=1e7)
     assert found.shortfall.startswith("amplitude_mean_square is known to ")
     assert "not to the 0.1 % asked for" in found.shortfall
-    total, value = found["amplitude_mean_square"].budget.total, found["amplitude_mean_square"].value
+    total, value = found.budgets["amplitude_mean_square"].total, found.values["amplitude_mean_square"]
     assert 0.001 * value < total < 0.03 * value  # it went on as far as it may
     assert found.path_steps <= 1.1e7
 
@@ -134,10 +132,10 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(accuracy, "Clock", ThreeMeasures)
-    short = reach(system(0.7), 1e-3, max_time=2.0, seed=3)
+    short = reach(oscillator(0.7), 1e-3, max_time=2.0, seed=3)
     assert "max_time of 2 s is over" in short.shortfall
     assert short.shortfall.startswith("amplitude_mean_square is known to ")
-    value, budget = short["amplitude_mean_square"].value, short["amplitude_mean_square"].budget
+    value, budget = short.values["amplitude_mean_square"], short.budgets["amplitude_mean_square"]
     assert 1e-3 * value < budget.total < 0.1 * value
     finer = round(math.log2(COARSEST_STEP / short.settings.step)) - 1
     again = levels_of(short.simulation.plan.but(step=COARSEST_STEP)).with_step(finer)
@@ -151,11 +149,11 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
 def test_a_tighter_tolerance_gives_no_worse_result() -> None:
     """0.0002 used to end at 0.94 %, for the start and the memory stood in its way."""
     most = 5e6
-    loose, tight = (reach(system(), rtol, most_path_steps=most) for rtol in (1e-3, 7e-4))
+    loose, tight = (reach(oscillator(), rtol, most_path_steps=most) for rtol in (1e-3, 7e-4))
     assert "would take more than" in tight.shortfall
     name = "amplitude_mean_square"
-    assert tight[name].budget.total < 1.2 * loose[name].budget.total
-    assert tight[name].budget.memory_bias + tight[name].budget.transient < 2e-4 * tight[name].value
+    assert tight.budgets[name].total < 1.2 * loose.budgets[name].total
+    assert tight.budgets[name].memory_bias + tight.budgets[name].transient < 2e-4 * tight.values[name]
     assert tight.settings.precision == "float64"
 
 
@@ -240,7 +238,7 @@ def test_an_overdamped_displacement_is_awaited() -> None:
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
 def test_a_wall_that_is_never_struck_has_no_known_rate(restitution: float) -> None:
     """It used to end in a division by zero, or to call a mean speed of no impacts known."""
-    far = system(1.0, 2.0, position=-8.0, restitution=restitution)
+    far = oscillator(1.0, 2.0, position=-8.0, restitution=restitution)
     for name in ("impact_rate", "impact_speed_mean"):
         found = reach(far, 0.3, quantities=(name,), most_path_steps=2e6)
         assert found.shortfall.startswith(f"{name} is not known at all, not to the 30 % asked for: in ")

@@ -12,7 +12,7 @@ from scipy import stats
 
 import springpot as sp
 from springpot.simulation import Distribution, Run, simulate
-from tests.simulation.problems import oscillator
+from tests.simulation.problems import errors_of, oscillator, values_of
 from tests.sizes import validation
 
 
@@ -34,7 +34,7 @@ def watched() -> Run:
 
 def test_observables_equal_the_moments_of_the_same_run(watched: Run) -> None:
     """The moments add up four steps, and their impacts, in single precision, observables all of them in double."""
-    values, errors = watched.values, watched.errors
+    values, errors = values_of(watched), errors_of(watched)
     assert values["kinetic"] == pytest.approx(0.5 * values["v_mean_square"], rel=1e-8)
     assert errors["kinetic"] == pytest.approx(0.5 * errors["v_mean_square"], rel=1e-6)
     assert values["place"] == pytest.approx(values["x_mean"], rel=1e-8)
@@ -60,7 +60,7 @@ def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> Non
         start="rest",
         memory_tolerance=1e-8,
     )
-    values = found.values
+    values = values_of(found)
     assert values["place"] == pytest.approx(values["x_mean"], rel=1e-12)
     assert values["place"] < 0.0
     assert values["cube"] < 0.0
@@ -132,13 +132,13 @@ def test_the_same_bits_for_any_number_of_threads_and_no_effect_on_the_run() -> N
         for name, samples in first.extremes.items():
             assert samples.tobytes() == other.extremes[name].tobytes()
     plain = observed(2, distributions=False)
-    assert all(plain[name].value == first[name].value for name in plain.values)
+    assert all(plain[name].value == first[name].value for name in plain.estimates)
     assert not plain.distributions
     assert not plain.extremes
 
 
 def test_dataset_and_json_hold_quantiles_and_densities(watched: Run) -> None:
-    data = watched.to_dataset()
+    data = watched.to_xarray()
     assert data["x_density"].attrs["units"] == "m-1"
     assert data["v_density"].attrs["units"] == "s m-1"
     assert float((data["x_density"] * data["x_bin_width"]).sum()) == pytest.approx(1.0, abs=3e-4)
@@ -175,7 +175,7 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     assert np.abs(gaps).max() < 4.5
     assert np.mean(gaps**2) < 2.0
     assert found.spectrum.resolution == pytest.approx(math.sqrt(4.0 / 3.0) * math.pi / 300.0)
-    data = found.to_dataset()
+    data = found.to_xarray()
     assert data["x_spectrum"].attrs["units"] == "m2 s rad-1"
     assert data["x_spectrum"].sizes == {"frequency": 32}
 
@@ -258,9 +258,9 @@ def test_an_observable_takes_what_it_captures_as_it_is_now() -> None:
         return factor * captured[0] * x
 
     def value() -> float:
-        return simulate(
-            oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}, start="rest"
-        ).values["scaled"]
+        return simulate(oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}, start="rest")[
+            "scaled"
+        ].value
 
     once = value()
     factor = 2.0
