@@ -1,5 +1,6 @@
 // uPlot with this page's axes, colors and sizes.
 
+import { ticks } from "./canvas.js";
 import { palette, onTheme } from "./theme.js";
 import { METHODS } from "/methods.js";
 import { exponentFor, scaledUnit, short } from "./numbers.js";
@@ -21,6 +22,13 @@ const axis = (scale, quantity, size, log = false) => {
     stroke: () => palette.muted,
     grid: { stroke: () => palette.faint, width: 1 },
     ticks: { stroke: () => palette.faint, width: 1, size: 4 },
+    // round in the unit that is shown
+    splits: (u, _, low, high, increment) => {
+      const { factor } = quantity(), power = Math.log10(factor);
+      if (log) return decades(low * factor, high * factor).map((v) => v / factor);
+      if (Math.abs(power - Math.round(power)) < 1e-9) return multiples(low, high, increment);
+      return ticks(low * factor, high * factor, (high - low) / increment).map((v) => v / factor);
+    },
     values: (u, splits) => splits.map((v) => (v === null ? "" : short((v * quantity().factor) / 10 ** exponent(u), 4))),
   };
 };
@@ -29,11 +37,24 @@ export const methodSeries = (name, width = 2) => ({
   label: METHODS[name].label, stroke: () => palette[name], width, dash: METHODS[name].dash, points: { show: false },
 });
 
+function multiples(low, high, step) {
+  const found = [];
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high * (1 + 1e-9); i += 1) found.push(i === 0 ? 0 : i * step);
+  return found;
+}
+
+function decades(low, high) {
+  const found = [];
+  for (let power = Math.floor(Math.log10(low)); 10 ** power <= high; power += 1) {
+    for (let digit = 1; digit < 10; digit += 1) found.push(Number(`${digit}e${power}`));
+  }
+  return found.filter((v) => v >= low * (1 - 1e-9) && v <= high * (1 + 1e-9));
+}
+
 // labels of a logarithmic axis: 1, 2, 5; all of them where there is less than a decade, 1 only where there are many
-const ofLogarithm = (scale) => (u, splits) => {
-  const ratio = u.scales[scale].max / u.scales[scale].min, few = ratio < 12, shown = ratio > 3e3 ? /^1/ : /^[125]/;
-  const round = (v) => Math.abs(Number(v.toPrecision(1)) / v - 1) < 1e-9; // the axis may begin in between
-  return splits.map((v) => (round(v) && (few || shown.test(v.toExponential())) ? v : null));
+const ofLogarithm = (scale, quantity) => (u, splits) => {
+  const { factor } = quantity(), ratio = u.scales[scale].max / u.scales[scale].min, few = ratio < 12, shown = ratio > 3e3 ? /^1/ : /^[125]/;
+  return splits.map((v) => (few || shown.test(Number((v * factor).toPrecision(6)).toExponential()) ? v : null));
 };
 
 export class Chart {
@@ -57,8 +78,8 @@ export class Chart {
         y: { distr: yLog ? 3 : 1, range: yRange },
       },
       axes: [
-        { ...axis("x", x, 30, xLog), ...(xLog ? { filter: ofLogarithm("x") } : {}) },
-        { ...axis("y", y, ySize, yLog), ...(yLog ? { filter: ofLogarithm("y") } : {}) },
+        { ...axis("x", x, 30, xLog), ...(xLog ? { filter: ofLogarithm("x", x) } : {}) },
+        { ...axis("y", y, ySize, yLog), ...(yLog ? { filter: ofLogarithm("y", y) } : {}) },
       ],
       series: [{}, ...series],
       bands,

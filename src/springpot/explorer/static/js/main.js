@@ -263,7 +263,7 @@ function showPaper() {
   element("phase-note").textContent = [paper ? "Dashed: the ring of amplitude √⟨A²⟩, A² = x² + v²/Ω²." : "", !view.walls.length ? "" : isSoft ? "Shaded, behind the dashed line: in the soft contact." : "Shaded: behind a wall."].filter(Boolean).join(" ");
   if (paper) {
     const wall = paper.wall === null ? "no wall" : `wall at ${short(paper.wall)} √(q/Ω³), restitution r = ${short(paper.restitution)}`;
-    element("paper-numbers").textContent = `The paper's problem: order α = ${short(paper.order)}, strength c = C Ω^(α−2) = ${short(paper.strength)}, ${wall}.`;
+    element("paper-numbers").textContent = `The paper's problem: order α = ${short(paper.order)}, strength c = ${short(paper.strength)}, ${wall}.`;
   }
   for (const panel of Object.values(panels)) panel?.relabel();
 }

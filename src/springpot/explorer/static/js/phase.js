@@ -99,16 +99,17 @@ export class Phase {
     const powers = [exponentFor(Math.max(Math.abs(low), Math.abs(high)) * length.factor), exponentFor(fastest * speed.factor)];
     g.textAlign = "center";
     g.textBaseline = "top";
-    for (const x of ticks(low, high, Math.max((right - left) / 60, 2))) {
-      line(g, Math.round(X(x)) + 0.5, top, Math.round(X(x)) + 0.5, bottom);
-      const said = short((x * length.factor) / 10 ** powers[0], 3), most = this.canvas.width - g.measureText(said).width / 2;
-      g.fillText(said, Math.min(X(x), most), bottom + 6);
+    for (const x of ticks(low * length.factor, high * length.factor, Math.max((right - left) / 60, 2))) {
+      const at = X(x / length.factor), said = short(x / 10 ** powers[0], 3), most = this.canvas.width - g.measureText(said).width / 2;
+      line(g, Math.round(at) + 0.5, top, Math.round(at) + 0.5, bottom);
+      g.fillText(said, Math.min(at, most), bottom + 6);
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
-    for (const v of ticks(-fastest, fastest, Math.max((bottom - top) / 45, 2))) {
-      line(g, left, Math.round(Y(v)) + 0.5, right, Math.round(Y(v)) + 0.5);
-      g.fillText(short((v * speed.factor) / 10 ** powers[1], 3), left - 6, Y(v));
+    for (const v of ticks(-fastest * speed.factor, fastest * speed.factor, Math.max((bottom - top) / 45, 2))) {
+      const at = Y(v / speed.factor);
+      line(g, left, Math.round(at) + 0.5, right, Math.round(at) + 0.5);
+      g.fillText(short(v / 10 ** powers[1], 3), left - 6, at);
     }
     g.textAlign = "center";
     g.textBaseline = "bottom";

@@ -106,10 +106,11 @@ export class Scene {
     g.moveTo(X(low), y + 0.5);
     g.lineTo(X(high), y + 0.5);
     const exponent = exponentFor(Math.max(Math.abs(low), Math.abs(high)) * unit.factor);
-    for (const value of ticks(low, high, W < 520 ? 5 : 9)) {
-      g.moveTo(Math.round(X(value)) + 0.5, y);
-      g.lineTo(Math.round(X(value)) + 0.5, y + 5);
-      g.fillText(short((value * unit.factor) / 10 ** exponent, 3), X(value), y + 9);
+    for (const value of ticks(low * unit.factor, high * unit.factor, W < 520 ? 5 : 9)) {
+      const at = X(value / unit.factor);
+      g.moveTo(Math.round(at) + 0.5, y);
+      g.lineTo(Math.round(at) + 0.5, y + 5);
+      g.fillText(short(value / 10 ** exponent, 3), at, y + 9);
     }
     g.stroke();
     g.textAlign = "left";
