@@ -258,9 +258,9 @@ def test_an_observable_takes_what_it_captures_as_it_is_now() -> None:
         return factor * captured[0] * x
 
     def value() -> float:
-        return simulate(
-            oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}, start="rest"
-        )["scaled"].value
+        return simulate(oscillator(), paths=64, duration=4.0, step=0.04, observables={"scaled": scaled}, start="rest")[
+            "scaled"
+        ].value
 
     once = value()
     factor = 2.0
