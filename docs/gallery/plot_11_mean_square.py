@@ -28,7 +28,7 @@ for q, color in zip((1.0, 5.0, 10.0), ("blue", "vermilion", "green"), strict=Tru
         for order in orders
     ]  # fmt: skip
     sp.figures.plot_against(
-        "order", above, oscillator=oscillator, values=np.linspace(0.05, 1.0, 96), color=sp.figures.COLORS[color],
+        "order", above, system=oscillator, values=np.linspace(0.05, 1.0, 96), color=sp.figures.COLORS[color],
         theory={f"Eq. 20, q = {q:g} m²/s³": lambda o: sp.theory.averaging(o, form="printed")},
         runs=runs, label=f"Monte Carlo, q = {q:g} m²/s³",
     )  # fmt: skip

@@ -22,7 +22,7 @@ def tuned(frequency):
 
 figure, axes = plt.subplots(figsize=(6.4, 4.4))
 sp.figures.plot_against(
-    "natural_frequency", axes, oscillator=tuned(1.0), values=np.geomspace(0.3, 3.0, 61),
+    "natural_frequency", axes, system=tuned(1.0), values=np.geomspace(0.3, 3.0, 61),
     theory={
         "Eq. 20 as printed": lambda oscillator: sp.theory.averaging(oscillator, form="printed"),
         "Eq. 20 corrected": sp.theory.averaging,

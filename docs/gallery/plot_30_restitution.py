@@ -26,7 +26,7 @@ runs = [
 figure, (above, below) = plt.subplots(2, figsize=(6.8, 6.8), sharex=True)
 for axes, quantity in ((above, "amplitude_mean_square"), (below, "impact_rate")):
     sp.figures.plot_against(
-        "restitution", axes, quantity=quantity, oscillator=wall(1.0), values=np.linspace(0.4, 1.0, 19),
+        "restitution", axes, quantity=quantity, system=wall(1.0), values=np.linspace(0.4, 1.0, 19),
         theory=[sp.theory.averaging, sp.theory.envelope, sp.theory.memory_closure], runs=runs,
     )  # fmt: skip
 above.set(yscale="log", xlabel="")

@@ -23,7 +23,7 @@ runs = [
 figure, panels = plt.subplots(3, figsize=(6.8, 8.4), sharex=True)
 for axes, quantity in zip(panels, ("amplitude_mean_square", "x_mean", "impact_rate"), strict=True):
     sp.figures.plot_against(
-        "position", axes, quantity=quantity, oscillator=wall(0.0), values=np.linspace(-3.0, 1.5, 19),
+        "position", axes, quantity=quantity, system=wall(0.0), values=np.linspace(-3.0, 1.5, 19),
         theory=[sp.theory.envelope, sp.theory.memory_closure], runs=runs,
     )  # fmt: skip
     if axes is not panels[-1]:

@@ -38,7 +38,7 @@ runs = [
 ]
 figure, (often, hard) = plt.subplots(2, figsize=(6.8, 6.6), sharex=True)
 sp.figures.plot_against(
-    "position", often, quantity="impact_rate", oscillator=pair(0.0), values=-np.linspace(0.0, 0.11, 23),
+    "position", often, quantity="impact_rate", system=pair(0.0), values=-np.linspace(0.0, 0.11, 23),
     theory=[sp.theory.envelope], runs=runs,
 )  # fmt: skip
 often.set_xlabel("")

@@ -123,5 +123,5 @@ def test_sweeps_on_the_same_axes_are_told_apart() -> None:
     axes = panel(None)
     for damping in (0.3, 3.0):
         asked = sp.Oscillator(springpot=sp.Springpot(1.0, damping))
-        sp.figures.plot_against("intensity", axes, oscillator=asked, values=[0.5, 1.0], theory=[sp.theory.exact])
+        sp.figures.plot_against("intensity", axes, system=asked, values=[0.5, 1.0], theory=[sp.theory.exact])
     assert [line.get_color() for line in axes.lines] == [COLORS["black"], CYCLE[1]]

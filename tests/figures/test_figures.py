@@ -75,7 +75,7 @@ DRAWN: dict[str, Callable[[Axes | None], Axes]] = {
         recorded(), 1.5, axes, theory=sp.theory.envelope(oscillator(1.0, 0.3))
     ),
     "against": lambda axes: figures.plot_against(
-        "order", axes, oscillator=oscillator(), values=[0.5, 1.0], theory=[sp.theory.averaging], runs=[counted()]
+        "order", axes, system=oscillator(), values=[0.5, 1.0], theory=[sp.theory.averaging], runs=[counted()]
     ),
     "convergence": lambda axes: figures.plot_convergence({"one": ([0.1, 0.2], [0.01, 0.02])}, axes, ylabel="error (m)"),
     "fourier_series": lambda axes: figures.plot_fourier_series(axes),
@@ -232,7 +232,7 @@ def test_a_sweep_asks_what_it_says(parameter: str, values: list[float], read: Ca
         return sp.theory.envelope(problem)
 
     axes = figures.plot_against(
-        parameter, oscillator=oscillator(0.6, 0.3), values=values, theory={"own": method}, quantity="x_mean",
+        parameter, system=oscillator(0.6, 0.3), values=values, theory={"own": method}, quantity="x_mean",
         runs=[counted()],
     )  # fmt: skip
     assert asked == values
@@ -251,7 +251,7 @@ def _changed(parameter: str, values: list[float]) -> list[sp.System]:
 
 
 def test_a_sweep_has_a_gap_where_there_is_no_answer() -> None:
-    axes = figures.plot_against("position", oscillator=oscillator(), values=[-1.0, 0.0], theory=[sp.theory.averaging])
+    axes = figures.plot_against("position", system=oscillator(), values=[-1.0, 0.0], theory=[sp.theory.averaging])
     assert np.isnan(axes.lines[0].get_ydata()).tolist() == [True, False]
 
 
@@ -308,10 +308,14 @@ def test_known_slopes_are_drawn_as_they_are() -> None:
         (lambda: figures.plot_survival(recorded(), -1.0), ValueError, "level must be a positive"),
         (lambda: figures.plot_against("color"), ValueError, "parameter must be one of"),
         (lambda: figures.plot_against("order", quantity="x"), ValueError, "quantity must be one of"),
-        (lambda: figures.plot_against("order", values=[0.5], theory=[exact]), ValueError, "oscillator must be given"),
+        (
+            lambda: figures.plot_against("order", values=[0.5], theory=[exact]),
+            TypeError,
+            "system must be a System, not None",
+        ),
         (
             lambda: figures.plot_against(
-                "position", oscillator=oscillator(position=None), values=[0.0], theory=[sp.theory.exact]
+                "position", system=oscillator(position=None), values=[0.0], theory=[sp.theory.exact]
             ),
             ValueError,
             "must have a wall",

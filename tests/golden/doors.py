@@ -404,10 +404,14 @@ def study(given: dict[str, Any], folder: Path) -> Named:
 # --- the page ---------------------------------------------------------------------------------------------------------
 
 SHOWN: dict[str, dict[str, Any]] = {
-    "lossy": {"order": 0.6, "coefficient": 0.4, "restitution": 0.8, "position": -0.3},
-    "open": {"order": 0.5, "wall": False},
-    "elastic": {"order": 1.0, "coefficient": 0.5},
-}
+    "lossy": {
+        "numbers": {
+            "springpot-order": 0.6, "springpot-coefficient": 0.4, "barrier-restitution": 0.8, "barrier-position": -0.3,
+        }
+    },
+    "open": {"without": ["barrier"]},
+    "elastic": {"numbers": {"springpot-order": 1.0, "springpot-coefficient": 0.5}},
+}  # fmt: skip
 
 
 def page(problem: dict[str, Any]) -> Named:

@@ -35,7 +35,7 @@ EXCEPTIONS: dict[str, str] = {
     r"^(methods|methods_for_systems|devices/\d+/theory).*/warnings$":
         "A result of theory has the warnings of theory alone; `trust` and `recommended` add those of the maps.",
     r"^(methods|methods_for_systems)/\d+/words/numbers$": "Numbers of new and of fewer sentences.",
-    r"^methods/32/exact/curves/": "Last digits: one curve for a problem without a wall.",
+    r"^methods/32/exact/curves/": "Last digits: SciPy finds the pole.",
     r"/(barrier_impact_rate|barrier_impact_speed_mean)/\d+$": "Each wall has its results by its own name.",
     r"/(barrier|contact)(_\d+)?_impact_(rate|speed_mean)$": "Each wall has its results by its own name.",
     r"/rarest_impact_rate$": "It is read where it is needed: the map of systems has it, a result has not.",

@@ -18,8 +18,8 @@ def main(what: str = "", *more: str) -> int:
     if what == "types":
         found = questions()
         for each in found:
-            print(f"{'door ' if each.at_a_door else 'after'}  {each.file}:{each.line}  {each.text}")
-        print(f"{sum(each.at_a_door for each in found)} at doors, {sum(not each.at_a_door for each in found)} after")
+            print(f"{each.at:<5}  {each.file}:{each.line}  {each.text}")
+        print(", ".join(f"{sum(each.at == at for each in found)} {at}" for at in ("door", "walk", "after")))
     elif what == "way":
         for line in compared():
             print(line)

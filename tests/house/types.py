@@ -11,7 +11,9 @@ The rule.  A question is any of these, in src:
 A call of ``Dimensionless.of`` that lets the error pass is no question: the method that calls it covers that problem
 only, and the caller is told which part forbids it.
 
-It is asked at a door, before any plan, in DOORS; everywhere else it counts as asked after.
+It is asked at a door, once in each file of DOORS and before any plan; everywhere else, and a second time in such a
+file, it counts as asked after.  No decision about the problem are the WALKS: a value is written or made again, and a
+system is one of the containers, as tuples and mappings are, through which the walk goes.
 """
 
 from __future__ import annotations
@@ -25,13 +27,15 @@ SOURCE = Path(__file__).resolve().parents[2] / "src" / "springpot"
 KINDS = {"System", "Oscillator", "Dimensionless"}
 NAMES = {"paper", "dimensionless", "oscillator"}
 DOORS = {
-    "problem/system.py": "what may be a part of a system",
-    "problem/dimensionless.py": "what may be the paper's problem",
+    "problem/system.py": "whether what was given is a system, for every function that takes one",
+    "theory/forms.py": "which of its two forms a method has",
     "simulation/plan/motion.py": "closed forms or a guess, where the plan is made",
-    "simulation/plan/plan.py": "what may be simulated",
-    "simulation/plan/schemes.py": "what a scheme covers",
-    "fitting/fitted.py": "what may be fitted",
+    "evidence/reliability.py": "which of the two validity maps",
     "explorer/question.py": "the paper's view is added on the page",
+}
+WALKS = {
+    "problem/free_numbers.py": "how a model with free numbers is made again",
+    "simulation/result/save.py": "how a value of a run is written",
 }
 
 
@@ -42,10 +46,7 @@ class Question:
     file: str
     line: int
     text: str
-
-    @property
-    def at_a_door(self) -> bool:
-        return self.file in DOORS
+    at: str
 
 
 def questions(source: Path = SOURCE) -> list[Question]:
@@ -54,8 +55,10 @@ def questions(source: Path = SOURCE) -> list[Question]:
     for place in sorted(source.rglob("*.py")):
         text = place.read_text(encoding="utf-8")
         lines = text.splitlines()
-        for line in sorted({node.lineno for node in _asked(ast.parse(text))}):
-            found.append(Question(place.relative_to(source).as_posix(), line, lines[line - 1].strip()))
+        file = place.relative_to(source).as_posix()
+        for count, line in enumerate(sorted({node.lineno for node in _asked(ast.parse(text))})):
+            at = "after" if count else "door" if file in DOORS else "walk" if file in WALKS else "after"
+            found.append(Question(file, line, lines[line - 1].strip(), at))
     return found
 
 

@@ -54,7 +54,7 @@ def test_a_map(tree: xarray.DataTree) -> None:
 @pytest.mark.parametrize(
     ("how", "says"),
     [
-        ({"quantities": ["x"]}, "quantity must be one of amplitude_mean_square, "),
+        ({"quantities": ["x"]}, "quantities must be among amplitude_mean_square, "),
         ({"along": "position"}, "along must be an axis of the study, order or restitution, not 'position'"),
         ({"kind": "pie"}, "kind must be 'curves' or 'map', not 'pie'"),
     ],
@@ -81,7 +81,7 @@ def test_long_titles_do_not_reach_their_neighbours() -> None:
 def test_too_many_panels_and_too_few_axes() -> None:
     grid = {"coefficient": list(np.linspace(0.1, 1.0, 50)), "order": [0.5, 1.0]}
     wide = sp.study({"name": "wide", "methods": ["averaging"], "axes": grid, "fixed": {"restitution": 1.0}}, threads=1)
-    with pytest.raises(ValueError, match="quantity and the axes make 50 panels, more than 48: draw fewer"):
+    with pytest.raises(ValueError, match="quantities and the axes make 50 panels, more than 48: draw fewer"):
         plot_study(wide, along="order")
     with pytest.raises(ValueError, match="kind='map' needs a study with two axes"):
         plot_study(wide.isel(coefficient=0, drop=True), kind="map")

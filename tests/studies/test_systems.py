@@ -224,7 +224,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"fixed": {"order": 0.5}}, "fixed is for oscillators: the system has its numbers, so change them there."),
     ({"monte_carlo": {"path_times": 1e5}}, "'path_times' is not a key of [monte_carlo]"),
     ({"system": "nowhere.toml"}, "system: there is no file 'nowhere.toml'."),
-    ({"system": 3}, "system: must be the place of a system's file in quotes, or a System, not 3."),
+    ({"system": 3}, "system must be a System, not 3. In a file it is the place of the system's file, in quotes."),
     (
         {
             "system": sp.System(sp.Spring(1.0), sp.Dashpot(1.0), magnet=sp.Force(lambda t, x, v: 0.0)),
@@ -262,7 +262,7 @@ def test_a_bad_study_is_refused_in_one_sentence(changes: dict[str, Any], says: s
 
 
 def test_other_sentences(tmp_path: Path) -> None:
-    with pytest.raises(TypeError, match=r"^source must be a study file .* not System\(.*\)\. Give \{'system': it, "):
+    with pytest.raises(TypeError, match=r"^source must be a study file .*'system': \.\.\.\}, not System\(.*\)\.$"):
         sp.study(DEVICE)  # type: ignore[arg-type]
     theory = {"name": "orders", "methods": ["linear"], "axes": {"order": [0.5]}}
     assert read_study(theory).methods == ("linear",)  # every method takes every problem

@@ -1,4 +1,4 @@
-"""One tab: its latest problem, the work for it, and the messages to be sent.
+"""One tab: its latest problem, the work for it, and when which message is sent to the page.
 
 There is no queue.  Only the newest message of each kind waits to be sent, and a frame of the moving mass contains the
 motion since the last frame: a tab that reads slowly gets fewer, longer frames, and needs no more memory.

@@ -1,4 +1,4 @@
-"""What the page is told of its problem when it is opened, and of each system that it asks for."""
+"""What the page is sent: of its problem when it is opened, and of each system that it asks for."""
 
 from __future__ import annotations
 

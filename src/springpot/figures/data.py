@@ -1,4 +1,4 @@
-"""The data of a picture, from runs or Datasets, and their oscillator."""
+"""The data of a picture, from runs or Datasets, and their system."""
 
 from __future__ import annotations
 
@@ -144,5 +144,5 @@ def results(theory: Theory) -> tuple[Result, ...]:
     several = (theory,) if isinstance(theory, Result) else tuple(theory)
     for each in several:
         if not isinstance(each, Result):
-            raise TypeError(f"theory must be a result such as springpot.theory.envelope(oscillator), not {each!r}.")
+            raise TypeError(f"theory must be a result such as springpot.theory.envelope(system), not {each!r}.")
     return several

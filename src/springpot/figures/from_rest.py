@@ -76,8 +76,8 @@ def plot_transient(
     ax = panel(ax)
     design = next_design(ax, color, label)
     if data is not None:
-        oscillator, time, x, v = _from_rest(data)
-        values = _OF_PATHS[quantity](x, v, oscillator.natural_frequency)
+        paper, time, x, v = _from_rest(data)
+        values = _OF_PATHS[quantity](x, v, paper.natural_frequency)
         error = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.full(time.size, np.nan)
         some = slice(None, None, max(1, time.size // _POINTS))
         measured = f"Monte Carlo, {len(values)} paths, 95 %"
@@ -114,7 +114,7 @@ def plot_survival(
     data : Run, xarray.Dataset or None
         From rest (``start="rest"``), with recorded paths (``record=``); None for theory alone.
     level : float
-        Of the amplitude A = sqrt(x^2 + v^2 / w^2) with w the `resonance` of the oscillator, in m.
+        Of the amplitude A = sqrt(x^2 + v^2 / w^2) with w the `resonance` of the system, in m.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     theory : Result or several
@@ -155,8 +155,8 @@ def plot_survival(
     ax = panel(ax)
     design = next_design(ax, color, label)
     if data is not None:
-        oscillator, time, x, v = _from_rest(data)
-        below = np.logical_and.accumulate(np.hypot(x, v / oscillator.resonance) < level, axis=1)
+        paper, time, x, v = _from_rest(data)
+        below = np.logical_and.accumulate(np.hypot(x, v / paper.resonance) < level, axis=1)
         share = below.mean(axis=0)
         error = np.sqrt(share * (1.0 - share) / len(below))
         some = slice(None, None, max(1, time.size // _POINTS))
@@ -176,10 +176,10 @@ def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, Float
     """The recorded paths of a run whose paths all start at rest."""
     dataset = as_dataset(data)
     _, time, x, v = recorded(dataset)
-    oscillator = paper_of(dataset)
-    if json.loads(dataset.attrs["settings"])["start"] != "rest" and oscillator.barrier is not None:
+    paper = paper_of(dataset)
+    if json.loads(dataset.attrs["settings"])["start"] != "rest" and paper.barrier is not None:
         raise ValueError("data must be of a run from rest: simulate with start='rest'.")
-    return oscillator, time, x, v
+    return paper, time, x, v
 
 
 _OF_PATHS: dict[str, Callable[[FloatArray, FloatArray, float], FloatArray]] = {

@@ -91,7 +91,7 @@ def plot_study(
     drawn = list(itertools.product(quantities_at, places))
     if len(drawn) > MOST_PANELS:
         raise ValueError(
-            f"quantity and the axes make {len(drawn)} panels, more than {MOST_PANELS}: draw fewer quantities, or a map."
+            f"quantities and the axes make {len(drawn)} panels, more than {MOST_PANELS}: draw fewer, or a map."
         )
     columns = min(4, len(places) if len(places) > 1 else len(quantities_at))
     rows = -(-len(drawn) // columns)

@@ -1,4 +1,4 @@
-"""The common style of all pictures."""
+"""The common style of all pictures; a method's color stands beside the method, in ``theory/registry.py``."""
 
 from __future__ import annotations
 

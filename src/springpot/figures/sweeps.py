@@ -52,7 +52,7 @@ def plot_against(
     ax: Axes | None = None,
     *,
     quantity: str = "amplitude_mean_square",
-    oscillator: System | None = None,
+    system: System | None = None,
     values: ArrayLike = (),
     theory: Iterable[Method] | Mapping[str, Method] = (),
     runs: Iterable[Data] = (),
@@ -69,15 +69,15 @@ def plot_against(
         Where to draw; a new figure if left out.
     quantity : str
         A moment, such as ``"amplitude_mean_square"`` or ``"impact_rate"``.
-    oscillator : System, optional
+    system : System, optional
         The other parameters, for theory.
     values : array_like, shape (n,)
         Of the parameter, for theory.
     theory : sequence or dict of functions
-        Such as ``springpot.theory.averaging``, from an oscillator to a result; the keys of a dict are the labels.
+        Such as ``springpot.theory.averaging``, from a system to a result; the keys of a dict are the labels.
         Where a method has no result its curve has a gap.
     runs : sequence of Run or xarray.Dataset
-        Each is one point, at the parameter of its own oscillator.
+        Each is one point, at the parameter of its own system.
     color : str, optional
         Color of everything that is drawn; by default the next one of the axes.
     label : str, optional
@@ -90,7 +90,7 @@ def plot_against(
     Raises
     ------
     TypeError, ValueError
-        If there is no such parameter or moment, ``oscillator`` is missing, or a value is outside the parameter's range.
+        If there is no such parameter or moment, ``system`` is missing, or a value is outside the parameter's range.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def plot_against(
     >>> import springpot as sp
     >>> orders = [0.3, 0.5, 1.0]
     >>> axes = sp.figures.plot_against(
-    ...     "order", oscillator=sp.Oscillator(), values=orders, theory=[sp.theory.averaging],
+    ...     "order", system=sp.Oscillator(), values=orders, theory=[sp.theory.averaging],
     ...     runs=[sp.simulate(sp.Oscillator(springpot=sp.Springpot(order, 1.0)), rtol=0.1) for order in orders],
     ... )
     >>> axes.lines[0].get_ydata().round(3)
@@ -115,9 +115,9 @@ def plot_against(
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
     for title, method in methods:
-        known = checked_system(oscillator, "oscillator")
-        oscillators = [_with(known, parameter, float(value)) for value in place]
-        curve, name = _curve(method, oscillators, quantity)
+        known = checked_system(system)
+        systems = [_with(known, parameter, float(value)) for value in place]
+        curve, name = _curve(method, systems, quantity)
         label_of = title or ("" if name else getattr(method, "__name__", "theory"))
         method_curve(ax, name, place, curve, color=color, label=label_of)
     points = [(_number(paper_of(each), parameter), each) for each in map(as_dataset, runs)]
@@ -140,20 +140,20 @@ def _number(known: Dimensionless, parameter: str) -> float:
     return math.nan if of_a_wall and not numbers["barrier"] else float(numbers[parameter])
 
 
-def _with(oscillator: System, parameter: str, value: float) -> System:
-    """The oscillator with another value of a parameter."""
-    known = Dimensionless.of(oscillator)
+def _with(system: System, parameter: str, value: float) -> System:
+    """The system with another value of a parameter."""
+    known = Dimensionless.of(system)
     if math.isnan(_number(known, parameter)):
-        raise ValueError("oscillator must have a wall if parameter is 'position' or 'restitution'.")
+        raise ValueError("system must have a wall if parameter is 'position' or 'restitution'.")
     return Oscillator.from_numbers(**known.numbers | {parameter: value})
 
 
-def _curve(method: Method, oscillators: Iterable[System], quantity: str) -> tuple[list[float], str]:
-    """One number for each oscillator, NaN where the method has no result, and the name of the method."""
+def _curve(method: Method, systems: Iterable[System], quantity: str) -> tuple[list[float], str]:
+    """One number for each system, NaN where the method has no result, and the name of the method."""
     numbers, name = [], ""
-    for oscillator in oscillators:
+    for system in systems:
         try:
-            result = method(oscillator)
+            result = method(system)
             name = result.method
             numbers.append(float(getattr(result, quantity)))
         except (NotCoveredError, NoStationaryStateError, NoConvergenceError):

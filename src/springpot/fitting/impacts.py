@@ -97,7 +97,10 @@ def law_of(model: object) -> Law:
 def _law_of_wall(model: System) -> Law:
     walls = model.of(Barrier)
     if len(walls) != 1:
-        raise ValueError(f"model must have one wall for data of impacts, not {len(walls)}.")
+        raise ValueError(
+            f"model must have one wall for data of impacts, not {len(walls)}: give a Barrier, a system with one, or a "
+            "function r(speed, ...)."
+        )
     wall = walls[0]
     own = free_numbers(wall.restitution)
     if idle := [name for name in free_numbers(model) if name not in own]:

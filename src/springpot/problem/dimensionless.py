@@ -111,8 +111,6 @@ class Dimensionless(Checked):
         >>> Dimensionless.of(System(Spring(4.0), Dashpot(0.1), WhiteNoise(2.0))).springpot
         Springpot(order=1.0, coefficient=0.1)
         """
-        if isinstance(system, cls):
-            return system
         unit = system.per_unit_mass
         for name, part in unit.named():
             linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear

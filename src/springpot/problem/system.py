@@ -249,7 +249,9 @@ def system_of(model: object, name: str = "system") -> System:
     >>> system_of(Spring(80.0)).stiffness
     80.0
     """
-    return checked_system(System(model) if type(model) in KINDS.values() else model, name)
+    if not isinstance(model, System) and type(model) not in KINDS.values():
+        raise TypeError(f"{name} must be a System or a part, not {shown(model)}.")
+    return model if isinstance(model, System) else System(model)
 
 
 def _check_part(part: object, name: str = "") -> None:

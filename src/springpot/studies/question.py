@@ -26,7 +26,7 @@ from springpot.machine.toml import read_toml
 from springpot.problem.file import read_system
 from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
@@ -305,15 +305,17 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     if isinstance(source, Mapping):
         title, content = "the study", dict(source)
     elif not isinstance(source, str | os.PathLike):
-        hint = " Give {'system': it, 'axes': ..., 'name': ..., 'methods': ...}." if isinstance(source, System) else ""
-        raise TypeError(f"source must be a study file or its content, a dict, not {shown(source)}.{hint}")
+        content_of = "{'name': ..., 'methods': ..., 'axes': ..., 'system': ...}"
+        raise TypeError(f"source must be a study file or its content, {content_of}, not {shown(source)}.")
     else:
         title = f"study file {str(source)!r}"
         content = read_toml(source, title)
-    system = _system_of(content, Path() if isinstance(source, Mapping) else Path(source).parent, title)
+    if "system" in content:
+        folder = Path() if isinstance(source, Mapping) else Path(source).parent
+        content = {**content, "system": _read_system(content["system"], folder, title)}
     try:
-        content = _in_one_form(content, system)
-        _check_keys(content, system)
+        content = _in_one_form(content)
+        _check_keys(content)
         return Study.model_validate(content)
     except ValidationError as error:
         raise FileError(f"{title} is not right: {sentence(error)}") from None
@@ -321,11 +323,8 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         raise FileError(f"{title} is not right: {fault}") from None
 
 
-def _system_of(content: Mapping[str, Any], folder: Path, title: str) -> System | None:
+def _read_system(given: object, folder: Path, title: str) -> System:
     """The system of a study, from a file of its own or a table; an error of that file is said as its own."""
-    if "system" not in content:
-        return None
-    given = content["system"]
     if isinstance(given, str | Path):
         place = folder / given
         try:
@@ -334,28 +333,27 @@ def _system_of(content: Mapping[str, Any], folder: Path, title: str) -> System |
             raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
     if isinstance(given, Mapping):
         return read_system(given)
-    if isinstance(given, System):
-        return given
-    must = "must be the place of a system's file in quotes, or a System"
-    raise FileError(f"{title} is not right: system: {must}, not {shown(given)}.")
+    try:
+        return checked_system(given)
+    except TypeError as fault:
+        hint = "In a file it is the place of the system's file, in quotes."
+        raise FileError(f"{title} is not right: {fault} {hint}") from None
 
 
-def _in_one_form(content: dict[str, Any], system: System | None) -> dict[str, Any]:
-    """The content with its system, and one name for each axis."""
+def _in_one_form(content: dict[str, Any]) -> dict[str, Any]:
+    """The content with one name for each axis, and with its quantities."""
     axes, zipped = content.get("axes"), content.get("zipped")
     if isinstance(axes, Mapping):
         content = {**content, "axes": flattened(axes)}
     if isinstance(zipped, Mapping):
         names = {name: flattened(part) if isinstance(part, Mapping) else part for name, part in zipped.items()}
         content = {**content, "zipped": names}
-    if system is None:
-        return content
-    if "quantities" not in content and not system.stiffness > 0.0:
+    if "system" in content and "quantities" not in content and not content["system"].stiffness > 0.0:
         content = {**content, "quantities": ["v_mean_square"]}  # there is no amplitude without a frequency
-    return {**content, "system": system}
+    return content
 
 
-def _check_keys(content: Mapping[str, Any], system: System | None) -> None:
+def _check_keys(content: Mapping[str, Any]) -> None:
     """Raise an error if a table has an unknown key."""
     tables: list[tuple[str, Any, Iterable[str]]] = [
         ("", content, Study.model_fields),
@@ -366,19 +364,18 @@ def _check_keys(content: Mapping[str, Any], system: System | None) -> None:
     zipped = content.get("zipped")
     if isinstance(zipped, Mapping):
         axes += [(f"zipped.{shown(title)[1:-1]}", columns) for title, columns in zipped.items()]
-    if system is None:
+    if "system" not in content:
         tables += [(place, columns, PARAMETERS) for place, columns in axes]
+        axes = []
     for place, table, known in tables:
         if isinstance(table, Mapping):
             for key in table:
                 if key not in known:
                     raise FileError(_about_parts(key, place) or unknown_key(key, place, known))
-    if system is None:
-        return
     for place, table in axes:
         for key in table if isinstance(table, Mapping) else ():
             try:
-                check_number(system, str(key))
+                check_number(content["system"], str(key))
             except ValueError as fault:
                 raise FileError(f"{place}: {fault}") from None
 

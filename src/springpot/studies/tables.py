@@ -65,14 +65,8 @@ _Settings = create_model(  # a study has a seed of its own, and stores no paths
 )  # type: ignore[call-overload]
 
 
-def _in_full(system: System | None) -> dict[str, Any] | None:
-    """A system with all its numbers, for a store."""
-    return None if system is None else system.to_dict()
-
-
 Device = Annotated[
-    InstanceOf[System] | None,
-    PlainSerializer(_in_full),
+    Annotated[InstanceOf[System], PlainSerializer(System.to_dict)] | None,
     WithJsonSchema(
         {
             "anyOf": [{"type": "string"}, {"type": "object", "required": ["parts"]}],

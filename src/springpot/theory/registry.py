@@ -1,4 +1,4 @@
-"""The list of analytical methods.
+"""The list of analytical methods: function, what it covers, name, color and line of each.
 
 The command, the page, the figures, studies and the validity map take names, order and styles of the methods from here.
 A method's module is imported at its first use.

@@ -1,4 +1,4 @@
-"""The rates, times and sizes of a motion, which set the step, the duration and the units of a run.
+"""The rates, times and sizes of a motion: the units in which the default step and duration are counted.
 
 Those of the paper's problem have closed forms; those of any other system are a guess
 (`springpot.simulation.plan.guess`).

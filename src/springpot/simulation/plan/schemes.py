@@ -1,4 +1,4 @@
-"""The numerical schemes: their memory weights, and their constants in the kernel for one step size.
+"""The numerical schemes: their default step, memory weights, and constants in the kernel for one step size.
 
 `scheme_of` gives the class of a name, "default" or "grunwald".
 """
