@@ -216,7 +216,7 @@ class System:
         return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
 
 
-def checked_system(given: object, name: str = "system") -> System:
+def checked_system(given: object, name: str = "system", what: str = "a System") -> System:
     """What was given under this name, if it is a system.
 
     Raises
@@ -231,7 +231,7 @@ def checked_system(given: object, name: str = "system") -> System:
     ('spring',)
     """
     if not isinstance(given, System):
-        raise TypeError(f"{name} must be a System, not {shown(given)}.")
+        raise TypeError(f"{name} must be {what}, not {shown(given)}.")
     return given
 
 
@@ -249,9 +249,7 @@ def system_of(model: object, name: str = "system") -> System:
     >>> system_of(Spring(80.0)).stiffness
     80.0
     """
-    if not isinstance(model, System) and type(model) not in KINDS.values():
-        raise TypeError(f"{name} must be a System or a part, not {shown(model)}.")
-    return model if isinstance(model, System) else System(model)
+    return System(model) if type(model) in KINDS.values() else checked_system(model, name, "a System or a part")
 
 
 def _check_part(part: object, name: str = "") -> None:
