@@ -22,6 +22,8 @@ Kind = TypeVar("Kind")
 
 MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
 
+OF_THE_WHOLE = {"damping": "power", "input": "power", "harvested": "power", "counted": "impact_rate"}
+"""Names that no part may have, for the result of the whole system would have the same name as the part's."""
 
 KINDS: dict[str, type[Part]] = dict(sorted(Part.kinds.items(), key=lambda item: item[1].__name__))
 """Every kind of part by its name in a file."""
@@ -286,6 +288,12 @@ def _check_together(system: System) -> None:
     if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_walls(system)
+    for name, part in system.named():
+        if name in OF_THE_WHOLE:
+            result = f"{name}_{OF_THE_WHOLE[name]}"
+            raise ValueError(f"{name} cannot be the name of a part, for {result} is a result of the whole system.")
+        if name == "barrier" and system.stops and not isinstance(part, Stop):
+            raise ValueError("barrier cannot be the name of this part: results of all walls together are called so.")
     if ends := system.potential.open_ends():
         raise ValueError(
             f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "

@@ -39,6 +39,8 @@ _BOUNDS = {
 class Estimate:
     """A number with its errors and its unit; it prints as ``0.2590 +- 0.0021 m``.
 
+    After ``+-`` stands ``error``, or with ``rtol`` ``budget.total``, half of a 95 % interval.
+
     Attributes
     ----------
     value : float
@@ -71,7 +73,7 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
-        value, error = _finite([self.value, self.error])
+        value, error = _finite([self.value, self.error if self.budget is None else self.budget.total])
         return with_error(value, error, self.unit or "1")
 
 
