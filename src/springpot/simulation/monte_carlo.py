@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import platform
 import time
@@ -26,7 +27,7 @@ from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.options import Options, Requests
+from springpot.simulation.plan.options import DEFAULTS, Options, Requests
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
@@ -322,6 +323,13 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     ('W', True)
     """
     return warned(simulated(system, **given))
+
+
+simulate.__signature__ = inspect.Signature([  # type: ignore[attr-defined]  # help and completion show every argument
+    inspect.Parameter("system", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=System),
+    *(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=DEFAULTS.get(name))
+      for name in Requests.__annotations__),
+], return_annotation=Run)  # fmt: skip
 
 
 def warned(run: Run) -> Run:
