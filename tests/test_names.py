@@ -51,6 +51,16 @@ def test_an_unknown_result_names_a_near_one(word: str, hint: str) -> None:
             numbers[word]
 
 
+def test_an_observable_has_no_unit_even_where_its_name_is_like_that_of_a_result() -> None:
+    result = sp.simulate(
+        sp.Oscillator(), paths=64, duration=2.0, start="rest", observables={"harvested_power": lambda t, x, v: v * v}
+    )
+    assert result["harvested_power"].unit == ""
+    assert result["damping_power"].unit == "m2 s-3"
+    with pytest.raises(ValueError, match="run must have moments only, but it has observables"):
+        sp.extend(result, paths=128)
+
+
 @pytest.mark.parametrize(
     ("share", "digits", "words"),
     [(0.996, 1, "100 %"), (0.998, 2, "100 %"), (25.0, 2, "2500 %"), (3e-8, 1, "0.000003 %"), (0.0123, 2, "1.2 %")],

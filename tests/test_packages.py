@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.house.types import questions
 from tests.house.way import both
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -136,13 +135,6 @@ def test_the_way_of_a_problem_through_the_files_is_short(name: str) -> None:
 def test_after_the_plan_every_problem_goes_the_same_way() -> None:
     one, other = ({file: n for file, n in way.items() if "/plan/" not in file} for way in both().values())
     assert one == other
-
-
-def test_no_question_of_type_after_the_plan() -> None:
-    """As `tests.house.types` defines one: `python -m tests.house types` shows them."""
-    asked = questions()
-    assert [each for each in asked if not each.at_a_door] == []
-    assert len(asked) <= 6, asked
 
 
 def test_the_files_that_the_contributing_page_names_exist() -> None:

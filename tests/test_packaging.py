@@ -49,8 +49,8 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
         "springpot/py.typed",
         "springpot/evidence/atlases/atlas.npz",
         "springpot/theory/methods/envelope/losses.npz",
-        "springpot/theory/validity.csv",
-        "springpot/theory/validity_systems.csv",
+        "springpot/evidence/validity.csv",
+        "springpot/evidence/validity_systems.csv",
     }
     assert {name for name in names if ".dist-info/" not in name} == sources
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)

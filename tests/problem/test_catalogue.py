@@ -12,6 +12,7 @@ import pytest
 import springpot as sp
 from springpot.problem.catalogue import CATALOGUE, is_controlled, possible_results, unit_of, unit_of_result
 from springpot.problem.messages import MESSAGES
+from springpot.problem.system import OF_THE_WHOLE
 from springpot.simulation.watch.observables import COUNTED, EXTREMES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -65,3 +66,16 @@ def test_units_with_and_without_a_mass() -> None:
 def test_observers_have_the_units_of_the_catalogue() -> None:
     assert {name: unit_of(name) for name in COUNTED} == COUNTED
     assert {name: unit_of(f"{name}_quantile") for name in EXTREMES} == EXTREMES
+
+
+def test_no_part_can_have_a_result_of_the_whole_system() -> None:
+    """Else one of two numbers with one name would be lost."""
+    endings = [entry.name.removeprefix("<part>") for entry in CATALOGUE if entry.name.startswith("<part>")]
+    of_all = [entry.name for entry in CATALOGUE if not entry.name.startswith("<part>")] + list(COUNTED)
+    taken = {name.removesuffix(ending) for name in of_all for ending in endings if name.endswith(ending)}
+    assert taken - {""} <= OF_THE_WHOLE.keys()
+    for name in OF_THE_WHOLE:
+        with pytest.raises(ValueError, match=f"^{name} cannot be the name of a part, for {name}_"):
+            sp.System(sp.Spring(1.0), **{name: sp.PolynomialDashpot((0.0, 0.0, 0.5))})
+    with pytest.raises(ValueError, match="results of all walls together are called so"):
+        sp.System(sp.Spring(1.0), stop=sp.Barrier(0.0), barrier=sp.ColoredNoise(1.0, 2.0))

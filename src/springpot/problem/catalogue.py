@@ -86,7 +86,9 @@ def _is_soft(part: Part) -> bool:
 _SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring}
 _STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
-_DAMPING: dict[str, Any] = {"when": "with springpots, dashpots, arms or circuits", "of": _with("damping")}
+_DAMPING: dict[str, Any] = {
+    "when": "with dashpots, arms, circuits or springpots of an order above 0", "of": _with("damping"),
+}  # fmt: skip
 _CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
 _SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
 _END: dict[str, Any] = {"controlled": False}

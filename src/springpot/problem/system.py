@@ -22,6 +22,8 @@ Kind = TypeVar("Kind")
 
 MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
 
+OF_THE_WHOLE = {"damping": "power", "input": "power", "harvested": "power", "counted": "impact_rate"}
+"""Names that no part may have, for the result of the whole system would have the same name as the part's."""
 
 KINDS: dict[str, type[Part]] = dict(sorted(Part.kinds.items(), key=lambda item: item[1].__name__))
 """Every kind of part by its name in a file."""
@@ -216,7 +218,7 @@ class System:
         return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
 
 
-def checked_system(given: object, name: str = "system") -> System:
+def checked_system(given: object, name: str = "system", wanted: str = "a System") -> System:
     """What was given under this name, if it is a system.
 
     Raises
@@ -231,7 +233,7 @@ def checked_system(given: object, name: str = "system") -> System:
     ('spring',)
     """
     if not isinstance(given, System):
-        raise TypeError(f"{name} must be a System, not {shown(given)}.")
+        raise TypeError(f"{name} must be {wanted}, not {shown(given)}.")
     return given
 
 
@@ -249,9 +251,8 @@ def system_of(model: object, name: str = "system") -> System:
     >>> system_of(Spring(80.0)).stiffness
     80.0
     """
-    if not isinstance(model, System) and type(model) not in KINDS.values():
-        raise TypeError(f"{name} must be a System or a part, not {shown(model)}.")
-    return model if isinstance(model, System) else System(model)
+    whole = System(model) if type(model) in KINDS.values() else model
+    return checked_system(whole, name, "a System or a part")
 
 
 def _check_part(part: object, name: str = "") -> None:
@@ -287,6 +288,12 @@ def _check_together(system: System) -> None:
     if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_walls(system)
+    for name, part in system.named():
+        if name in OF_THE_WHOLE:
+            result = f"{name}_{OF_THE_WHOLE[name]}"
+            raise ValueError(f"{name} cannot be the name of a part, for {result} is a result of the whole system.")
+        if name == "barrier" and system.stops and not isinstance(part, Stop):
+            raise ValueError("barrier cannot be the name of this part: results of all walls together are called so.")
     if ends := system.potential.open_ends():
         raise ValueError(
             f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "

@@ -19,7 +19,7 @@ from springpot.simulation.error.reach import checked_quantities
 from springpot.simulation.estimate.samples import estimates_of, samples_of, watched
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.monte_carlo import diagnostics_of
+from springpot.simulation.monte_carlo import diagnostics_of, warned
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.motion import Motion, motion_of
@@ -70,8 +70,8 @@ def extend(
     Returns
     -------
     Run
-        To the last bit that of one run of so many paths with the same x(0).  With ``rtol`` it also has ``budgets`` of
-        the quantities; their number of paths depends on the run and on ``rtol`` alone.
+        To the last bit that of one run of so many paths with the same x(0).  With ``rtol`` each of
+        the quantities also has a ``budget``; their number of paths depends on the run and on ``rtol`` alone.
 
     Raises
     ------
@@ -102,8 +102,8 @@ def extend(
     if (paths is None) == (rtol is None):
         raise ValueError("paths or rtol must be given, and not both.")
     if rtol is not None:
-        return _extended_to(run, rtol, quantities, threads, progress)
-    return _with_paths(run, paths, threads, progress)
+        return warned(_extended_to(run, rtol, quantities, threads, progress))
+    return warned(_with_paths(run, paths, threads, progress))
 
 
 def _check(run: object) -> None:

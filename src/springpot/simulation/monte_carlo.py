@@ -39,7 +39,7 @@ from springpot.simulation.result.warnings import (
 from springpot.simulation.watch.first_passage import from_the_start
 from springpot.simulation.watch.requested import Requested, requested
 
-__all__ = ["diagnostics_of", "simulate", "simulated"]
+__all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
@@ -321,10 +321,14 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     >>> run["barrier_1_power"].unit, run["barrier_2_power"].value > 0.0
     ('W', True)
     """
-    result = simulated(system, **given)
-    for sentence in result.warnings:
-        warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=2)
-    return result
+    return warned(simulated(system, **given))
+
+
+def warned(run: Run) -> Run:
+    """The run; its warnings are raised as Python's, at the line that asked the caller of this."""
+    for sentence in run.warnings:
+        warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=3)
+    return run
 
 
 def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:

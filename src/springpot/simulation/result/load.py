@@ -76,13 +76,25 @@ def load_run(path: str | Path) -> Run:
         value = _put_together(words, arrays)
         if not isinstance(value, Run):
             raise _Foreign("it does not hold one")
-        with np.errstate(all="ignore"):
-            json.dumps(value.to_dict())  # whatever does not belong together fails here rather than later
+        with np.errstate(all="ignore"):  # whatever does not belong together fails here rather than later
+            json.dumps(value.to_dict())
+            _check_sizes(value)
     except _Foreign as reason:
         raise ValueError(f"{str(path)!r} cannot be read as a run: {reason}.") from None
     except Exception:  # whatever somebody has written into the file
         raise ValueError(f"{str(path)!r} cannot be read as a run: {_DAMAGED}.") from None
     return value
+
+
+def _check_sizes(run: Run) -> None:
+    """Refuse arrays that do not have the lengths of their axes."""
+    sizes: dict[str, int] = {}
+    for columns in run.columns():
+        for axes, values, *_ in columns.values():
+            names, shape = (axes,) if isinstance(axes, str) else axes, np.shape(values)
+            lengths = dict(zip(names, shape, strict=True))
+            if any(sizes.setdefault(name, length) != length for name, length in lengths.items()):
+                raise _Foreign(_DAMAGED)
 
 
 class _Foreign(ValueError):

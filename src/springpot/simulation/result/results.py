@@ -39,6 +39,8 @@ _BOUNDS = {
 class Estimate:
     """A number with its errors and its unit; it prints as ``0.2590 +- 0.0021 m``.
 
+    After ``+-`` stands ``error``, or with ``rtol`` ``budget.total``, half of a 95 % interval.
+
     Attributes
     ----------
     value : float
@@ -71,7 +73,7 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
-        value, error = _finite([self.value, self.error])
+        value, error = _finite([self.value, self.error if self.budget is None else self.budget.total])
         return with_error(value, error, self.unit or "1")
 
 
@@ -261,6 +263,27 @@ class Run:
         import pandas
         import xarray
 
+        attributes = {
+            "system": json.dumps(self.system.to_dict()),
+            "settings": json.dumps(self.settings.to_dict()),
+            "diagnostics": json.dumps(self.diagnostics),
+            "warnings": [*map(str, self.warnings)],
+            "Conventions": "CF-1.11",
+        }
+        # arrays of NumPy and indices of Pandas: of others xarray asks whether they are dask's, and imports it for that
+        variables, places = (
+            {
+                name: xarray.Variable(
+                    axes, (pandas.Index if name == axes else np.asarray)(values), attrs=dict(*words), fastpath=True
+                )
+                for name, (axes, values, *words) in columns.items()
+            }
+            for columns in self.columns()
+        )
+        return xarray.Dataset(variables, places, attributes)
+
+    def columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """The variables and the coordinates of the Dataset: of each its axes, values and attributes."""
         data: dict[str, Any] = {
             name: ((), value, {"units": unit, "long_name": text})
             for name, (value, unit, text) in self._numbers().items()
@@ -270,7 +293,7 @@ class Run:
             coordinates["barrier"] = ("barrier", walls)
         biases = self.step_biases
         if self.settings.record:
-            coordinates["path"] = ("path", np.arange(self.settings.record))
+            coordinates["path"] = ("path", np.arange(len(self.record)))
             coordinates["time"] = ("time", self.time, {"units": "s"})
             data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
             data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
@@ -299,24 +322,7 @@ class Run:
             data[f"{name}_density_se"] = (where, error, per_unit)
             if f"{name}_density" in biases:
                 data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
-        attributes = {
-            "system": json.dumps(self.system.to_dict()),
-            "settings": json.dumps(self.settings.to_dict()),
-            "diagnostics": json.dumps(self.diagnostics),
-            "warnings": [*map(str, self.warnings)],
-            "Conventions": "CF-1.11",
-        }
-        # arrays of NumPy and indices of Pandas: of others xarray asks whether they are dask's, and imports it for that
-        variables, places = (
-            {
-                name: xarray.Variable(
-                    axes, (pandas.Index if name == axes else np.asarray)(values), attrs=dict(*words), fastpath=True
-                )
-                for name, (axes, values, *words) in columns.items()
-            }
-            for columns in (data, coordinates)
-        )
-        return xarray.Dataset(variables, places, attributes)
+        return data, coordinates
 
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""

@@ -22,8 +22,8 @@ export const isRecorded = isOf("recorded_excitation");
 
 // walls may be left out
 export const isWall = ({ glyph }) => glyph === WALL;
-const orderIn = ({ name }) => Object.keys(PARAMETERS).find((number) => number.startsWith(`${name}-`) && number.endsWith("order"));
-export const ORDERS = of("springpot").map(orderIn);
+const orderNumber = ({ name }) => Object.keys(PARAMETERS).find((number) => number.startsWith(`${name}-`) && number.endsWith("order"));
+export const ORDERS = of("springpot").map(orderNumber);
 export const orderOf = (values, paper) => values?.[ORDERS[0]] ?? paper?.order;
 
 // rigid walls and soft contacts, in the order of the parts: lower ones keep x above them
@@ -41,10 +41,10 @@ function restitutionOf(name, values) {
 
 // what connects mass and support: at most four rows of it are drawn
 export function elementsOf(values) {
-  const springs = of("spring"), arms = of("springpot arm").map((part) => ({ draw: "springpot", order: values[orderIn(part)], arm: true }));
+  const springs = of("spring"), arms = of("springpot arm").map((part) => ({ draw: "springpot", order: values[orderNumber(part)], arm: true }));
   const rows = [
     ...(springs.length ? [{ draw: "spring", curved: springs.some(({ linear }) => !linear) }] : []),
-    ...of("springpot").map((part) => ({ draw: "springpot", order: values[orderIn(part)] })), ...arms,
+    ...of("springpot").map((part) => ({ draw: "springpot", order: values[orderNumber(part)] })), ...arms,
     ...of("dashpot").slice(0, 1).map(() => ({ draw: "dashpot" })), ...of("dashpot arm").slice(0, 1).map(() => ({ draw: "dashpot", arm: true })),
   ];
   // where there are many, their marks stand beside each other
