@@ -343,7 +343,7 @@ def test_on_a_phone_the_picture_stays_while_the_sliders_are_scrolled(device: Tab
         assert page.evaluate(SEEN, "scene")
         assert page.evaluate(SEEN, f"slider-{name}")
     page.set_viewport_size({"width": 1440, "height": 900})
-    assert page.evaluate("document.querySelector('#results > #motion') !== null")
+    device.wait("document.querySelector('#results > #motion') !== null", seconds=5.0)
 
 
 def test_a_wall_that_is_too_far_away_to_be_drawn_is_said(device: Tab) -> None:
