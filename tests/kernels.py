@@ -9,7 +9,7 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 
 import springpot as sp
-from springpot.simulation import simulate  # here, so that one process makes the bytecode that both need
+from springpot.simulation.monte_carlo import simulated  # here, so that one process makes the bytecode that both need
 from tests.simulation.systems import AWAY, NEARLY_LINEAR, of_many_kinds
 
 SINGLE, DOUBLE = 1e-6, 1e-9  # relative errors of the memory, and with them its precision
@@ -28,7 +28,7 @@ KINDS = (
 
 def compiled(problem: sp.System, scheme: str, tolerance: float) -> None:
     """Have the kernel for one kind of problem."""
-    simulate(problem, paths=1, duration=1.0, step=0.1, start="rest", scheme=scheme, memory_tolerance=tolerance)
+    simulated(problem, paths=1, duration=1.0, step=0.1, start="rest", scheme=scheme, memory_tolerance=tolerance)
 
 
 if __name__ == "__main__":
