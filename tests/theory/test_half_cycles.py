@@ -168,7 +168,7 @@ def test_where_no_cell_is_near_no_per_cent_is_stated() -> None:
 @pytest.mark.parametrize(
     ("parts", "sentence"),
     [
-        ((sp.Spring(1.0), sp.Dashpot(0.2), sp.Barrier(-1.0)), "here the walls are different"),
+        ((sp.Spring(1.0), sp.Dashpot(0.2), sp.Barrier(-1.0)), "here there is one wall"),
         ((sp.Dashpot(0.2), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "here there is none"),
         ((sp.Spring(1.0), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "here there is none"),
         ((sp.Spring(1.0), SOFT, sp.Dashpot(0.2), sp.Barrier(-1.0), sp.Barrier(1.0, side="below")), "here the springs"),

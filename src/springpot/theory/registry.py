@@ -65,7 +65,7 @@ class Method:
         >>> from springpot.problem.parts import Spring
         >>> from springpot.problem.system import System
         >>> METHODS["half_cycles"].covers(System(Spring(1.0)))
-        'The half cycles cover two rigid walls, one on each side of the equilibrium 0; here the walls are different.'
+        'The half cycles cover two rigid walls, one on each side of the equilibrium 0; here there is no wall.'
         """
         from springpot.machine.faults import NotCoveredError
 

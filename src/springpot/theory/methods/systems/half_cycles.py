@@ -242,7 +242,8 @@ def check_covered(system: System) -> tuple[Barrier, Barrier]:
     below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
     above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]
     if len(walls) != 2 or not (below and above):
-        raise NotCoveredError(f"{_REACH}; here are {len(walls)} walls, or they stand elsewhere.")
+        here = {0: "there is no wall", 1: "there is one wall"}.get(len(walls), "the walls are different")
+        raise NotCoveredError(f"{_REACH}; here {here}.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
     if any(coefficients[n] != 0.0 for n in (0, 2, *range(4, 10))) or coefficients[3] < 0.0:
         raise NotCoveredError(
