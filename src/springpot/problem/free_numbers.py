@@ -76,7 +76,7 @@ def free_numbers(model: object) -> dict[str, Free]:
 
     Parameters
     ----------
-    model : System, Oscillator or any part
+    model : System or any part
 
     Returns
     -------
@@ -110,13 +110,13 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
 
     Parameters
     ----------
-    model : System, Oscillator or any part
+    model : System or any part
     values : mapping
         A value for each name; free numbers that are not named stay free.
 
     Returns
     -------
-    System, Oscillator or part
+    System or part
 
     Raises
     ------
@@ -140,13 +140,13 @@ def restarted(model: Model, values: Mapping[str, float]) -> Model:
 
     Parameters
     ----------
-    model : System, Oscillator or any part
+    model : System or any part
     values : mapping
         A value for each name, within its bounds; other free numbers stay as they are.
 
     Returns
     -------
-    System, Oscillator or part
+    System or part
 
     Raises
     ------

@@ -129,7 +129,7 @@ def _balance(
     time: float,
     mass: float,
 ) -> dict[str, Floats]:
-    """The powers of forces with a name, the input power, and what the balance of energy leaves."""  # fmt: skip
+    """The powers of forces with a name, the input power, and what the balance of energy leaves."""
     works = {named: column[f"work of {named.name}"] / time for named in parts.named}
     none = np.zeros(damped.size)
     walls = sum((energy for energy, _ in taken.values()), none)

@@ -28,7 +28,7 @@ from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.walls import NoWall, Pair, Rigid, Soft, sums_of
-from springpot.simulation.plan.guess import BoltzmannLaw, boltzmann_law
+from springpot.simulation.plan.guess import BoltzmannLaw
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.schemes import NumericalScheme
@@ -179,7 +179,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         named=named,
         taps=tuple(_tap(arm, step) for arm in taps),
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
-        law=boltzmann_law(unit.potential, motion.law.temperature) if total.temperature > 0.0 else None,
+        law=motion.law if total.temperature > 0.0 else None,
     )
 
 
