@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from springpot.simulation import Run
 
 __all__ = [
-    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "paper_of", "recorded", "results", "spacing_in_steps",
-    "walls_of",
+    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "error_of_mean", "paper_of", "recorded", "results",
+    "spacing_in_steps", "walls_of",
 ]  # fmt: skip
 
 Data: TypeAlias = "Run | xarray.Dataset"
@@ -119,6 +119,18 @@ def recorded(data: Data) -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatA
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
     return dataset, np.asarray(dataset["time"], dtype=float), x, v
+
+
+def error_of_mean(values: FloatArray) -> FloatArray:
+    """The standard error of the mean over the first axis, independent paths; NaN of a single one.
+
+    Examples
+    --------
+    >>> error_of_mean(np.array([[0.0], [2.0]])), error_of_mean(np.array([[0.0]]))
+    (array([1.]), array([nan]))
+    """
+    count = len(values)
+    return values.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.full(values.shape[1], np.nan)
 
 
 def spacing_in_steps(data: Data) -> int:
