@@ -18,7 +18,8 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
-from springpot.cli.commands import app, in_flags
+from springpot.cli.commands import app
+from springpot.cli.flags import in_flags
 from springpot.machine.faults import listed
 
 __all__ = ["of_the_system", "one_sentence", "usage"]

@@ -119,8 +119,10 @@ class Bar:
                 self._bar.stop()
 
 
-def check_picture(path: str, name: str) -> None:
-    """Raise an error, before any work, if a picture cannot be written to this path."""
+def check_picture(path: str | None, name: str = "plot") -> None:
+    """Raise an error, before any work, if a picture that is asked for cannot be written to this path."""
+    if path is None:
+        return
     if not path.endswith(".png"):
         raise ValueError(f"{name} must end in .png, but it is {path!r}.")
     if not Path(path).resolve().parent.is_dir():
