@@ -28,7 +28,7 @@ from springpot.cli.flags import (
     problem_of,
     written,
 )
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates
+from springpot.cli.tables import gap, is_number, plain, print_estimates
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 from springpot.machine.faults import Stopped, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
@@ -84,14 +84,13 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
 
     Example: springpot theory --order 0.7 --coefficient 0.2 --natural-frequency 3
     """
-    problem = problem_of(file, flags)
+    system = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
         from springpot.evidence.recommendation import all_methods
         from springpot.problem.catalogue import unit_of_result
         from springpot.theory.result import names_of_results
 
-    system = problem
     dicts = all_methods(system)
     if json_:
         print_json({"system": system.to_dict(), **dicts})
@@ -105,7 +104,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
-        if name in names(shown)
+        if any(is_number(answer.get(name)) for answer in shown.values())
     ]
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for statement in dict.fromkeys(silent.values()):
@@ -421,22 +420,17 @@ def validity(
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    sources = MAP_FILE, SYSTEMS_FILE
+    source, of_systems = folder / MAP_FILE.name, folder / SYSTEMS_FILE.name
     if simulate_again:
         from springpot.evidence.validity import CELLS, SYSTEM_CELLS, make_map
 
-        maps = ("oscillators", CELLS, MAP_FILE), ("systems", SYSTEM_CELLS, SYSTEMS_FILE)
-        made = []
-        for what, cells, file in maps:
+        for what, cells, path in (("oscillators", CELLS, source), ("systems", SYSTEM_CELLS, of_systems)):
             with Bar(f"simulating the validity map of {what}") as bar:
-                made.append(make_map(cells=cells, path=folder / file.name, threads=threads, progress=bar))
-        sources = made[0], made[1]
+                make_map(cells=cells, path=path, threads=threads, progress=bar)
     else:
-        for file in sources:
-            (folder / file.name).write_bytes(file.read_bytes())
-    source, of_systems = sources
-    for file in sources:
-        print(folder / file.name)
+        source.write_bytes(MAP_FILE.read_bytes())
+        of_systems.write_bytes(SYSTEMS_FILE.read_bytes())
+    print(source, of_systems, sep="\n")
     for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
         for along in ("restitution", "position"):
             print(save(plot_gaps_of_methods(moment, along, path=source), folder / f"validity_{short}_{along}.png"))

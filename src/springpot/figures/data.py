@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,8 +68,7 @@ def paper_of(data: xarray.Dataset) -> Dimensionless:
     return Dimensionless.of(read_system(json.loads(data.attrs["system"])))
 
 
-@dataclass(frozen=True)
-class Wall:
+class Wall(NamedTuple):
     """A wall or a soft contact in a picture.
 
     Attributes
@@ -99,10 +97,10 @@ def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
     >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
-    parts = json.loads(data.attrs["system"])["parts"]
-    found = [part for part in parts if part["kind"] in ("barrier", "contact")]
     return tuple(
-        Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier") for part in found
+        Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier")
+        for part in json.loads(data.attrs["system"])["parts"]
+        if part["kind"] in ("barrier", "contact")
     )
 
 

@@ -166,24 +166,21 @@ def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
     walls = walls_of(dataset)
     # between points that are several steps apart a path may turn without an impact; a soft contact has no instant
     rigid = () if spacing_in_steps(data) > 1 else tuple(wall for wall in walls if wall.rigid)
-    pieces = [_impacts(wall, time, x, v) for wall in rigid]
-    struck = np.concatenate([np.zeros(0, np.intp), *(at for at, _ in pieces)])
-    places = [np.full(at.size, wall.position) for wall, (at, _) in zip(rigid, pieces, strict=True)]
+    none = np.zeros(0, np.intp), np.zeros(0), np.zeros(0)
+    columns = zip(none, *(_impacts(wall, time, x, v) for wall in rigid), strict=True)
+    struck, places, when = (np.concatenate(column) for column in columns)
     order = np.argsort(struck, kind="stable")
-    when = np.concatenate([np.zeros(0), *(times for _, times in pieces)])
-    return _Seen(walls, time, x, v, struck[order], np.concatenate([np.zeros(0), *places])[order], when[order])
+    return _Seen(walls, time, x, v, struck[order], places[order], when[order])
 
 
-def _impacts(
-    wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray
-) -> tuple[np.ndarray[Any, np.dtype[np.intp]], FloatArray]:
-    """Steps with an impact on a wall, and its times by linear extrapolation."""
+def _impacts(wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray) -> tuple[np.ndarray[Any, Any], ...]:
+    """Steps with an impact on a wall, its place, and the times by linear extrapolation."""
     gap, away = wall.direction * (x - wall.position), wall.direction * v
     step = np.diff(time)
     turned = (away[:-1] < 0.0) & (away[1:] > 0.0)
     behind = np.minimum(gap[:-1] + step * away[:-1], gap[1:] - step * away[1:]) <= 0.0
     at = np.flatnonzero(turned & behind)
-    return at, time[at] + np.minimum(gap[at] / -away[at], step[at])
+    return at, np.full(at.size, wall.position), time[at] + np.minimum(gap[at] / -away[at], step[at])
 
 
 def _broken(piece: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,13 +92,17 @@ def plot_gaps(
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
     '+0.0'
     """
-    if method not in MAPPED or moment not in GOOD:
-        known = f"method must be one of {', '.join(MAPPED)} and moment one of {', '.join(GOOD)}"
-        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
+    _check(method, moment, MAPPED, GOOD)
     here = _chosen(read_map(path), {"restitution": restitution, "position": position})
     if not here["c"].size:
         raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
     return _labelled(panel(ax, 4.6, 3.8), here, method, moment, GOOD[moment])
+
+
+def _check(method: str, moment: str, methods: Sequence[str], moments: Collection[str]) -> None:
+    if method not in methods or moment not in moments:
+        known = f"method must be one of {', '.join(methods)} and moment one of {', '.join(moments)}"
+        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
 
 
 def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
@@ -197,9 +201,7 @@ def plot_system_gaps(
     >>> len(axes.texts) >= 12
     True
     """
-    if method not in SYSTEM_MAPPED or moment not in SYSTEMS_GOOD:
-        known = f"method must be one of {', '.join(SYSTEM_MAPPED)} and moment one of {', '.join(SYSTEMS_GOOD)}"
-        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
+    _check(method, moment, SYSTEM_MAPPED, SYSTEMS_GOOD)
     case = {
         "walls": walls, "position": position, "apart": apart, "restitution": restitution, "color": color,
         "hardening": hardening,
