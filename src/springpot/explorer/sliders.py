@@ -99,20 +99,16 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     for name in given:
         if name not in known:
             raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
-    scales = {f"{name}-{_SCALE}" for name, part in system.named() if isinstance(part, RecordedExcitation)}
-    others = {name: value for name, value in given.items() if name not in scales}
-    other = with_numbers(
-        system, {ROOT + name.replace("-", "."): _as_free(known[name], value) for name, value in others.items()}
-    )
-    scaled = {name: _scaled(part, given.get(f"{name}-{_SCALE}", 1.0)) for name, part in other.named()}
-    return System(**scaled) if scales & given.keys() else other
-
-
-def _scaled(part: Any, factor: float) -> Any:
-    """A record with its values multiplied; any other part as it is."""
-    if not isinstance(part, RecordedExcitation) or factor == 1.0:
-        return part
-    return replace(part, values=tuple(factor * value for value in part.values))
+    records = {f"{name}-{_SCALE}": name for name, part in system.named() if isinstance(part, RecordedExcitation)}
+    others = {name: _as_free(known[name], value) for name, value in given.items() if name not in records}
+    other = with_numbers(system, {ROOT + name.replace("-", "."): value for name, value in others.items()})
+    if not (scaled := records.keys() & given.keys()):
+        return other
+    parts: dict[str, Any] = dict(other.named())
+    for name in scaled:
+        record = parts[records[name]]
+        parts[records[name]] = replace(record, values=tuple(given[name] * value for value in record.values))
+    return System(**parts)
 
 
 def _as_free(old: object, new: float) -> float:
