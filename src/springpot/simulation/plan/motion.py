@@ -79,6 +79,8 @@ class Motion:
         Whether a long step leaves the stationary law as it is: a dashpot, white noise, and an elastic wall at most.
     beyond_paper : str
         Which part the paper's problem does not have, in one sentence; empty if it is that problem.
+    guess : BoltzmannLaw or None
+        From which the scales are; None where they have closed forms.
     """
 
     system: System
@@ -88,16 +90,17 @@ class Motion:
     searched: bool
     keeps_the_law: bool
     beyond_paper: str = ""
+    guess: BoltzmannLaw | None = None
 
     @property
     def unit(self) -> System:
         """The system per unit mass."""
         return self.system.per_unit_mass
 
-    @cached_property
+    @property
     def law(self) -> BoltzmannLaw:
         """The law of x at the guessed temperature."""
-        return guessed_law(self.system)
+        return self.guess or guessed_law(self.system)
 
     @property
     def low(self) -> float:
@@ -254,7 +257,7 @@ def motion_of(system: System) -> Motion:
         paper = Dimensionless.of(checked_system(system))
     except NotCoveredError as reason:
         law = guessed_law(system)
-        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason))
+        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
         searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
         return replace(motion, searched=searched, slow=_alike(motion, law))
     elastic = paper.barrier is None or paper.restitution == 1.0

@@ -122,7 +122,8 @@ def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: 
     )
     most = GUESSED_DRIFT if scales.guessed else DRIFT
     if settled and energy > 0.0 and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, most * energy):
-        yield say("energy_drifts", share=per_cent(gained / energy), errors=gained / its_error)
+        sure = f" ({gained / its_error:.0f} standard errors)" if its_error else ""  # paths without noise are all alike
+        yield say("energy_drifts", share=per_cent(gained / energy) + sure)
     residual, error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
     supplied = values.get("input_power", 0.0) / mass * (plan.settings.window[1] - plan.settings.window[0])
     # with a large energy the rounding of single-precision memory shows, and is accepted
