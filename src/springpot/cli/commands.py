@@ -185,13 +185,11 @@ def compare(
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]
     ]
-    units = result.simulation.units
     for name in result.moments:
-        value, error = result.simulation[name].value, result.simulation[name].error
-        if not math.isfinite(value):
-            continue
-        cells = [gap(gaps[method].get(name)) for method in gaps]
-        table.append([name, with_error(value, error, units[name]), *cells])
+        own = result.simulation[name]
+        if math.isfinite(own.value):
+            cells = [gap(gaps_of_method.get(name)) for gaps_of_method in gaps.values()]
+            table.append([name, with_error(own.value, own.error, own.unit), *cells])
     print_table(table)
     for name, statement in result.statements.items():
         print(f"{name}: {statement}")

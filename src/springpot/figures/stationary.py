@@ -13,9 +13,9 @@ from springpot.figures.designs import design_at, from_zero
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_correlation", "plot_density", "plot_spectrum"]
+__all__ = ["DENSITIES", "plot_correlation", "plot_density", "plot_spectrum"]
 
-_DENSITIES = {
+DENSITIES = {
     "x": ("displacement $x$ (m)", "density (1/m)"),
     "v": ("velocity $v$ (m/s)", "density (s/m)"),
     "amplitude": ("amplitude $A$ (m)", "density (1/m)"),
@@ -68,11 +68,11 @@ def plot_density(
     >>> sp.figures.plot_density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
     'density (s/m)'
     """
-    if quantity not in _DENSITIES:
-        raise ValueError(f"quantity must be one of {', '.join(_DENSITIES)}, not {quantity!r}.")
+    if quantity not in DENSITIES:
+        raise ValueError(f"quantity must be one of {', '.join(DENSITIES)}, not {quantity!r}.")
     design, place = design_at(data, at, ax, color, label)
     ax = design.ax
-    across, up = _DENSITIES[quantity]
+    across, up = DENSITIES[quantity]
     ax.set(xlabel=across, ylabel=up)
     if data is not None:
         dataset = as_dataset(data)

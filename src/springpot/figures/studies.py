@@ -69,8 +69,7 @@ def plot_study(
     some = next(iter(parts.values()))
     content = json.loads(tree.attrs["study"])
     known = _drawable(parts) if "system" in content else (*MOMENTS,)
-    names = content.get("quantities", ["amplitude_mean_square"])
-    names = list(names if quantities is None else quantities)
+    names = list(content.get("quantities", ["amplitude_mean_square"]) if quantities is None else quantities)
     for name in names:
         if name not in known:
             raise ValueError(f"quantities must be among {', '.join(known)}, not {name!r}.")
