@@ -234,8 +234,7 @@ def simulate(
         from springpot.simulation.plan.plan import default_start
         from springpot.simulation.result.save import places
 
-    written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, settings.record or 0))
-
+    saved = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, settings.record or 0))
     adapted = "rtol" in given or (settings.start or default_start(motion_of(problem), given)[0]) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
         result = simulated(problem, **given, progress=bar)
@@ -249,7 +248,7 @@ def simulate(
     print(_stated(result.system))
     print(f"settings: {plain(answer['settings'])}")
     print_estimates(answer, result.units)
-    for place in written:
+    for place in saved:
         print(place)
     return _exit_code(answer["diagnostics"])
 
