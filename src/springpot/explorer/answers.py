@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -146,22 +147,21 @@ def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
     >>> len(first["methods"]["averaging"]), len(first["missing"])
     (33, 33)
     """
-    frequency, wall, noise = paper.natural_frequency, paper.barrier, paper.excitation
-    here = [Oscillator(frequency, Springpot(order, paper.springpot.coefficient), wall, noise) for order in ORDERS]
+    here = replace(paper, springpot=Springpot(0.5, paper.springpot.coefficient))  # the same for all its orders
     values: dict[str, list[float | None]] = {
-        name: [_amplitude(name, one) if method.over_order == "at once" else None for one in here]
+        name: [_amplitude(name, here, order) if method.over_order == "at once" else None for order in ORDERS]
         for name, method in METHODS.items()
         if method.over_order
     }
     slow = [name for name in values if METHODS[name].over_order == "one by one"]
-    waiting = _ends_first(len(here))
+    waiting = _ends_first(len(ORDERS))
     while True:
         yield {"orders": ORDERS, "methods": {name: values[name][:] for name in values}, "missing": sorted(waiting)}
         if not waiting:
             return
         index = waiting.pop(0)
         for name in slow:
-            values[name][index] = _amplitude(name, here[index])
+            values[name][index] = _amplitude(name, here, ORDERS[index])
 
 
 def _ends_first(count: int) -> list[int]:
@@ -179,9 +179,11 @@ def _ends_first(count: int) -> list[int]:
     return order
 
 
-@lru_cache(maxsize=64 * len(ORDERS) * len(METHODS))
-def _amplitude(method: str, system: System) -> float | None:
-    """Kept of 64 curves, for all tabs."""
+@lru_cache(maxsize=64 * len(ORDERS) * sum(bool(method.over_order) for method in METHODS.values()))
+def _amplitude(method: str, paper: Dimensionless, order: float) -> float | None:
+    """Kept of 64 curves, for all tabs: the number only, for a system that was solved is large."""
+    springpot = Springpot(order, paper.springpot.coefficient)
+    system = Oscillator(paper.natural_frequency, springpot, paper.barrier, paper.excitation)
     with suppress(*_UNKNOWN):
         return plain_number(METHODS[method].solve(system).amplitude_mean_square)
     return None
