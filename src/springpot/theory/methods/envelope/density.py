@@ -162,6 +162,7 @@ class Portrait:
         weight = self.weight(label.ravel()).reshape(label.shape)
         return replace(self, total=float(np.sum(half * weights * weight)))
 
+    @cached_property
     def x(self) -> Tabulated:
         """Density of the displacement."""
         left, right, back, out = self.ends
@@ -175,6 +176,7 @@ class Portrait:
             density += self.joint(grid[:, None], v) @ weight
         return Tabulated.make(grid, density, corner)
 
+    @cached_property
     def v(self) -> Tabulated:
         """Density of the velocity; symmetric unless the wall is lossy."""
         left, right, top = self._ends_of_cycles
@@ -305,7 +307,7 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
     --------
     >>> from springpot.theory.methods.envelope.balance import balance
     >>> from springpot.theory.problem import Problem
-    >>> half_normal = portrait(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))).x()
+    >>> half_normal = portrait(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))).x
     >>> float(half_normal.density(np.array(1.0)).round(4))  # sqrt(2 / pi) e^(-1/2)
     0.4839
     """

@@ -130,20 +130,12 @@ def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
     return np.asarray(np.where(small, math.sqrt(3.0) / (2.0 * math.pi) * limit, (u * u)[:, None] * difference))
 
 
-def moments(problem: Problem, impacts: Impacts) -> Moments:
+def moments(problem: Problem, impacts: Impacts) -> tuple[float, float, float, tuple[float, float, float]]:
+    """<x>, <x^2>, <v^2>, and rate, mean and mean square speed of the impacts."""
     rate, first, second = (max(impacts.moment(power), 1e-300) for power in range(3))
     x_mean = (1.0 + problem.restitution) * first
     v_mean_square = (0.5 - (1.0 - problem.restitution**2) / 2.0 * second) / problem.coefficient
-    x_mean_square = v_mean_square + problem.position * x_mean
-    return Moments(
-        amplitude_mean_square=x_mean_square + v_mean_square,
-        x_mean=x_mean,
-        x_mean_square=x_mean_square,
-        v_mean_square=v_mean_square,
-        impact_rate=rate,
-        impact_speed_mean=first / rate,
-        impact_speed_mean_square=second / rate,
-    )
+    return x_mean, v_mean_square + problem.position * x_mean, v_mean_square, (rate, first / rate, second / rate)
 
 
 def difference(fine: Moments, coarse: Moments) -> tuple[float, float]:

@@ -136,7 +136,7 @@ class _EnergyLaw:
 
 
 @dataclass(frozen=True)
-class ExactLaw(Densities):
+class ExactLaw(Densities[_EnergyLaw]):
     """The exact stationary state of a system, with its densities.
 
     Notes
