@@ -15,6 +15,7 @@ from springpot.theory.walls import about_walls
 __all__ = [
     "MOMENTS",
     "NEVER_STRUCK",
+    "OF_A_WALL",
     "ROUNDED",
     "Moments",
     "NoConvergenceError",
@@ -39,7 +40,7 @@ MOMENTS = (
     "impact_speed_mean_square",
 )
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
-_OF_A_WALL = ("impact_rate", "impact_speed_mean")
+OF_A_WALL = ("impact_rate", "impact_speed_mean")
 NEVER_STRUCK = 0.0, math.nan, math.nan
 """Rate, mean and mean square speed of the impacts on a wall without any."""
 
@@ -95,7 +96,7 @@ def names_of_results(system: System) -> tuple[str, ...]:
     >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
-    of_walls = (f"{wall}_{what}" for wall in system.stops for what in _OF_A_WALL)
+    of_walls = (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL)
     return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
@@ -131,7 +132,7 @@ def moments_of(
         impact_rate=total,
         impact_speed_mean=sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
         impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
-        of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(_OF_A_WALL) for wall, hit in walls.items()} | power,
+        of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(OF_A_WALL) for wall, hit in walls.items()} | power,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -15,10 +15,11 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import numbers_only, real_array
+from springpot.theory.densities import WithLaw
+from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.result import Moments, Result, moments_of
+from springpot.theory.result import Moments, moments_of
 
 __all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
 
@@ -188,7 +189,7 @@ class _Law:
         cycles = self.problem.cycles(a)
         exponent = self.labels.interpolate(self.exponent[:, None], a)[:, 0]
         found = (cycles.force / cycles.frequency * np.exp(-exponent) / self.total).reshape(amplitude.shape)
-        return np.where(inside, found, np.where(np.isnan(amplitude), np.nan, 0.0))
+        return np.where(inside, found, 0.0)
 
     def x_at(self, x: FloatArray) -> FloatArray:
         """p(x) = int p(A) 2 / (T v) dA over A > \\|x\\|, with s^2 = A^2 - x^2."""
@@ -206,19 +207,17 @@ class _Law:
         pace = self.problem.pace(a, place / a, stiffness)
         values = self.at(a) * frequency / (math.pi * pace * a) * 2.0 * top * part
         found = np.sum(values * np.tile(weights / 16.0, 8), axis=1).reshape(x.shape)
-        return np.where(inside, (2.0 if side else 1.0) * found, np.where(np.isnan(x), np.nan, 0.0))
+        return np.where(inside, (2.0 if side else 1.0) * found, 0.0)
 
 
 @dataclass(frozen=True)
-class AmplitudeAveraging(Result):
+class AmplitudeAveraging(WithLaw["_Law"]):
     """Result of averaging of the amplitude: moments, densities of the amplitude and of x, and the cycles themselves.
 
     Notes
     -----
     The parameters are those of `springpot.theory.result.Result`.
     """
-
-    _law: _Law | None = field(default=None, repr=False, compare=False, kw_only=True)
 
     @numbers_only
     def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
@@ -243,7 +242,7 @@ class AmplitudeAveraging(Result):
         >>> averaging_amplitude(duffing).amplitude_density([0.5, 2.0]).round(4)
         array([0.1137, 0.5072])
         """
-        return self._known().at(real_array(amplitude, "amplitude"))
+        return self._stationary_law().at(np.asarray(amplitude))
 
     @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
@@ -268,7 +267,7 @@ class AmplitudeAveraging(Result):
         >>> averaging_amplitude(duffing).x_density([0.0, 2.0]).round(4)
         array([0.2426, 0.1306])
         """
-        return self._known().x_at(real_array(displacement, "displacement"))
+        return self._stationary_law().x_at(np.asarray(displacement))
 
     @numbers_only
     def frequency(self, amplitude: ArrayLike) -> FloatArray:
@@ -301,19 +300,14 @@ class AmplitudeAveraging(Result):
 
         Parameters and errors are those of `frequency`.
         """
-        found = self._known().problem.damping(self._cycles(amplitude).frequency) * self.system.inertia
+        found = self._stationary_law().problem.damping(self._cycles(amplitude).frequency) * self.system.inertia
         return found.reshape(np.shape(amplitude))
 
     def _cycles(self, amplitude: ArrayLike) -> _Cycle:
-        law, a = self._known(), real_array(amplitude, "amplitude")
-        if not np.all((a > 0.0) & np.isfinite(a)):
+        law, a = self._stationary_law(), np.asarray(amplitude)
+        if not np.all(a > 0.0):
             raise ValueError("amplitude must be positive and finite.")
         return law.problem.cycles(a.ravel())
-
-    def _known(self) -> _Law:
-        _ = self.moments
-        assert self._law is not None
-        return self._law
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -423,7 +417,7 @@ def check_covered(system: System) -> _Problem:
         springs=coefficients[1::2] or (0.0,),
         pots=tuple(pots),
         intensity=sum(noise.intensity for noise in unit.of(WhiteNoise)),
-        side=(1.0 if walls[0].side == "above" else -1.0) if walls else 0.0,
+        side=walls[0].inwards if walls else 0.0,
         restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number
     )
 
@@ -432,10 +426,9 @@ def _law(problem: _Problem) -> _Law:
     """The density on panels that are narrower where amplitudes are small."""
     decades = np.linspace(-75.0, 75.0, 3001)
     amplitude = 10.0**decades
-    with np.errstate(all="ignore"):
-        cycles = problem.cycles(amplitude)
-        exponent = problem.slope(cycles) * amplitude  # of the size of the exponent, at least its half
-        known = np.isfinite(exponent)
+    cycles = problem.cycles(amplitude)
+    exponent = problem.slope(cycles) * amplitude  # of the size of the exponent, at least its half
+    known = np.isfinite(exponent)
     last = float(amplitude[known][np.searchsorted(exponent[known], 4.0 * _FAR)])
     labels = Labels(last * np.linspace(0.0, 1.0, _PANELS + 1) ** 2, 0, 0.0)
     cycles = problem.cycles(labels.nodes.ravel())
