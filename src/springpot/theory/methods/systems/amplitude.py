@@ -19,6 +19,7 @@ from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.result import Moments, moments_of
 
 __all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
@@ -395,11 +396,8 @@ def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
     kinds = Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise
+    check_kinds(unit, _REACH, kinds, linear=PolynomialDashpot)
     for name, part in unit.named():
-        if not isinstance(part, kinds):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
-        if isinstance(part, PolynomialDashpot) and not part.is_linear:
-            raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
         if isinstance(part, Barrier) and part.position != 0.0:

@@ -25,10 +25,10 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
@@ -44,7 +44,7 @@ _ROUNDS = 60  # of halving the panels that are not fine enough
 _SETTLED = 1e-13
 _WORTH_A_WARNING = 1e-8
 _TOO_MUCH = 1e-2
-_KEPT = (Spring, PolynomialSpring, Constant, Barrier, Contact)  # parts that only shape the potential
+_KEPT = Spring | PolynomialSpring | Constant | Barrier | Contact  # parts that only shape the potential
 
 
 @dataclass(frozen=True)
@@ -241,25 +241,13 @@ def check_law_covered(system: System) -> tuple[float, float] | str:
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
-        if isinstance(part, SoftStop) and part.dissipates:
-            raise NotCoveredError(f"{_REACH}, not the dissipation of {name}.")
     return _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
 
 
 def _thermal(unit: System) -> tuple[float, float]:
     """1 / kT, and 0: Boltzmann's law."""
-    allowed = (
-        *_KEPT,
-        Dashpot,
-        PolynomialDashpot,
-        Springpot,
-        FractionalMaxwell,
-        Maxwell,
-        PiezoelectricCircuit,
-        ThermalNoise,
-        WhiteNoise,
-    )
-    _refuse_others(unit, allowed)
+    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    check_kinds(unit, _REACH, _KEPT | elements | ThermalNoise | WhiteNoise, linear=PolynomialDashpot)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
     memory = [name for name, part in unit.named() if part.remembers]
@@ -276,11 +264,16 @@ def _thermal(unit: System) -> tuple[float, float]:
 
 def _white(unit: System) -> tuple[float, float] | str:
     """The coefficients of g: of a dashpot, or of damping that depends on the energy."""
-    _refuse_others(unit, (*_KEPT, Dashpot, PolynomialDashpot, VanDerPol, Springpot, WhiteNoise))
+    pumps = unit.of(VanDerPol)
+    check_kinds(unit, _REACH, _KEPT | Dashpot | PolynomialDashpot | VanDerPol | Springpot | WhiteNoise)
+    for name, part in unit.named():
+        if isinstance(part, PolynomialDashpot) and not part.is_linear and (not pumps or part.coefficients[1] != 0.0):
+            raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
+        if isinstance(part, Springpot) and part.remembers:
+            raise NotCoveredError(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
     if not intensity > 0.0:
         return "There is no random stationary state: nothing excites the motion."
-    pumps = unit.of(VanDerPol)
     feed = sum(pump.coefficient * pump.length**2 for pump in pumps)
     mu = sum(pump.coefficient for pump in pumps)
     linear, square = 2.0 / intensity * (_dashpots(unit) - feed), 0.0
@@ -315,19 +308,6 @@ def _cubic(unit: System) -> float:
 def _dashpots(unit: System) -> float:
     """Coefficient of the linear dampers, springpots of order 1 among them."""
     return unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0)
-
-
-def _refuse_others(unit: System, allowed: tuple[type, ...]) -> None:
-    thermal = bool(unit.of(ThermalNoise))
-    for name, part in unit.named():
-        if not isinstance(part, allowed):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
-        if isinstance(part, PolynomialDashpot):
-            higher = part.coefficients[1:]
-            if any(higher) and (thermal or not unit.of(VanDerPol) or higher[0] != 0.0):
-                raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
-        if isinstance(part, Springpot) and part.remembers and not thermal:
-            raise NotCoveredError(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
 
 
 def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:

@@ -25,6 +25,7 @@ from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.half_cycle_chain import (
     FASTEST,
     MOST_CELLS,
@@ -221,14 +222,9 @@ def check_covered(system: System) -> tuple[Barrier, Barrier]:
         Where it is not.
     """
     unit = system.per_unit_mass
-    for name, part in unit.named():
-        bent = isinstance(part, PolynomialDashpot) and not part.is_linear
-        kinds = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
-        if bent or not isinstance(part, kinds):
-            raise NotCoveredError(
-                f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white "
-                f"noise, not {name}."
-            )
+    kinds = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
+    parts = "linear springs and cubic ones that harden, dashpots, springpots and white noise"
+    check_kinds(unit, f"{_REACH}, {parts}", kinds, linear=PolynomialDashpot, nonlinear="")
     walls = unit.of(Barrier)
     below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
     above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     ColoredNoise,
     Constant,
@@ -30,6 +29,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.frequencies import integral, resonances
 from springpot.theory.result import Moments, Result, moments_of
 
@@ -265,25 +265,10 @@ def companion_of(system: System) -> Companion:
         If there is a wall, a contact or something nonlinear.
     """
     unit = system.per_unit_mass
-    known = (
-        Spring,
-        PolynomialSpring,
-        Dashpot,
-        PolynomialDashpot,
-        Springpot,
-        FractionalMaxwell,
-        Maxwell,
-        PiezoelectricCircuit,
-        Constant,
-        Harmonic,
-        ParametricNoise,
-        ThermalNoise,
-        *_NOISES,
-    )
-    for name, part in unit.named():
-        nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear
-        if nonlinear or not isinstance(part, known):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
+    sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
+    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    kinds = Spring | PolynomialSpring | elements | sources | PoissonImpulses
+    check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     return Companion(
         stiffness=unit.stiffness,
         damping=unit.damping,

@@ -27,6 +27,7 @@ from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
@@ -183,24 +184,9 @@ def path_integration(system: System) -> Result:
 def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
-    covered = (
-        Spring,
-        PolynomialSpring,
-        Constant,
-        Contact,
-        Dashpot,
-        PolynomialDashpot,
-        VanDerPol,
-        Springpot,
-        Barrier,
-        ColoredNoise,
-    )
+    dampers = Dashpot | PolynomialDashpot | VanDerPol | Springpot
+    check_kinds(unit, REACH, Spring | PolynomialSpring | Constant | Contact | Barrier | dampers | ColoredNoise)
     noises = unit.of(ColoredNoise)
-    for name, part in unit.named():
-        if not isinstance(part, covered):
-            raise NotCoveredError(f"{REACH}, not {name}.")
-        if isinstance(part, SoftStop) and part.dissipates:
-            raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     if len(noises) != 1:
         raise NotCoveredError(f"{REACH}; here there {'are several' if noises else 'is no colored noise'}.")
     return _Problem(
