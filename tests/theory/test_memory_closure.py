@@ -15,9 +15,10 @@ from springpot.theory.methods.memory_closure import memory, steps
 from springpot.theory.methods.memory_closure.correlation import folded_spectrum, unfolded_correlation
 from springpot.theory.methods.memory_closure.memory import make_grid
 from springpot.theory.methods.memory_closure.method import MemoryClosure, NoConvergenceError, memory_closure
-from springpot.theory.methods.memory_closure.quadrature import half_normal_rule, oscillating_weights, panel_rule
+from springpot.theory.methods.memory_closure.quadrature import half_normal_rule, oscillating_weights
 from springpot.theory.methods.memory_closure.steps import solve_with_wall
 from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import thinned, validation
 

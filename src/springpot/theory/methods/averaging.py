@@ -17,6 +17,7 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array, times
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless
 from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError, moments_of
 
@@ -494,14 +495,9 @@ def _power_rule() -> tuple[FloatArray, FloatArray]:
     Beyond the first k the sum is an integral between half integers, by Gauss nodes in blocks of doubling length: the
     error is that of the midpoint rule, below 1e-8 of the sum.
     """
-    x, w = np.polynomial.legendre.leggauss(_BLOCK_NODES)
-    edges = _POWERS * np.exp2(np.arange(_BLOCKS + 1)) + 0.5
-    half = np.diff(edges) / 2.0
-    nodes = (edges[:-1] + half)[:, None] + half[:, None] * x
+    nodes, weights = panel_rule(_POWERS * np.exp2(np.arange(_BLOCKS + 1)) + 0.5, _BLOCK_NODES)
     first = np.arange(1.0, _POWERS + 1.0)
-    return np.concatenate([first, nodes.reshape(-1)]), np.concatenate(
-        [np.ones_like(first), np.outer(half, w).reshape(-1)]
-    )
+    return np.concatenate([first, nodes]), np.concatenate([np.ones_like(first), weights])
 
 
 def _line_strength(power: FloatArray, harmonic: int) -> FloatArray:

@@ -16,6 +16,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.theory.numerics.panels import on_panels
+
 __all__ = ["Relaxation", "dashpot_mean_squares", "dashpot_motion", "free_spectrum", "mean_squares", "relaxation"]
 
 FloatArray = NDArray[np.float64]
@@ -231,7 +233,6 @@ def _below(y: FloatArray, alpha: float, c: float) -> NDArray[np.complex128]:
 def _cut_rule(alpha: float, c: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights in ln y: Gauss panels, halved until none is wide against its distance from a zero of 1 / G."""
     low, high = _range(alpha, c)
-    x, w = np.polynomial.legendre.leggauss(_NODES)
     edges = np.linspace(low, high, math.ceil((high - low) / 2.0) + 1)
     left, right = edges[:-1], edges[1:]
     turn = c * np.exp(1j * math.pi * alpha)
@@ -250,8 +251,8 @@ def _cut_rule(alpha: float, c: float) -> tuple[FloatArray, FloatArray]:
         if left.size == 0:
             break
     start, end = np.concatenate([*done_left, left]), np.concatenate([*done_right, right])
-    half = (end - start) / 2.0
-    return ((start + half)[:, None] + half[:, None] * x).reshape(-1), (half[:, None] * w).reshape(-1)
+    nodes, weights = on_panels(start, end, _NODES)
+    return nodes.ravel(), weights.ravel()
 
 
 def _pole(alpha: float, c: float) -> complex:

@@ -10,13 +10,13 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from springpot.theory.numerics.contours import dashpot_mean_squares, dashpot_motion
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 
 __all__ = ["Flow", "QuadraticForm", "free_spread", "interpolation", "nothing_beyond", "v_form", "x_form"]
 
 FloatArray = NDArray[np.float64]
 
-_GAUSS = np.polynomial.legendre.leggauss(16)
 _EXPONENTIALS = 2_000_000  # evaluated at once
 
 
@@ -122,7 +122,7 @@ class Flow:
         slip = 1.0 - hold
         early = time < 0.5 / max(c, 1.0)
         if np.any(early):
-            nodes, weights = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
+            nodes, weights = panel_rule([0.0, 1.0], 16)
             t = time[early, None]
             h, h_rate, _ = dashpot_motion(c, t * nodes)
             w = t * weights

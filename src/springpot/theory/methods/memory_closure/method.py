@@ -31,8 +31,8 @@ from springpot.theory.methods.memory_closure.correlation import (
 )
 from springpot.theory.methods.memory_closure.memory import Loop
 from springpot.theory.methods.memory_closure.plane import Plane
-from springpot.theory.methods.memory_closure.quadrature import panel_rule
 from springpot.theory.methods.memory_closure.steps import least_loss, light_loss, solve_with_wall
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless, problem_and_units
 from springpot.theory.result import ROUNDED, Moments, NoConvergenceError, NotCoveredError
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.faults import NotCoveredError
@@ -20,6 +18,7 @@ from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
 from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import Moments, moments_of
 
 __all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
@@ -116,7 +115,7 @@ class _Problem:
     def cycles(self, amplitude: FloatArray) -> _Cycle:
         """Cycles of these amplitudes; their frequency and the memory's stiffness are found together."""
         a = amplitude[:, None]
-        angles, weights = _quarter()
+        angles, weights = panel_rule([0.0, 0.5 * math.pi], _ANGLES)
         cosine, sine = np.cos(angles), np.sin(angles)
         w = np.ones_like(amplitude)
         for _ in range(_STEPS):
@@ -145,13 +144,6 @@ class _Problem:
         """The derivative by A of the exponent of the density."""
         impacts = -2.0 / math.pi * math.log(self.restitution) * cycles.frequency * cycles.energy / cycles.v_square
         return 2.0 / self.intensity * (self.damping(cycles.frequency) + impacts) * cycles.force
-
-
-@lru_cache(maxsize=1)
-def _quarter() -> tuple[FloatArray, FloatArray]:
-    """Angles from 0 to pi/2 and their weights."""
-    points, weights = legendre.leggauss(_ANGLES)
-    return 0.25 * math.pi * (points + 1.0), 0.25 * math.pi * weights
 
 
 @dataclass(frozen=True)
@@ -197,9 +189,7 @@ class _Law:
         side = self.problem.side
         inside = (np.abs(x) < self.labels.edges[-1]) & (side * x >= 0.0)
         place = np.abs(np.where(inside, x, 0.0)).ravel()[:, None]
-        points, weights = legendre.leggauss(_ANGLES)
-        edges = np.linspace(0.0, 1.0, 9)
-        part = (edges[:-1, None] + 0.125 * 0.5 * (points + 1.0)).ravel()
+        part, weights = panel_rule(np.linspace(0.0, 1.0, 9), _ANGLES)
         top = np.sqrt(self.labels.edges[-1] ** 2 - place**2)
         s = top * part**2
         a = np.sqrt(place**2 + s * s)
@@ -207,7 +197,7 @@ class _Law:
         stiffness, frequency = cycles.stiffness.reshape(a.shape), cycles.frequency.reshape(a.shape)
         pace = self.problem.pace(a, place / a, stiffness)
         values = self.at(a) * frequency / (math.pi * pace * a) * 2.0 * top * part
-        found = np.sum(values * np.tile(weights / 16.0, 8), axis=1).reshape(x.shape)
+        found = (values @ weights).reshape(x.shape)
         return np.where(inside, (2.0 if side else 1.0) * found, 0.0)
 
 

@@ -29,6 +29,7 @@ from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
 from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
@@ -39,6 +40,7 @@ FloatArray = NDArray[np.float64]
 _FAR = 750.0  # exponent at which a density is 0 in double precision
 _PANELS = 96
 _NODES = 24
+_FINE = panel_rule(np.linspace(0.0, 1.0, 25), _NODES)
 _WIDTHS = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 40.0])
 _ROUNDS = 60  # of halving the panels that are not fine enough
 _SETTLED = 1e-13
@@ -338,7 +340,7 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     edges = np.unique(np.concatenate(cuts))
     edges = edges[(edges >= ends[0]) & (edges <= ends[1])]
     if near.contacts:  # the least may lie in one of them
-        sampled = near.energy(_panels(edges[:-1], edges[1:])[0])
+        sampled = near.energy(on_panels(edges[:-1], edges[1:], _NODES)[0])
         empty = replace(empty, least=min(least, float(sampled.min())))
     places, weights = _settled_grid(empty, edges[:-1], edges[1:])
     total = 2.0 * float(weights @ empty.speed_integral(0, empty.above_least(places)))
@@ -352,14 +354,14 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
         u = law.above_least(places)
         return np.stack([np.sum(weights * law.speed_integral(p, u.ravel()).reshape(u.shape), axis=1) for p in (0, 2)])
 
-    places, weights = _panels(low, high)
+    places, weights = on_panels(low, high, _NODES)
     found = integrals(places, weights)
     grids: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for _ in range(_ROUNDS):
         total = found.sum(axis=1, keepdims=True) + sum(done for _, _, done in grids)
         middle = 0.5 * (low + high)
         halves = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
-        half_places, half_weights = _panels(*halves)
+        half_places, half_weights = on_panels(*halves, _NODES)
         finer = integrals(half_places, half_weights)
         error = np.abs(finer.reshape(2, -1, 2).sum(axis=2) - found)
         open_ = np.any(error > _SETTLED * total, axis=0) & (middle > low) & (middle < high)
@@ -452,21 +454,3 @@ def _highest(linear: float, square: float) -> float:
     if linear < 0.0:
         return -linear / (2.0 * square) + math.sqrt(_FAR / square)
     return 2.0 * _FAR / (linear + math.sqrt(linear * linear + 4.0 * square * _FAR))
-
-
-def _panels(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places and weights of Gauss's rule, one row for each panel."""
-    nodes, weights = _UNIT
-    length = (high - low)[:, None]
-    return low[:, None] + length * nodes, length * weights
-
-
-def _unit_nodes(panels: int) -> tuple[FloatArray, FloatArray]:
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
-    starts = np.arange(panels)[:, None]
-    return ((starts + nodes) / panels).ravel(), np.tile(weights / panels, panels)
-
-
-_UNIT = _unit_nodes(1)
-_FINE = _unit_nodes(24)
