@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -146,10 +146,6 @@ class Problem:
         ]
         return np.append(np.concatenate(pieces), FASTEST)
 
-    def without_stops(self) -> Problem:
-        free = Stop(math.inf)
-        return Problem(self.spring, self.damping, self.memory, free, free)
-
 
 @dataclass(frozen=True)
 class Stage:
@@ -218,7 +214,8 @@ def chain_of(problem: Problem) -> Chain:
     chain = _chain(problem, edges, none)
     if not problem.memory:
         return chain
-    without = _extra_work(_chain(problem.without_stops(), edges, none))
+    free = Stop(math.inf)
+    without = _extra_work(_chain(replace(problem, upper=free, lower=free), edges, none))
     for _ in range(_PASSES):
         extra = tuple(now - free for now, free in zip(_extra_work(chain), without, strict=True))
         chain = _chain(problem, edges, extra)

@@ -163,7 +163,7 @@ def path_integration(system: System) -> Result:
     stationary: Moments | str
     if not unit.potential.holds():
         stationary = "There is no stationary state: no spring or wall holds the mass on one side."
-    elif not (problem.damping > 0.0 or problem.pots or _bent(unit) or any(wall.dissipates for wall in problem.stops)):
+    elif not any(part.dissipates for part in unit.parts):
         stationary = "There is no stationary state: nothing dissipates energy, so it grows without end."
     else:
         stationary = _moments(system, problem, _solve(problem))
@@ -196,11 +196,6 @@ def check_covered(system: System) -> _Problem:
         stops=unit.of(Barrier),
         damping=unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0),
     )
-
-
-def _bent(unit: System) -> bool:
-    """Whether there are dampers that are not linear."""
-    return bool(unit.of(VanDerPol)) or any(not part.is_linear for part in unit.of(PolynomialDashpot))
 
 
 def _acceleration(problem: _Problem, y: FloatArray, x: FloatArray, v: FloatArray, memory: _Memory | None) -> FloatArray:
