@@ -289,7 +289,8 @@ def _white(unit: System) -> tuple[float, float] | str:
 
 def _check_rayleigh(unit: System, mu: float) -> None:
     """Van der Pol's damping is a function of the energy with the cubic damper that completes it."""
-    potential, cubic = unit.potential, _cubic(unit)
+    potential, dampers = unit.potential, unit.of(PolynomialDashpot)
+    cubic = sum(part.coefficients[2] for part in dampers if len(part.coefficients) > 2)
     linear_spring = len(potential.coefficients) == 2 and potential.coefficients[1] > 0.0
     if not linear_spring or potential.coefficients[0] != 0.0 or potential.contacts:
         raise NotCoveredError(
@@ -301,10 +302,6 @@ def _check_rayleigh(unit: System, mu: float) -> None:
             f"{_REACH}; with a VanDerPol it needs a PolynomialDashpot with c3 = mu / Omega^2, here {wanted:.6g} per "
             f"unit mass and not {cubic:.6g}."
         )
-
-
-def _cubic(unit: System) -> float:
-    return sum(part.coefficients[2] for part in unit.of(PolynomialDashpot) if len(part.coefficients) > 2)
 
 
 def _dashpots(unit: System) -> float:

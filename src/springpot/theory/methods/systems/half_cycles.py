@@ -362,9 +362,7 @@ def _x_density(chain: Chain, x: FloatArray) -> FloatArray:
         here = (np.sign(stage.side) * x >= 0.0) & (np.abs(x) <= stage.stop.distance)
         edges = chain.edges
         if stage.back and math.isfinite(stage.stop.distance):
-            needed = chain.problem.spring.speed_to(stage.stop.distance) ** 2
-            left = np.sqrt(np.maximum(edges**2 - needed, 0.0))
-            edges = np.where(left > 0.0, np.sqrt(needed + stage.stop.rebound(left) ** 2), edges)
+            edges = stage.stop.after(edges, chain.problem.spring.speed_to(stage.stop.distance) ** 2)
         left = np.sqrt(np.maximum(edges[:, None] ** 2 - least[here], 0.0))
         lower, upper, width = left[:-1], left[1:], np.diff(edges**2)[:, None]
         inside = (lower > 0.0) & (upper > 0.0)  # the same by another way, for edges that lie together after an impact

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +46,7 @@ _REBOUNDS = 20  # iterations for the restitution of a law of the speed
 _SHORT, _SHORT_UNCORRECTED = 0.5, 0.375  # of a flight: longer returns are due to springs, or end at the other wall
 
 
-@dataclass(frozen=True)
-class Hits:
+class Hits(NamedTuple):
     """Impacts on one wall or contact: their rate, and mean and mean square of the speed before them."""
 
     rate: float
@@ -233,7 +233,7 @@ def with_sudden_losses(
     rate = ratios.rate * hit.rate
     pushed = ratios.mean * float(weight @ (np.isfinite(struck[0]) * push))
     # the mean forces of springs and impacts cancel
-    return better, [replace(hit, rate=rate, mean=pushed / ((1.0 + r) * rate), square=ratios.speed_square * hit.square)]
+    return better, [Hits(rate, pushed / ((1.0 + r) * rate), ratios.speed_square * hit.square)]
 
 
 def is_endless(unit: System, wall: Barrier) -> bool:
