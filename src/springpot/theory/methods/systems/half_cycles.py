@@ -69,7 +69,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
 
     Notes
     -----
-    The parameters are those of `springpot.theory.result.Result`, and the chain.
+    The parameters are those of `springpot.theory.result.Result`.
     """
 
     def x_density(self, displacement: ArrayLike) -> FloatArray:

@@ -89,16 +89,12 @@ class Companion:
         """Two-sided spectral density of all noise that does not multiply x, per rad/s."""
         found = self.noise_density(w)
         if self.temperature > 0.0 and w == 0.0:
-            return math.inf if any(self._fractional) else self.force_density(1e-150)
+            pots = (each.springpot if isinstance(each, FractionalMaxwell) else each for each in self.elements)
+            fractional = any(isinstance(pot, Springpot) and pot.remembers for pot in pots)
+            return math.inf if fractional else self.force_density(1e-150)  # unbounded at low frequency
         if self.temperature > 0.0:
             found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
         return found
-
-    @property
-    def _fractional(self) -> list[bool]:
-        """Of each element whether its matched noise is unbounded at low frequency."""
-        pots = [element.springpot if isinstance(element, FractionalMaxwell) else element for element in self.elements]
-        return [isinstance(pot, Springpot) and pot.remembers for pot in pots]
 
     def noise_density(self, w: float) -> float:
         """The same without matched noise."""
