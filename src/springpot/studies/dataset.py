@@ -40,7 +40,7 @@ class Results:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
-        return columns_of(self.method, self.store.study.base)
+        return columns_of(self.method, self.store.study.system)
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
         place = self.columns.index(column)
@@ -61,12 +61,11 @@ def open_tree(store: Store) -> xarray.DataTree:
     theories = [method for method in study.methods if method != "monte_carlo"]
     shape = tuple(study.shape.values())
     parts = {}
-    constant = {n: v for n, v in study.fixed.model_dump().items() if n not in study.columns}
     attributes = {
         "Conventions": "CF-1.11",
         "title": study.name,
         "study": json.dumps(document(study)),
-        **({"fixed": json.dumps(constant)} if study.system is None else {}),
+        "fixed": json.dumps(study.constants),
         "seed": study.seed,
         "versions": json.dumps(store.versions),
     }
@@ -89,9 +88,10 @@ def open_tree(store: Store) -> xarray.DataTree:
 def _coordinates(study: Study) -> dict[str, Any]:
     coordinates: dict[str, Any] = {}
     for name, (axis, values) in study.columns.items():
-        unit = "rad s-1" if name == "natural_frequency" else unit_of(study.base, PARAMETERS.get(name, name))
+        number, power = PARAMETERS.get(name, (name, 1))
+        unit = unit_of(study.system, number) if power == 1 else "rad s-1"  # the root of a stiffness
         coordinates[label_of(name)] = axis, list(values), {"units": unit, "long_name": name}  # as in the study file
-    if walls := walls_of(study.base):
+    if walls := walls_of(study.system):
         coordinates["barrier"] = ("barrier", list(walls))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
@@ -105,7 +105,7 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
             return True
         return "rtol" in given and is_controlled(bare(column))
 
-    return tuple(column for column in columns_of(method, study.base) if known(column))
+    return tuple(column for column in columns_of(method, study.system) if known(column))
 
 
 def _variables(
@@ -121,7 +121,7 @@ def _variables(
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
         words = f"{name.removeprefix('barrier_')} of each wall" if of_walls else name
         long_name = prefix + text[column] + words.replace("_", " ")
-        attributes = {"units": unit_of_column(sources[0], study.base), "long_name": long_name}
+        attributes = {"units": unit_of_column(sources[0], study.system), "long_name": long_name}
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
 
@@ -143,7 +143,7 @@ def _variables(
 
 def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], bool]]:
     """Each variable of a data set with its columns, and whether these are of all walls."""
-    walls = walls_of(study.base)
+    walls = walls_of(study.system)
     found: dict[str, tuple[tuple[str, ...], bool]] = {}
     for column in columns:
         name = bare(column)

@@ -136,10 +136,10 @@ class _How:
 def _how(study: Study, method: str) -> _How:
     settings: dict[str, Any] = {}
     if method == "monte_carlo" and study.monte_carlo is not None:
-        settings = _settings(study.monte_carlo, study.base)
+        settings = _settings(study.monte_carlo, study.system)
     quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
     unvaried = hashlib.sha256(json.dumps(study.unvaried, sort_keys=True).encode()).hexdigest() if study.unvaried else ""
-    return _How(settings, quantities, study.seed, study.base, unvaried)
+    return _How(settings, quantities, study.seed, study.system, unvaried)
 
 
 def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
@@ -187,11 +187,11 @@ def check_some(study: Study, most: int) -> int:
     from springpot.simulation.plan.plan import plan_of
     from springpot.theory import NoStationaryStateError
 
-    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
+    how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
     chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None:
         return len(chosen)
-    given = _settings(study.monte_carlo, study.base)
+    given = _settings(study.monte_carlo, study.system)
     explicit = {name: value for name, value in given.items() if name != "rtol"}
     for point in map(study.point, chosen):
         try:
