@@ -133,6 +133,8 @@ def state_space(system: System, of: Of, step: float, duration: float) -> StateSp
             "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
             "finite variance, or is not that of the state."
         )
+    if of == "a" and system.inertia != system.mass:
+        raise NotCoveredError("an acceleration is covered where the mass is all of the inertia.")
     return _assembled(own, of, _SLOWEST / duration, _FASTEST * math.pi / step)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
-from springpot.problem.parts import Mass
 from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
 from springpot.studies.tables import ALL_METHODS
@@ -94,7 +93,7 @@ def of_system(device: System) -> dict[str, str]:
     """
     numbers = numbers_of(device)
     usable = [name for name in numbers if _varies(device, name)]
-    heavy = {name for name, part in device.named() if isinstance(part, Mass)}
+    heavy = {name for name, part in device.named() if "inertia" in part.powers}
     first = next((name for name in usable if name.split(".")[1] not in heavy), next(iter(usable), ""))
     lines = []
     for name, value in numbers.items():
