@@ -31,8 +31,9 @@ from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
-from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
+from springpot.studies.tables import PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
+from springpot.theory.registry import METHODS
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
 
@@ -77,9 +78,7 @@ class Study(Strict):
     model_config = ConfigDict(json_schema_extra=of_either)
 
     name: str = Field(min_length=1, max_length=200)
-    methods: Annotated[
-        tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(ALL_METHODS) + 1), FailFast()
-    ]
+    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(METHODS) + 1), FailFast()]
     seed: int = Field(1, ge=0, le=2**63 - 1)
     system: Device = None  # type: ignore[assignment]  # found below, if none is given
     quantities: Annotated[tuple[str, ...], Field(strict=False, min_length=1, max_length=100), FailFast()] = (

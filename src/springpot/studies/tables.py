@@ -20,13 +20,12 @@ from springpot.problem.system import System
 from springpot.simulation.plan.options import hints
 from springpot.theory.registry import METHODS
 
-__all__ = ["ALL_METHODS", "PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
+__all__ = ["PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
 
-ALL_METHODS = tuple(METHODS)
 if TYPE_CHECKING:
     Method = str
 else:
-    Method = Literal[(*ALL_METHODS, "monte_carlo")]
+    Method = Literal[(*METHODS, "monte_carlo")]
 PARAMETERS: Mapping[str, tuple[str, int]] = {
     "order": ("parts.springpot.order", 1), "coefficient": ("parts.springpot.coefficient", 1),
     "natural_frequency": ("parts.spring.stiffness", 2), "intensity": ("parts.white_noise.intensity", 1),
