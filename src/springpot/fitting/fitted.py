@@ -165,7 +165,7 @@ def _best_of(models: Sequence[Any], data: Data, how: _How) -> Fit:
     choices = tuple(
         Choice(
             f"{label} ({', '.join(fit.values)})" if labels.count(label) > 1 else label,
-            len(fit.values) + (not fit._solved()[0].known), fit.bic, fit.aicc,
+            len(fit.values) + (not fit._likelihood.known), fit.bic, fit.aicc,
         )
         for label, fit in zip(labels, fits, strict=True)
     )  # fmt: skip

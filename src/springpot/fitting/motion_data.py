@@ -8,7 +8,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault, column, frequencies, positive, rows
+from springpot.fitting.columns import (
+    FloatArray,
+    PointFault,
+    check_points,
+    column,
+    falls,
+    frequencies,
+    positive,
+    rows,
+)
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import put
@@ -89,12 +98,9 @@ class MeasuredSpectrum:
             self.sampling_rate, "sampling_rate", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz."
         )
         put(self, sampling_rate=rate)
-        if self.frequency_hz[-1] > 0.5 * rate * (1.0 + 1e-9):
-            place = int(np.argmax(self.frequency_hz > 0.5 * rate))
-            raise PointFault(
-                "frequency_hz", place, f"must be at most half of sampling_rate, {0.5 * rate:g} Hz, not "
-                f"{self.frequency_hz[place]:g}.",
-            )  # fmt: skip
+        above = self.frequency_hz > 0.5 * rate * (1.0 + 1e-9)
+        words = f"must be at most half of sampling_rate, {0.5 * rate:g} Hz, not "
+        check_points(above, self.frequency_hz, "frequency_hz", words + "{:g}.")
 
     def _check_window(self) -> None:
         if self.window not in ("boxcar", "hann"):
@@ -109,12 +115,8 @@ class MeasuredSpectrum:
             )
         places = self.frequency_hz * segment / self.sampling_rate
         off = np.abs(places - np.round(places)) > 1e-3
-        if off.any():
-            place = int(np.argmax(off))
-            raise PointFault(
-                "frequency_hz", place, "must be a multiple of sampling_rate / segment, "
-                f"{self.sampling_rate / segment:g} Hz, not {self.frequency_hz[place]:g}.",
-            )  # fmt: skip
+        words = f"must be a multiple of sampling_rate / segment, {self.sampling_rate / segment:g} Hz, not "
+        check_points(off, self.frequency_hz, "frequency_hz", words + "{:g}.")
 
     @property
     def size(self) -> int:
@@ -161,10 +163,8 @@ class MeasuredRecord:
         if time.size < _FEWEST_SAMPLES:
             raise ValueError(f"time must have at least {_FEWEST_SAMPLES} samples, not {time.size}.")
         values = rows(self.values, time.size)
+        check_points(falls(time), time, "time", "must be later than the time before, not {:g}.")
         gaps = np.diff(time)
-        if (gaps <= 0.0).any():
-            place = int(np.argmax(gaps <= 0.0)) + 1
-            raise PointFault("time", place, f"must be later than the time before, not {time[place]:g}.")
         typical = float(np.median(gaps))
         if (np.abs(gaps - typical) > max(_EVEN * typical, 4e-15 * np.abs(time).max())).any():
             place = int(np.argmax(np.abs(gaps - typical))) + 1

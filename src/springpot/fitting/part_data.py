@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.fitting.columns import FloatArray, PointFault, column, enough, frequencies, positive
+from springpot.fitting.columns import FloatArray, check_points, column, enough, falls, frequencies, positive
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.problem.parts.checks import put
 
@@ -141,11 +141,8 @@ class MeasuredImpacts:
         g = finite_number(gravity, "gravity", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s^2.")
         if at.size < 5:
             raise ValueError(f"times must have at least 5 impacts, not {at.size}.")
-        flights = np.diff(at)
-        if (flights <= 0.0).any():
-            place = int(np.argmax(flights <= 0.0)) + 1
-            raise PointFault("times", place, f"must be later than the impact before, not {at[place]:g}.")
-        speeds = 0.5 * g * flights
+        check_points(falls(at), at, "times", "must be later than the impact before, not {:g}.")
+        speeds = 0.5 * g * np.diff(at)
         return cls(speeds[:-1], speeds[1:])
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault
+from springpot.fitting.columns import FloatArray, PointFault, fixed
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put
@@ -107,8 +107,8 @@ class MeasuredStatistics:
             raise ValueError(f"MeasuredStatistics must have at most {MOST_STATISTICS:,} statistics.")
         numbers = [_pair(place, name, pair) for place, (name, pair) in enumerate(pairs.items())]
         values, errors = np.array(numbers).T
-        put(self, names=tuple(pairs), values=_fixed(values), errors=_fixed(errors))
-        put(self, correlation=_fixed(_correlation(correlation, self.names)))
+        put(self, names=tuple(pairs), values=fixed(values), errors=fixed(errors))
+        put(self, correlation=fixed(_correlation(correlation, self.names)))
 
     @property
     def size(self) -> int:
@@ -166,8 +166,3 @@ def _correlation(given: Any, names: tuple[str, ...]) -> FloatArray:
     if not np.linalg.eigvalsh(found)[0] > 1e-9:
         raise ValueError("correlation must be positive definite: some statistics follow from the others exactly.")
     return found
-
-
-def _fixed(values: FloatArray) -> FloatArray:
-    values.flags.writeable = False
-    return values

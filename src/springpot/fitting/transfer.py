@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
-from springpot.fitting.moduli import complex_modulus, idle_numbers, slopes_by_name
-from springpot.machine.faults import listed
+from springpot.fitting.moduli import complex_modulus, slopes_by_name
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
@@ -91,8 +90,6 @@ class ResponseLikelihood(LeastSquares):
         self.size = data.size
         self.known = data.errors is not None
         self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
-        if idle := idle_numbers(self._at(system)[1], self.coordinates.names):
-            raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
     def _at(self, system: System) -> tuple[ComplexArray, Slopes]:
         return response_of(system, self.data.frequency_hz, self.data.of, self.data.on)
