@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.system import System
@@ -19,11 +19,9 @@ __all__ = [
     "bare",
     "columns_of",
     "names_in_results",
-    "numbers_of_answer",
     "numbers_of_run",
     "scalars_of",
     "unit_of_column",
-    "walls_of",
 ]
 
 ENDINGS = ("", "_se", "_error")
@@ -71,16 +69,6 @@ def bare(column: str) -> str:
 def unit_of_column(column: str, system: System) -> str:
     """The unit of a number in a result."""
     return unit_of_result(system, bare(column))
-
-
-def walls_of(system: System) -> tuple[str, ...]:
-    """Names of walls and contacts, in the order of the parts."""
-    return tuple(system.stops)
-
-
-def numbers_of_answer(result: Any, system: System) -> tuple[float, ...]:
-    """The numbers of a theory's result; NaN where there is none."""
-    return tuple(result.moments[name] for name in columns_of(result.method, system))
 
 
 def numbers_of_run(estimates: Mapping[str, Estimate], system: System) -> tuple[float, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
+from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
 from springpot.studies.tables import PARAMETERS
@@ -58,10 +58,18 @@ def open_tree(store: Store) -> xarray.DataTree:
     import xarray
 
     study = store.study
+    shape, parts = study.shape, {}
     theories = [method for method in study.methods if method != "monte_carlo"]
-    shape = tuple(study.shape.values())
-    parts = {}
-    attributes = {
+    if theories:
+        answers = [Results(store, method) for method in theories]
+        coordinates = {"theory": ("theory", theories), **_coordinates(study)}
+        variables = _variables(answers, {"theory": len(theories), **shape}, "", study)
+        parts["/theory"] = xarray.Dataset(variables, coordinates)
+    if "monte_carlo" in study.methods:
+        variables = _variables([Results(store, "monte_carlo")], shape, "Monte Carlo: ", study)
+        parts["/simulation"] = xarray.Dataset(variables, _coordinates(study))
+    tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
+    tree.attrs = {
         "Conventions": "CF-1.11",
         "title": study.name,
         "study": json.dumps(document(study)),
@@ -69,19 +77,6 @@ def open_tree(store: Store) -> xarray.DataTree:
         "seed": study.seed,
         "versions": json.dumps(store.versions),
     }
-    if theories:
-        answers = [Results(store, method) for method in theories]
-        coordinates = {"theory": ("theory", theories), **_coordinates(study)}
-        parts["/theory"] = xarray.Dataset(
-            _variables(answers, ("theory", *study.shape), (len(theories), *shape), "", study), coordinates
-        )
-    if "monte_carlo" in study.methods:
-        answers = [Results(store, "monte_carlo")]
-        parts["/simulation"] = xarray.Dataset(
-            _variables(answers, tuple(study.shape), shape, "Monte Carlo: ", study), _coordinates(study)
-        )
-    tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
-    tree.attrs = attributes
     return tree
 
 
@@ -91,8 +86,8 @@ def _coordinates(study: Study) -> dict[str, Any]:
         number, power = PARAMETERS.get(name, (name, 1))
         unit = unit_of(study.system, number) if power == 1 else "rad s-1"  # the root of a stiffness
         coordinates[label_of(name)] = axis, list(values), {"units": unit, "long_name": name}  # as in the study file
-    if walls := walls_of(study.system):
-        coordinates["barrier"] = ("barrier", list(walls))
+    if study.system.stops:
+        coordinates["barrier"] = ("barrier", list(study.system.stops))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
 
@@ -108,11 +103,9 @@ def result_columns(study: Study, method: str) -> tuple[str, ...]:
     return tuple(column for column in columns_of(method, study.system) if known(column))
 
 
-def _variables(
-    answers: list[Results], dimensions: tuple[str, ...], shape: tuple[int, ...], prefix: str, study: Study
-) -> dict[str, Any]:
+def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, study: Study) -> dict[str, Any]:
     def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any, *walls: int) -> Any:
-        whole = (*shape, *walls)
+        whole = (*shape.values(), *walls)
         return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, kind)
 
     columns = {}
@@ -128,22 +121,19 @@ def _variables(
         def read(part: Results, sources: tuple[str, ...] = sources) -> npt.NDArray[np.float64]:
             return np.stack([part.numbers(source) for source in sources], axis=-1)
 
-        if of_walls:
-            columns[column] = ((*dimensions, "barrier"), lazily(read, "f8", len(sources)), attributes)
-        else:
-            columns[column] = (dimensions, lazily(read, "f8"), attributes)
-    columns["done"] = (dimensions, lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
-    columns["said"] = (
-        dimensions,
-        lazily(Results.sentences, "O"),
-        {"long_name": "warnings, or why there is no answer"},
-    )
+        walls = {"barrier": len(sources)} if of_walls else {}
+        columns[column] = ((*shape, *walls), lazily(read, "f8", *walls.values()), attributes)
+    for name, read_all, kind, words in (
+        ("done", Results.done, "?", "whether there is an answer"),
+        ("said", Results.sentences, "O", "warnings, or why there is no answer"),
+    ):
+        columns[name] = (tuple(shape), lazily(read_all, kind), {"long_name": words})
     return columns
 
 
 def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], bool]]:
     """Each variable of a data set with its columns, and whether these are of all walls."""
-    walls = walls_of(study.system)
+    walls = study.system.stops
     found: dict[str, tuple[tuple[str, ...], bool]] = {}
     for column in columns:
         name = bare(column)
