@@ -62,17 +62,9 @@ class Case:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
 
-    def motion_at(self, named: Mapping[str, float]) -> Motion:
-        """With these values of its numbers; a ValueError where there is no stationary state."""
-        return _motion(self.system, named)
-
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
-        return _settings(self.motion_at(named), self.settings.seed, self.settings.threads)[1].steps
-
-    def started_at(self, named: Mapping[str, float], check: Progress | None) -> Case:
-        """The same with step, duration and start for these numbers; ``check`` is called again and again."""
-        return case_of(self.system, self.data, named, self.settings.seed, self.settings.threads, check)
+        return _settings(_motion(self.system, named), self.settings.seed, self.settings.threads)[1].steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +151,7 @@ def moments_of(
     ValueError
         If a part refuses its number, there is no stationary state, or no such result.
     """
-    motion, start = case.motion_at(named), case.start
+    motion, start = _motion(case.system, named), case.start
     if start is not None and start.pilots == 0:
         start = adapt(Plan(motion, case.settings), paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:

@@ -5,32 +5,23 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from springpot.designing.surfaces import Surface, places, surface_through
 from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
-from springpot.fitting.simulated_moments import Case, Moments, groups_of, moments_of
+from springpot.fitting.simulated_moments import Case, Moments, case_of, groups_of, moments_of
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.simulation.paths.simulation import Progress
 
-__all__ = ["MOST_PATHS", "MOST_SHARE", "Region", "Reporter", "SimulatedRuns", "misfit_of"]
+__all__ = ["MOST_PATHS", "MOST_SHARE", "Reporter", "SimulatedRuns", "misfit_of"]
 
 MOST_PATHS = 65536
 MOST_SHARE = 0.1  # by which the simulation may enlarge the errors of the numbers
 _ROUGH_PATHS = 1024
 _FEWEST_PATHS = 1024
 _FEW_PATHS = 512  # to see whether a number changes anything
-
-
-@dataclass(frozen=True, eq=False)
-class Region:
-    """Where the runs of a round are: to either side of a place, in the coordinates of the search."""
-
-    centre: FloatArray
-    reach: FloatArray
 
 
 class Reporter:
@@ -102,8 +93,10 @@ class SimulatedRuns:
         self.errors = np.concatenate([case.data.errors for case in cases])
         self.seconds_per_step = 0.0
 
-    def surface(self, region: Region, known: Surface | None, paths: int, *, rough: bool) -> Surface:
-        """The surface through the runs of a region; ``known`` tells where each run starts.
+    def surface(
+        self, centre: FloatArray, reach: FloatArray, known: Surface | None, paths: int, *, rough: bool
+    ) -> Surface:
+        """The surface through the runs to either side of a place; ``known`` tells where each run starts.
 
         Raises
         ------
@@ -111,7 +104,7 @@ class SimulatedRuns:
             If the model cannot be run at most places, or has no such results.
         """
         z = places(self.own.start.size, quadratic=not rough, seed=self.seed)
-        u = np.clip(region.centre + z * region.reach, self.own.low, self.own.high)
+        u = np.clip(centre + z * reach, self.own.low, self.own.high)
         steps = len(u) * paths * sum((case.rough if rough else case.settings).steps for case in self.cases)
         begun, kept, found = time.perf_counter(), [], []
         fault: Exception | None = None
@@ -133,7 +126,7 @@ class SimulatedRuns:
         self.seconds_per_step = (time.perf_counter() - begun) / steps
         needed = len(u) // 2 + 1
         if len(found) < needed:
-            raise fault or ValueError(self._nothing(region.centre))
+            raise fault or ValueError(self._nothing(centre))
         values = np.array([np.concatenate([*(m.values for m in each), [m.mean for m in each]]) for each in found])
         samples = np.array([
             np.concatenate([*(m.samples for m in each), np.zeros((len(each[0].samples), len(each)))], axis=1)
@@ -143,7 +136,7 @@ class SimulatedRuns:
         positive[: self.data.size] &= self.data > 0.0
         positive[self.data.size :] = False
         return surface_through(
-            u[kept], values, region.centre, region.reach, form="plane" if rough else "quadratic",
+            u[kept], values, centre, reach, form="plane" if rough else "quadratic",
             logarithmic=positive, samples=samples,
         )  # fmt: skip
 
@@ -184,7 +177,10 @@ class SimulatedRuns:
     def restart(self, u: FloatArray) -> None:
         """Steps, durations and starts for these numbers."""
         named = self.own.named(self.own.outer(u))
-        self.cases = [case.started_at(named, self.reporter.check) for case in self.cases]
+        self.cases = [
+            case_of(own.system, own.data, named, own.settings.seed, own.settings.threads, self.reporter.check)
+            for own in self.cases
+        ]
 
     def steps(self, u: FloatArray) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""

@@ -16,7 +16,7 @@ from springpot.designing.surfaces import Surface
 from springpot.fitting.likelihood import Coordinates, FloatArray, moved
 from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
 from springpot.fitting.simulated_moments import case_of
-from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Region, Reporter, SimulatedRuns
+from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Reporter, SimulatedRuns
 from springpot.fitting.simulated_starts import other_starts
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import NotCoveredError, Stopped, listed
@@ -164,7 +164,7 @@ class _Search:
         reach = self._reach(np.full(u.size, math.inf), _LEAST_ROUGH, _FIRST_REACH)
         surface: Surface | None = None
         for number in range(_ROUNDS):
-            surface = runs.surface(Region(u, reach), surface, runs.rough, rough=True)
+            surface = runs.surface(u, reach, surface, runs.rough, rough=True)
             before, place = u, self._stand(surface, 1.0, u)
             u = place.u
             ended = (np.abs(u - before) < 0.9 * reach) | (u == own.low) | (u == own.high)
@@ -188,7 +188,7 @@ class _Search:
         width = 1.0
         for _ in range(_LAST_ROUNDS):
             reach = width * self._reach(place.likelihood.errors_at(u), _LEAST_REACH, _MOST_REACH)
-            surface = runs.surface(Region(u, reach), place.surface, paths, rough=False)
+            surface = runs.surface(u, reach, place.surface, paths, rough=False)
             before, place = u, self._stand(surface, _BEYOND, u, last=True)
             u, likelihood = place.u, place.likelihood
             free = (u > own.low) & (u < own.high)
