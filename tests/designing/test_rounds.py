@@ -73,7 +73,7 @@ def designed(
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"rate": theory(values["C"])}
 
-    model = Approximation(space, quantities, "C", 1e-4)
+    model = Approximation(space, quantities, "C")
     random = np.random.default_rng(seed)
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, moved_numbers
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import NotCoveredError, few, meant, shown
+from springpot.machine.faults import few, meant, shown
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
@@ -108,16 +108,16 @@ def sensitivity(
     settings = None
     if chosen == MONTE_CARLO:
         settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
-        base, found = _by_monte_carlo(system, moved, names, settings, change, said, progress)
+        base, found, more = _by_monte_carlo(moved, names, settings, math.log1p(change), progress)
     else:
-        base, found = _by_theory(system, moved, names, chosen, said, progress)
+        base, found, more = _by_theory(moved, names, chosen, progress)
     values, errors, gains = (
         {quantity: {name: float(found[name][place][n]) for name in moved.values} for n, quantity in enumerate(names)}
         for place in range(3)
     )
     return Sensitivity(
         system, chosen, moved.values, {name: base[name] for name in names}, values, errors,
-        {} if settings is None else gains, settings, tuple(said),
+        {} if settings is None else gains, settings, (*said, *more),
     )  # fmt: skip
 
 
@@ -137,31 +137,20 @@ def _check_known(names: Sequence[str], known: Mapping[str, object]) -> None:
             raise ValueError(f"quantities must be among {few(known)}, not {name}{meant(name, known) or '.'}")
 
 
-Found = tuple[dict[str, float], dict[str, tuple[Any, ...]]]
-"""Quantities by name; and by the name of a number the derivatives of all quantities, their errors, and the gains."""
+Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]
+"""Quantities by name; by the name of a number the derivatives of all, their errors, and the gains; and doubts."""
 
 
-def _by_theory(
-    system: System,
-    numbers: Numbers,
-    names: tuple[str, ...],
-    method: str,
-    said: list[str],
-    progress: Progress | None,
-) -> Found:
-    base, statement = theory_values(system, method)
+def _by_theory(numbers: Numbers, names: tuple[str, ...], method: str, progress: Progress | None) -> Found:
+    base, statement = theory_values(numbers.system, method)
     if not base:
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
     _check_known(names, base)
-    unknown, derivatives = np.full(len(names), math.nan), {}
+    unknown, derivatives, said = np.full(len(names), math.nan), {}, []
     for done, name in enumerate(numbers.values, start=1):
 
         def logarithms(distance: float, name: str = name) -> Floats | None:
-            try:
-                found, _ = theory_values(_moved(numbers, name, distance), method)
-            except (ValueError, TypeError, NotCoveredError):
-                return None
-            if not found:
+            if not (found := if_allowed(lambda: theory_values(numbers.moved(name, distance), method)[0])):
                 return None
             return np.array([_logarithm(found.get(quantity, math.nan), base[quantity]) for quantity in names])
 
@@ -172,7 +161,7 @@ def _by_theory(
         derivatives[name] = *(result or (unknown, unknown)), unknown
         if progress is not None:
             progress(done / len(numbers.values))
-    return base, derivatives
+    return base, derivatives, said
 
 
 def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None:
@@ -187,15 +176,9 @@ def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None
 
 
 def _by_monte_carlo(
-    system: System,
-    numbers: Numbers,
-    names: tuple[str, ...],
-    settings: Settings,
-    change: float,
-    said: list[str],
-    progress: Progress | None,
+    numbers: Numbers, names: tuple[str, ...], settings: Settings, step: float, progress: Progress | None
 ) -> Found:
-    step = math.log1p(change)
+    said: list[str] = []
     stencils: dict[str, Stencil] = {}
     for name, value in numbers.values.items():
         own = stencil(lambda distance, name=name: _exists(numbers, name, distance), step)  # type: ignore[misc]
@@ -212,14 +195,14 @@ def _by_monte_carlo(
         done += 1
         return found
 
-    base = simulated(system)
+    base = simulated(numbers.system)
     _check_known(names, base)
-    if motion_of(system).struck.crowded and any("impact_" in name for name in names):
+    if motion_of(numbers.system).struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     derivatives = {}
     for name in numbers.values:
         sides = (
-            [base if offset == 0.0 else simulated(_moved(numbers, name, offset * step)) for offset in own.offsets]
+            [base if offset == 0.0 else simulated(numbers.moved(name, offset * step)) for offset in own.offsets]
             if (own := stencils.get(name)) else []
         )  # fmt: skip
         found = []
@@ -230,7 +213,7 @@ def _by_monte_carlo(
             elif own is not None:
                 said.append(f"{quantity} changes its sign, or is not known, near {name} = {numbers.values[name]:g}.")
         derivatives[name] = (*zip(*found, strict=True),)
-    return {name: value for name, (value, _, _) in base.items()}, derivatives
+    return {name: value for name, (value, _, _) in base.items()}, derivatives, said
 
 
 def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step: float) -> tuple[float, float, float]:
@@ -253,14 +236,9 @@ def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step
     return value, math.hypot(common, start), gain
 
 
-def _moved(numbers: Numbers, name: str, distance: float) -> System:
-    """The system with one number changed by this distance of its logarithm."""
-    return numbers.at({**numbers.values, name: numbers.values[name] * math.exp(distance)})
-
-
 def _exists(numbers: Numbers, name: str, distance: float) -> bool:
     try:
-        check_stationary(_moved(numbers, name, distance), "sensitivity")
+        check_stationary(numbers.moved(name, distance), "sensitivity")
     except (ValueError, TypeError):
         return False
     return True

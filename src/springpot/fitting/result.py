@@ -365,24 +365,15 @@ class Fit:
         0.701
         """
 
-        return plain(
-            {
-                "values": self.values,
-                "errors": self.errors,
-                "intervals": {name: self.interval(name) for name in self.values},
-                "at_bounds": self.at_bounds,
-                "not_told_apart": [vars(own) for own in self.not_told_apart],
-                "known_together": self.known_together,
-                "correlations": self.correlations.tolist(),
-                "extras": self.extras,
-                "deviance": self.deviance,
-                "bic": self.bic,
-                "aicc": self.aicc,
-                "choices": [vars(choice) for choice in self.choices],
-                "check": self.check().probabilities,
-                "warnings": self.warnings,
-            }
-        )
+        names = "values", "errors", "at_bounds", "known_together", "extras", "deviance", "bic", "aicc", "warnings"
+        more = {
+            "intervals": {name: self.interval(name) for name in self.values},
+            "not_told_apart": [vars(own) for own in self.not_told_apart],
+            "correlations": self.correlations.tolist(),
+            "choices": [vars(choice) for choice in self.choices],
+            "check": self.check().probabilities,
+        }
+        return plain({name: getattr(self, name) for name in names} | more)
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset: values and errors over ``parameter``, data and fit over ``point``.

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from springpot.designing.quantities import if_allowed
 from springpot.designing.surfaces import Surface, places, surface_through
 from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
 from springpot.fitting.simulated_moments import Case, Moments, case_of, groups_of, moments_of
@@ -153,12 +154,10 @@ class SimulatedRuns:
 
     def differs(self, u: FloatArray, base: Sequence[Moments]) -> bool:
         """Whether runs at a place differ from others; if the model cannot be there, they do."""
-        try:
-            there = self.shortest_runs(u)
-        except (ValueError, NotCoveredError):
-            return True
-        pairs = zip(base, there, strict=True)
-        return not all(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
+        there = if_allowed(lambda: self.shortest_runs(u))
+        return there is None or not all(
+            np.array_equal(a.values, b.values, equal_nan=True) for a, b in zip(base, there, strict=True)
+        )
 
     def shortest_runs(self, u: FloatArray) -> list[Moments]:
         """Runs of as few paths as there can be."""
@@ -185,20 +184,20 @@ class SimulatedRuns:
     def steps(self, u: FloatArray) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""
         named = self.own.named(self.own.outer(u))
-        try:
-            return float(sum(case.steps_at(named) for case in self.cases))
-        except (ValueError, NotCoveredError):
-            return math.inf
+        found = if_allowed(lambda: float(sum(case.steps_at(named) for case in self.cases)))
+        return math.inf if found is None else found
 
     def misfit(self, u: FloatArray) -> float:
         """Of one rough run, see `misfit_of`."""
-        try:
+
+        def moments() -> list[Moments]:
             self.restart(u)
-            values = np.concatenate([own.values for own in self.at(u, None, self.rough // 2)])
-        except (ValueError, NotCoveredError):
+            return self.at(u, None, self.rough // 2)
+
+        if (found := if_allowed(moments)) is None:
             return math.inf
-        found = misfit_of(values, self.data, self.errors)
-        return found if math.isfinite(found) else math.inf
+        misfit = misfit_of(np.concatenate([own.values for own in found]), self.data, self.errors)
+        return misfit if math.isfinite(misfit) else math.inf
 
     def paths(self, surface: Surface, u: FloatArray, measured: FloatArray) -> int:
         """So many that the runs enlarge the errors of the numbers by a twentieth: a power of two.

@@ -107,10 +107,6 @@ class _Place:
     def chi_square(self) -> float:
         return self.likelihood.chi_square(self.u)
 
-    @property
-    def surface(self) -> Surface:
-        return self.likelihood.surface
-
 
 class _Search:
     """Rounds of runs and of least squares; ``best`` is where it stands, and what a search that is stopped gives."""
@@ -183,12 +179,12 @@ class _Search:
         runs, own, place = self.runs, self.own, self.best
         assert place is not None
         u = place.u
-        paths = runs.paths(place.surface, u, self.measured.covariance)
+        paths = runs.paths(place.likelihood.surface, u, self.measured.covariance)
         runs.restart(u)
         width = 1.0
         for _ in range(_LAST_ROUNDS):
             reach = width * self._reach(place.likelihood.errors_at(u), _LEAST_REACH, _MOST_REACH)
-            surface = runs.surface(u, reach, place.surface, paths, rough=False)
+            surface = runs.surface(u, reach, place.likelihood.surface, paths, rough=False)
             before, place = u, self._stand(surface, _BEYOND, u, last=True)
             u, likelihood = place.u, place.likelihood
             free = (u > own.low) & (u < own.high)

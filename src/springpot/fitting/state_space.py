@@ -211,8 +211,6 @@ def _beyond(
     """Sums of weight times a power of the rate over the modes beyond an end: geometric series."""
     near = np.array([rate, rate * math.exp(spacing)])
     first, second = weight(near)
-    found = []
-    for power in powers:
-        ratio = second / first * math.exp(power * spacing)
-        found.append(float(abs(spacing) * first * rate**power * ratio / (1.0 - ratio)))
-    return found[0], found[1]
+    ratios = [second / first * math.exp(power * spacing) for power in powers]
+    one, two = (abs(spacing) * first * rate**p * r / (1.0 - r) for p, r in zip(powers, ratios, strict=True))
+    return float(one), float(two)
