@@ -5,7 +5,6 @@ A file is TOML; its content is the model `Study` below, whose JSON schema `sprin
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -188,18 +187,9 @@ class Study(Strict):
             table[int(last) if last.isdigit() else last] = None
         return parts
 
-    def system_at(self, point: Mapping[str, Any]) -> System:
-        """The system at a point of the grid."""
-        return system_at(point, self.system)
-
     def points(self) -> Iterator[Point]:
         """All points of the grid, the last axis fastest: the numbers that vary, and all others of an oscillator."""
-        axes = self._grid.values()
-        for chosen in itertools.product(*(zip(*columns.values(), strict=True) for columns in axes)):
-            point = dict(self._constants)
-            for columns, values in zip(axes, chosen, strict=True):
-                point.update(zip(columns, values, strict=True))
-            yield point
+        return map(self.point, range(math.prod(self.shape.values())))
 
     def point(self, index: int) -> Point:
         """The point with this index in `points`."""
@@ -223,7 +213,7 @@ class Study(Strict):
         for place in some_points(tuple(self.shape.values()), SYSTEMS_CHECKED):
             point = self.point(place)
             try:
-                self.system_at(point)
+                system_at(point, self.system)
             except ValueError as fault:
                 raise ValueError(f"at {self.where(point)}: {fault}") from None
 

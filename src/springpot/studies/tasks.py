@@ -181,7 +181,7 @@ def check_some(study: Study, most: int) -> int:
     explicit = {name: value for name, value in given.items() if name != "rtol"}
     for point in map(study.point, chosen):
         try:
-            system = study.system_at(point)
+            system = system_at(point, study.system)
             if "rtol" in given:
                 motion = motion_of(system)
                 impacts = [name for name in study.quantities if "impact_" in name]
