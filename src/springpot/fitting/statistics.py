@@ -31,9 +31,9 @@ _EXAMPLE = "impact_rate=(1.7, 0.03)"
 class _StatisticFault(PointFault):
     """One statistic is not right; it has a name, so its place is not in the sentence."""
 
-    def __init__(self, name: str, place: int, what: str) -> None:
-        super().__init__(name, place, what)
-        self.args = (f"{name} {what}",)
+    def __init__(self, name: str, place: int, sentence: str) -> None:
+        super().__init__(name, place, sentence)
+        self.args = (sentence,)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -141,12 +141,9 @@ def _pair(place: int, name: str, pair: Any) -> tuple[float, float]:
         value = finite_number(pair[0], name, low=-LARGEST, high=LARGEST)
         error = finite_number(pair[1], f"the error of {name}", low=0.0, high=LARGEST, open_low=True)
     except ValueError as fault:
-        what = str(fault)
-        raise _StatisticFault(name, place, what.removeprefix(f"{name} ")) if what.startswith(f"{name} ") else (
-            _StatisticFault("the error of", place, what.removeprefix("the error of "))
-        ) from None  # fmt: skip
+        raise _StatisticFault(name, place, str(fault)) from None
     if _POSITIVE.fullmatch(name) and not value > 0.0:
-        raise _StatisticFault(name, place, f"must be greater than 0, not {value:g}.")
+        raise _StatisticFault(name, place, f"{name} must be greater than 0, not {value:g}.")
     return float(value), float(error)
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.catalogue import possible_results
 from springpot.problem.system import System
 from springpot.theory.result import names_of_results
 
@@ -21,7 +21,6 @@ __all__ = [
     "names_in_results",
     "numbers_of_run",
     "scalars_of",
-    "unit_of_column",
 ]
 
 ENDINGS = ("", "_se", "_error")
@@ -64,11 +63,6 @@ def bare(column: str) -> str:
     'x_mean'
     """
     return column.removesuffix("_se").removesuffix("_error")
-
-
-def unit_of_column(column: str, system: System) -> str:
-    """The unit of a number in a result."""
-    return unit_of_result(system, bare(column))
 
 
 def numbers_of_run(estimates: Mapping[str, Estimate], system: System) -> tuple[float, ...]:

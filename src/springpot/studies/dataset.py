@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.catalogue import is_controlled
+from springpot.problem.catalogue import is_controlled, unit_of_result
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column
+from springpot.studies.columns import OF_WALLS, bare, columns_of
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
 from springpot.studies.tables import PARAMETERS
@@ -114,7 +114,7 @@ def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, st
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
         words = f"{name.removeprefix('barrier_')} of each wall" if of_walls else name
         long_name = prefix + text[column] + words.replace("_", " ")
-        attributes = {"units": unit_of_column(sources[0], study.system), "long_name": long_name}
+        attributes = {"units": unit_of_result(study.system, bare(sources[0])), "long_name": long_name}
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
 
