@@ -25,7 +25,9 @@ from springpot.simulation.kernel.two_walls import Pair, fly_between
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
+from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.guess import dissipated
 from springpot.simulation.plan.motion import motion_of
 from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
@@ -428,6 +430,29 @@ def test_a_temperature_that_the_search_meets_exactly_is_found() -> None:
     """q / (2 c) is ten times the first guess: the surplus there is zero, but for rounding."""
     device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0))
     assert motion_of(device).law.temperature == pytest.approx(5.0, rel=1e-9)
+
+
+def test_a_contact_alone_can_take_the_power() -> None:
+    """Its loss at the guessed temperature is what is fed in, and the run takes it."""
+    system = sp.System(SPRING, sp.Contact(-0.3, 50.0, 1.5, 0.2), sp.WhiteNoise(1.0))
+    motion = motion_of(system)
+    assert motion.not_stationary == ""
+    assert dissipated(motion.unit, motion.law) == pytest.approx(0.5, rel=1e-9)
+    found = simulated(system, rtol=0.05, seed=1)
+    assert found["contact_power"].value == pytest.approx(0.5, abs=4.0 * found["contact_power"].error)
+    assert found["v_mean_square"].value == pytest.approx(motion.law.temperature, rel=0.3)
+
+
+def test_an_energy_that_drifts_without_any_noise_is_said() -> None:
+    """All paths are alike, so the drift has no standard error."""
+    growing = sp.System(SPRING, sp.VanDerPol(0.2, 1.0))
+    found = simulated(
+        growing, paths=8, duration=60.0, window=(40.0, 50.0), step=0.02, start="rest", initial_position=1e-3
+    )
+    assert found.warnings == (
+        "the mean energy still changed by 400 % over the window, so it is not stationary yet: use a longer run and a "
+        "later window.",
+    )
 
 
 def test_a_law_below_the_limit_at_the_speeds_of_a_step_is_far_too_low() -> None:

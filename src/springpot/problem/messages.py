@@ -145,8 +145,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "energy_drifts": Kind(
         _STATIONARY,
-        "the mean energy still changed by {share} over the window ({errors:.0f} standard errors), so it is not "
-        "stationary yet: use a longer run and a later window.",
+        "the mean energy still changed by {share} over the window, so it is not stationary yet: use a longer run and a "
+        "later window.",
         "Use a longer run and a later window.",
     ),
     "memory_of_start": Kind(

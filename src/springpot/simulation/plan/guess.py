@@ -8,6 +8,7 @@ fastest motion of that law, the duration from its slowest; nothing else depends 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
+    Contact,
     Dashpot,
     FractionalMaxwell,
     Friction,
@@ -183,6 +185,9 @@ def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) 
                 rate += part.modulus(1j * w).imag / w
             case PiezoelectricCircuit():
                 rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
+            case Contact():  # k d^p chi v^2, with v^2 of the temperature
+                pushed = np.maximum(part.inwards * (part.position - law.places), 0.0) ** part.exponent
+                rate += part.dissipation * part.stiffness * float(law.shares @ pushed)
             case Barrier():
                 flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
                 power += flux * (1.0 - restitution_at(part, math.sqrt(2.0 * theta)) ** 2) * theta
@@ -307,24 +312,25 @@ def _temperature(unit: System, potential: Potential) -> float:
         unit.of(ColoredNoise, VanDerPol)
     ):
         return size
+
+    def is_fed(theta: float) -> bool:
+        return not _surplus(unit, potential, theta) <= 0.0
+
     for powers in (np.linspace(12.0, -12.0, 97), np.linspace(90.0, -90.0, 361)):  # the second where size means nothing
-        last = math.nan
-        for theta in size * 10.0**powers:
-            law = boltzmann_law(potential, float(theta))
-            if not law.is_resolved:
-                break
-            surplus = _fed(unit, law) - dissipated(unit, law)
-            if surplus > 0.0 and not math.isnan(last):
-                return _root(lambda t: _surplus(unit, potential, t), float(theta), last)
-            if surplus > 0.0:
-                break
-            last = float(theta)
+        thetas = (size * 10.0**powers).tolist()
+        if unit.of(Harmonic):  # it feeds in most at its own frequency: the hottest of several is found by a walk
+            hot = next((n for n, theta in enumerate(thetas) if is_fed(theta)), len(thetas))
+        else:
+            hot = bisect_left(thetas, True, key=is_fed)
+        if 0 < hot < len(thetas) and not math.isnan(_surplus(unit, potential, thetas[hot])):
+            return _root(lambda theta: _surplus(unit, potential, theta), thetas[hot], thetas[hot - 1])
     return size
 
 
 def _surplus(unit: System, potential: Potential, theta: float) -> float:
+    """Power fed in and not taken out at a temperature; NaN where double precision shows no motion."""
     law = boltzmann_law(potential, theta)
-    return _fed(unit, law) - dissipated(unit, law)
+    return _fed(unit, law) - dissipated(unit, law) if law.is_resolved else math.nan
 
 
 def _natural_energy(potential: Potential) -> float:

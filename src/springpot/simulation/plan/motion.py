@@ -35,6 +35,9 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls", "motion_of"]
 
+_SMOOTH = (ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+"""Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
+
 
 @dataclass(frozen=True)
 class StruckWalls:
@@ -79,6 +82,8 @@ class Motion:
         Whether a long step leaves the stationary law as it is: a dashpot, white noise, and an elastic wall at most.
     beyond_paper : str
         Which part the paper's problem does not have, in one sentence; empty if it is that problem.
+    guess : BoltzmannLaw or None
+        From which the scales are; None where they have closed forms.
     """
 
     system: System
@@ -88,16 +93,17 @@ class Motion:
     searched: bool
     keeps_the_law: bool
     beyond_paper: str = ""
+    guess: BoltzmannLaw | None = None
 
     @property
     def unit(self) -> System:
         """The system per unit mass."""
         return self.system.per_unit_mass
 
-    @cached_property
+    @property
     def law(self) -> BoltzmannLaw:
         """The law of x at the guessed temperature."""
-        return guessed_law(self.system)
+        return self.guess or guessed_law(self.system)
 
     @property
     def low(self) -> float:
@@ -133,6 +139,11 @@ class Motion:
     def is_thermal(self) -> bool:
         """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
         return bool(self.system.of(ThermalNoise))
+
+    @property
+    def is_random(self) -> bool:
+        """Whether its paths differ; without noise, and random phases, all are alike."""
+        return bool(self.system.of(WhiteNoise, Harmonic, *_SMOOTH))
 
     @property
     def recorded(self) -> float:
@@ -201,7 +212,7 @@ class Motion:
         system = self.system
         dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
         thermal = self.is_thermal and dampers > 0.0
-        smooth = system.of(ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+        smooth = system.of(*_SMOOTH)
         for name, wall in system.named():
             if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
                 continue
@@ -254,7 +265,7 @@ def motion_of(system: System) -> Motion:
         paper = Dimensionless.of(checked_system(system))
     except NotCoveredError as reason:
         law = guessed_law(system)
-        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason))
+        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
         searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
         return replace(motion, searched=searched, slow=_alike(motion, law))
     elastic = paper.barrier is None or paper.restitution == 1.0

@@ -122,7 +122,8 @@ def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: 
     )
     most = GUESSED_DRIFT if scales.guessed else DRIFT
     if settled and energy > 0.0 and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, most * energy):
-        yield say("energy_drifts", share=per_cent(gained / energy), errors=gained / its_error)
+        sure = f" ({gained / its_error:.0f} standard errors)" if its_error else ""  # paths without noise are all alike
+        yield say("energy_drifts", share=per_cent(gained / energy) + sure)
     residual, error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
     supplied = values.get("input_power", 0.0) / mass * (plan.settings.window[1] - plan.settings.window[0])
     # with a large energy the rounding of single-precision memory shows, and is accepted
@@ -165,7 +166,8 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
     rates = {name: values[f"{name}_impact_rate"] for name in simulation.motion.touched}
     odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
     yield from odd.values()
-    yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
+    if simulation.motion.is_random:
+        yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
 
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
