@@ -28,6 +28,17 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class How:
+    """How a fit is computed: see `springpot.fit`."""
+
+    seed: int
+    paths: int | None
+    threads: int | None
+    progress: Callable[[float], None] | None
+    stop: Callable[[], bool] | None
+
+
 @dataclass(frozen=True, eq=False)
 class Coordinates:
     """Free numbers as the search sees them: logarithms where only positive numbers are allowed.

@@ -25,9 +25,11 @@ from springpot.simulation.plan.plan import Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
-__all__ = ["Case", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
+__all__ = ["Case", "Measured", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
 
 FloatArray = NDArray[np.float64]
+Measured = tuple[System, MeasuredStatistics]
+"""A model, and what was measured of it."""
 
 _GROUPS = 128
 _PILOT_PATHS = 1024
@@ -85,12 +87,7 @@ class Moments:
 
 
 def case_of(
-    system: System,
-    data: MeasuredStatistics,
-    named: Mapping[str, float],
-    seed: int,
-    threads: int | None,
-    check: Progress | None,
+    model: Measured, named: Mapping[str, float], seed: int, threads: int | None, check: Progress | None
 ) -> Case:
     """A case with step, duration and start for these numbers; ``check`` is called again and again.
 
@@ -99,10 +96,10 @@ def case_of(
     ValueError
         If there is no stationary state.
     """
-    motion = _motion(system, named)
+    motion = _motion(model[0], named)
     settings, rough = _settings(motion, seed, threads)
     start = adapt(Plan(motion, settings), paths=_PILOT_PATHS, progress=check).adapted
-    return Case(system, data, settings, rough, start)
+    return Case(*model, settings, rough, start)
 
 
 def _motion(system: System, named: Mapping[str, float]) -> Motion:

@@ -177,7 +177,7 @@ class SimulatedRuns:
         """Steps, durations and starts for these numbers."""
         named = self.own.named(self.own.outer(u))
         self.cases = [
-            case_of(own.system, own.data, named, own.settings.seed, own.settings.threads, self.reporter.check)
+            case_of((own.system, own.data), named, own.settings.seed, own.settings.threads, self.reporter.check)
             for own in self.cases
         ]
 
