@@ -266,16 +266,10 @@ class Fit:
         free = max(self.degrees_of_freedom, 1)
         level = float(stats.chi2.ppf(0.95, 1) if likelihood.known else stats.t.ppf(0.975, free) ** 2)
         ends = _crossings(u, rise, level, float(best.u[place]))
-        numbers = np.tile(self._theta, (u.size + 2, 1))
-        numbers[:, place] = [own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]
-                             for each in (*u, *ends)]  # fmt: skip
-        return Profile(
-            name,
-            numbers[:-2, place],
-            np.maximum(rise, 0.0),
-            (float(numbers[-2, place]), float(numbers[-1, place])),
-            level,
-        )
+        values = [
+            float(own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]) for each in (*u, *ends)
+        ]
+        return Profile(name, np.array(values[:-2]), np.maximum(rise, 0.0), (values[-2], values[-1]), level)
 
     def check(self) -> Check:
         """Tests of the fit: the size and the order of the residuals, as far as the data allow them.

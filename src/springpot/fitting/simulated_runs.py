@@ -133,9 +133,7 @@ class SimulatedRuns:
             np.concatenate([*(m.samples for m in each), np.zeros((len(each[0].samples), len(each)))], axis=1)
             for each in found
         ])  # fmt: skip
-        positive = np.asarray((values > 0.0).all(axis=0))
-        positive[: self.data.size] &= self.data > 0.0
-        positive[self.data.size :] = False
+        positive = (values > 0.0).all(axis=0) & np.append(self.data > 0.0, np.zeros(len(self.cases), bool))
         return surface_through(
             u[kept], values, centre, reach, form="plane" if rough else "quadratic",
             logarithmic=positive, samples=samples,

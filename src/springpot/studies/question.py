@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -229,9 +230,8 @@ def _oscillator(numbers: Mapping[str, Any], places: Mapping[str, str]) -> System
 
 
 def _twice(names: Iterable[Any]) -> Any:
-    """The first name that occurs for the second time."""
-    before: set[Any] = set()
-    return next(name for name in names if name in before or before.add(name))  # type: ignore[func-returns-value]
+    """The first name that is there again."""
+    return next(name for name, count in Counter(names).items() if count > 1)
 
 
 def system_at(point: Mapping[str, Any], base: System) -> System:
@@ -302,16 +302,11 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
 
 def _read_system(given: object, folder: Path, title: str) -> System:
     """The system of a study, from a file of its own or a table; an error of that file is said as its own."""
-    if isinstance(given, str | Path):
-        place = folder / given
-        try:
-            return read_system(place)
-        except FileNotFoundError:
-            raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
-    if isinstance(given, Mapping):
-        return read_system(given)
+    place: Any = folder / given if isinstance(given, str | Path) else given
     try:
-        return checked_system(given)
+        return read_system(place) if isinstance(place, Path | Mapping) else checked_system(place)
+    except FileNotFoundError:
+        raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
     except TypeError as fault:
         hint = "In a file it is the place of the system's file, in quotes."
         raise FileError(f"{title} is not right: {fault} {hint}") from None
