@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.machine.arguments import LARGEST
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
+from springpot.problem.parts.checks import put
 
 __all__ = [
-    "FloatArray", "PointFault", "check_points", "column", "enough", "falls", "fixed", "frequencies", "positive", "rows",
+    "FloatArray", "PointFault", "check_number", "check_points", "column", "enough", "falls", "fixed", "frequencies",
+    "positive", "rows",
 ]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
@@ -130,6 +132,18 @@ def frequencies(values: object) -> FloatArray:
     enough(found, "frequency_hz")
     check_points(falls(found), found, "frequency_hz", "must be above the frequency before it, not {:g}.")
     return found
+
+
+def check_number(data: Any, name: str, **limits: Any) -> None:
+    """A number of the data, where it is given, is a finite one within limits, from here on a float.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none.
+    """
+    if (value := getattr(data, name)) is not None:
+        put(data, **{name: finite_number(value, name, **limits)})
 
 
 def enough(found: FloatArray, name: str) -> None:
