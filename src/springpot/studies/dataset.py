@@ -93,14 +93,10 @@ def _coordinates(study: Study) -> dict[str, Any]:
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can have a number, with the study's settings of Monte Carlo."""
-    given = {} if study.monte_carlo is None else study.monte_carlo.given()
-
-    def known(column: str) -> bool:
-        if not column.endswith("_error"):
-            return True
-        return "rtol" in given and is_controlled(bare(column))
-
-    return tuple(column for column in columns_of(method, study.system) if known(column))
+    names = columns_of(method, study.system)
+    if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
+        return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
+    return tuple(name for name in names if not name.endswith("_error"))
 
 
 def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, study: Study) -> dict[str, Any]:
@@ -123,11 +119,9 @@ def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, st
 
         walls = {"barrier": len(sources)} if of_walls else {}
         columns[column] = ((*shape, *walls), lazily(read, "f8", *walls.values()), attributes)
-    for name, read_all, kind, words in (
-        ("done", Results.done, "?", "whether there is an answer"),
-        ("said", Results.sentences, "O", "warnings, or why there is no answer"),
-    ):
-        columns[name] = (tuple(shape), lazily(read_all, kind), {"long_name": words})
+    columns["done"] = (tuple(shape), lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
+    reasons = {"long_name": "warnings, or why there is no answer"}
+    columns["said"] = (tuple(shape), lazily(Results.sentences, "O"), reasons)
     return columns
 
 
