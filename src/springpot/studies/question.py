@@ -133,15 +133,28 @@ class Study(Strict):
         From here on it has a system, and constants that are in each of its points.  What its parts refuse is said by
         the place in the file.  Their ranges are intervals, so the ends of each column are tried.
         """
-        if self.system is None:
-            self._constants = self.fixed.model_dump()
-            put(self, system=_oscillator(self._constants, {name: f"fixed.{name}" for name in self._constants}))
-            for name, (title, values) in self.columns.items():
-                place = f"axes.{name}" if name in self.axes else f"zipped.{title}.{name}"
-                for value in (min(values), max(values)):
-                    _oscillator({**self._constants, name: value}, {name: place})
-        elif "fixed" in self.model_fields_set:
-            raise ValueError("fixed is for oscillators: the system has its numbers, so change them there")
+        columns = [("axes", name, values) for name, values in self.axes.items()]
+        for title, part in self.zipped.items():
+            columns += [(f"zipped.{shown(title)[1:-1]}", name, values) for name, values in part.items()]
+        if self.system is not None:
+            if "fixed" in self.model_fields_set:
+                raise ValueError("fixed is for oscillators: the system has its numbers, so change them there")
+            for place, name, _ in columns:
+                try:
+                    check_number(self.system, name)
+                except ValueError as fault:
+                    raise ValueError(f"{place}: {fault}") from None
+            return
+        for place, name, _ in columns:
+            if name.startswith("parts"):
+                raise ValueError(f"{shown(name)} is a number of a system: name its file too, as system = 'device.toml'")
+            if name not in PARAMETERS:
+                raise ValueError(unknown_key(name, place, PARAMETERS))
+        self._constants = self.fixed.model_dump()
+        put(self, system=_oscillator(self._constants, {name: f"fixed.{name}" for name in self._constants}))
+        for place, name, values in columns:
+            for value in (min(values), max(values)):
+                _oscillator({**self._constants, name: value}, {name: f"{place}.{name}"})
 
     def _check_names(self) -> None:
         """Raise an error if a name of a method or quantity is there twice, or is not for this system."""
@@ -336,22 +349,3 @@ def _check_keys(content: Mapping[str, Any]) -> None:
         for key in table if isinstance(table, Mapping) else ():
             if key not in known:
                 raise FileError(unknown_key(key, place, known))
-    axes, zipped = [("axes", content.get("axes"))], content.get("zipped")
-    if isinstance(zipped, Mapping):
-        axes += [(f"zipped.{shown(title)[1:-1]}", columns) for title, columns in zipped.items()]
-    for place, table in axes:
-        for key in table if isinstance(table, Mapping) else ():
-            _check_axis(key, place, content.get("system"))
-
-
-def _check_axis(key: object, place: str, system: System | None) -> None:
-    """Raise an error if a number is not one of the system, or of the paper's oscillator if none is named."""
-    if system is not None:
-        try:
-            check_number(system, str(key))
-        except ValueError as fault:
-            raise FileError(f"{place}: {fault}") from None
-    elif str(key).startswith("parts"):
-        raise FileError(f"{shown(key)} is a number of a system: name its file too, as system = 'device.toml'.")
-    elif key not in PARAMETERS:
-        raise FileError(unknown_key(key, place, PARAMETERS))
