@@ -178,7 +178,7 @@ def test_a_thousand_hostile_messages_hurt_nobody(server: Server) -> None:
             assert (refused, closed) == (len(handfuls), len(huge))
             return refused, closed
 
-        throw(hostile_messages(200))  # what is imported and cached on the way is no leak
+        throw(hostile_messages(1000))  # what is imported and cached on the way is no leak
         before = server.memory()
         refused, closed = throw(hostile_messages(1000))
         assert refused > 40
