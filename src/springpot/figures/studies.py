@@ -68,7 +68,7 @@ def plot_study(
     }
     some = next(iter(parts.values()))
     content = json.loads(tree.attrs["study"])
-    known = _drawable(parts) if "system" in content else (*MOMENTS,)
+    known = _drawable(parts)
     names = list(content.get("quantities", ["amplitude_mean_square"]) if quantities is None else quantities)
     for name in names:
         if name not in known:
@@ -111,7 +111,7 @@ def plot_study(
 
 
 def _drawable(parts: Mapping[str, xarray.Dataset]) -> tuple[str, ...]:
-    """The quantities of a study of systems, with those of each wall by its name."""
+    """The quantities of a study, with those of each wall by its name."""
     found: dict[str, None] = {}
     for dataset in parts.values():
         for variable in map(str, dataset.data_vars):
