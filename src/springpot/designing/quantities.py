@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from springpot.evidence.recommendation import recommended
-from springpot.machine.faults import meant, shown
+from springpot.machine.faults import known_word
 from springpot.problem.system import System
 from springpot.theory import solve_all, solve_one
 from springpot.theory.registry import METHODS
@@ -72,10 +72,8 @@ def chosen_method(system: System, method: str | None) -> tuple[str, str]:
     ('envelope', '')
     """
     known = [*METHODS, "theory", MONTE_CARLO]
-    if method is not None and method not in known:
-        raise ValueError(
-            f"method must be one of {', '.join(known)}, not {shown(method)}{meant(str(method), known) or '.'}"
-        )
+    if method is not None:
+        known_word(method, known, "method")
     if method not in (None, "theory"):
         return str(method), ""
     answers, statements = solve_all(system)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
-from springpot.machine.faults import few, listed, meant, name_results, per_cent
+from springpot.machine.faults import known_word, listed, name_results, per_cent
 from springpot.machine.plain import plain
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
@@ -227,10 +227,7 @@ class Design:
         """
         if name is None and self._limits:
             name = self._limits[0].name
-        if name not in self.quantities:
-            raise ValueError(
-                f"name must be among {few(self.quantities)}, not {name}{meant(str(name), self.quantities) or '.'}"
-            )
+        name = known_word(name, self.quantities, "name", "must be among")
         own = [limit for limit in self._limits if limit.name == name]
         upper = not own or any(limit.upper for limit in own)
         if limits is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowe
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import few, meant, shown
+from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
@@ -131,12 +131,6 @@ def _checked_names(quantities: Sequence[str] | str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(given))
 
 
-def _check_known(names: Sequence[str], known: Mapping[str, object]) -> None:
-    for name in names:
-        if name not in known:
-            raise ValueError(f"quantities must be among {few(known)}, not {name}{meant(name, known) or '.'}")
-
-
 Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]
 """Quantities by name; by the name of a number the derivatives of all, their errors, and the gains; and doubts."""
 
@@ -145,7 +139,8 @@ def _by_theory(numbers: Numbers, names: tuple[str, ...], method: str, progress: 
     base, statement = theory_values(numbers.system, method)
     if not base:
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
-    _check_known(names, base)
+    for name in names:
+        known_word(name, base, "quantities", "must be among")
     unknown, derivatives, said = np.full(len(names), math.nan), {}, []
     for done, name in enumerate(numbers.values, start=1):
 
@@ -196,7 +191,8 @@ def _by_monte_carlo(
         return found
 
     base = simulated(numbers.system)
-    _check_known(names, base)
+    for name in names:
+        known_word(name, base, "quantities", "must be among")
     if motion_of(numbers.system).struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     derivatives = {}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
-from springpot.machine.faults import few, meant, shown
+from springpot.machine.faults import few, known_word, meant, shown
 
 __all__ = ["Cost", "Limit", "Space", "check_names", "checked_cost", "checked_limits", "cost_of", "name_of"]
 
@@ -172,9 +172,7 @@ def checked_cost(minimize: object, free: Mapping[str, Free], known: Sequence[str
             f"minimize must be the name of a quantity or of a free number, or a function, not {shown(minimize)}."
         )
     names = [*free, *known]
-    if minimize not in names:
-        raise ValueError(f"minimize must be among {few(names)}, not {minimize}{meant(minimize, names) or '.'}")
-    return minimize
+    return known_word(minimize, names, "minimize", "must be among")
 
 
 def cost_of(cost: Cost, values: Mapping[str, float]) -> float:

@@ -209,12 +209,10 @@ def compare(
 
 def _usual_quantities(system: System, best: Recommendation) -> tuple[str, ...]:
     energy = "amplitude_mean_square" if system.natural_frequency > 0.0 else "v_mean_square"
-    return (energy, "x_mean") if _has_a_mean(best.answers.get(best.guess)) else (energy,)
-
-
-def _has_a_mean(answer: Result | None) -> bool:
-    """Whether the mean is large enough, against the spread, for a relative error of it to make sense."""
-    return answer is not None and abs(answer.moments.x_mean) > 0.1 * math.sqrt(answer.moments.x_mean_square)
+    guess = best.answers.get(best.guess)
+    # of a mean that is small against the spread a relative error makes no sense
+    has_mean = guess is not None and abs(guess.moments.x_mean) > 0.1 * math.sqrt(guess.moments.x_mean_square)
+    return (energy, "x_mean") if has_mean else (energy,)
 
 
 def observe(system: System, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None) -> Run:

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.evidence.cells import cell_of
-from springpot.machine.faults import NotCoveredError, listed, shown
+from springpot.machine.faults import NotCoveredError, known_word, listed
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
@@ -180,9 +180,7 @@ def trust(system: System, method: str) -> Trust:
     True
     """
     atlas, here, applies = place_of(checked_system(system))
-    if method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {shown(method)}.")
-    method = "averaging" if method == "averaging_printed" else method
+    method = "averaging" if known_word(method, METHODS, "method") == "averaging_printed" else method
     limits = {name: atlas.good[name] for name in atlas.judged if here is None or exists(name, here)}
     known = method in atlas.methods
     columns = read_map(atlas.file)

@@ -56,7 +56,8 @@ def python_of(system: System, file: str, asked: Problem) -> str:
     elif system.of(RecordedExcitation):
         made = f'system = sp.read_system("{file}")'
     else:
-        parts = "\n".join(f"    {name}={_made(part)}," for name, part in system.named())
+        written = "\n".join(f"    {name}={part!r}," for name, part in system.named())
+        parts = re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", written)  # parts of a part too
         made = f"system = sp.System(\n{parts}\n)"
     return f"""\
 import springpot as sp
@@ -70,8 +71,3 @@ for method, answer in answers.items():
 for method, statement in statements.items():
     print(f"{{method}}: {{statement}}")
 """
-
-
-def _made(part: object) -> str:
-    """A part as a program makes it; parts of a part too."""
-    return re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", repr(part))

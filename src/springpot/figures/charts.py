@@ -10,6 +10,7 @@ import numpy as np
 from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
 from springpot.figures.style import MOMENT_WORDS, panel
 from springpot.figures.sweeps import PARAMETER_LABELS
+from springpot.machine.faults import known_word
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Springpot
 
@@ -64,8 +65,7 @@ def plot_design_chart(
     """
     from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-    if quantity not in MOMENT_WORDS:
-        raise ValueError(f"quantity must be one of {', '.join(MOMENT_WORDS)}, not {quantity!r}.")
+    known_word(quantity, MOMENT_WORDS, "quantity")
     wall = Barrier(position, restitution, side="above")
     orders = np.linspace(*ORDERS, FINE)
     strengths = np.geomspace(*COEFFICIENTS, FINE)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, paper_of, recorded, results
 from springpot.figures.designs import Design, design_at
 from springpot.figures.sweeps import MOMENTS
+from springpot.machine.faults import known_word
 from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import Averaging, Result
 
@@ -67,8 +68,7 @@ def plot_transient(
     >>> axes.lines[0].get_ydata().round(3)
     array([0.   , 1.179, 2.   ])
     """
-    if quantity not in _OF_PATHS:
-        raise ValueError(f"quantity must be one of {', '.join(_OF_PATHS)}, not {quantity!r}.")
+    known_word(quantity, _OF_PATHS, "quantity")
     design, times = design_at(data, at, ax, color, label, "when")
     if data is not None:
         paper, time, x, v = _from_rest(data)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, recorded
 from springpot.figures.designs import design_at, from_zero
+from springpot.machine.faults import known_word
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,8 +69,7 @@ def plot_density(
     >>> sp.figures.plot_density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
     'density (s/m)'
     """
-    if quantity not in DENSITIES:
-        raise ValueError(f"quantity must be one of {', '.join(DENSITIES)}, not {quantity!r}.")
+    known_word(quantity, DENSITIES, "quantity")
     design, place = design_at(data, at, ax, color, label)
     ax = design.ax
     across, up = DENSITIES[quantity]

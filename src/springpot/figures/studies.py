@@ -10,6 +10,7 @@ import numpy as np
 
 from springpot.figures.style import COLORS, METHOD_LINES, bars, method_label, named, new_grid
 from springpot.figures.sweeps import MOMENTS, PARAMETER_LABELS
+from springpot.machine.faults import known_word
 
 if TYPE_CHECKING:
     import xarray
@@ -71,8 +72,7 @@ def plot_study(
     known = _drawable(parts)
     names = list(content.get("quantities", ["amplitude_mean_square"]) if quantities is None else quantities)
     for name in names:
-        if name not in known:
-            raise ValueError(f"quantities must be among {', '.join(known)}, not {name!r}.")
+        known_word(name, known, "quantities", "must be among")
     if kind not in (None, "curves", "map"):
         raise ValueError(f"kind must be 'curves' or 'map', not {kind!r}.")
     dimensions = [str(dimension) for dimension in some["done"].dims if dimension != "theory"]

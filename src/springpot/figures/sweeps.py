@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, as_dataset, paper_of
 from springpot.figures.designs import next_design
 from springpot.figures.style import MOMENT_WORDS, bars, method_curve, panel
+from springpot.machine.faults import known_word
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System, checked_system
@@ -97,10 +98,8 @@ def plot_against(
     >>> axes.lines[0].get_ydata().round(3)
     array([4.25 , 2.296, 1.   ])
     """
-    if parameter not in PARAMETER_LABELS:
-        raise ValueError(f"parameter must be one of {', '.join(PARAMETER_LABELS)}, not {parameter!r}.")
-    if quantity not in MOMENTS:
-        raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
+    known_word(parameter, PARAMETER_LABELS, "parameter")
+    known_word(quantity, MOMENTS, "quantity")
     ax = panel(ax)
     design = next_design(ax, color)
     color = design.color

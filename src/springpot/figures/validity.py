@@ -12,6 +12,7 @@ import numpy as np
 
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, read_map
 from springpot.figures.style import MOMENT_WORDS, method_label, new_grid, panel
+from springpot.machine.faults import known_word
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,9 +92,8 @@ def plot_gaps(
 
 
 def _check(method: str, moment: str, atlas: Map) -> None:
-    if method not in atlas.methods or moment not in atlas.good:
-        known = f"method must be one of {', '.join(atlas.methods)} and moment one of {', '.join(atlas.good)}"
-        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
+    known_word(method, atlas.methods, "method")
+    known_word(moment, atlas.good, "moment")
 
 
 def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
@@ -133,11 +133,8 @@ def plot_gaps_of_methods(
     >>> len(plot_gaps_of_methods("x_mean", "restitution").axes) > 20
     True
     """
-    if moment not in PAPER_MAP.good or along not in ("restitution", "position"):
-        raise ValueError(
-            f"moment must be one of {', '.join(PAPER_MAP.good)} and along 'restitution' or 'position', "
-            f"not {moment!r}, {along!r}."
-        )
+    known_word(moment, PAPER_MAP.good, "moment")
+    known_word(along, ("restitution", "position"), "along")
     cells = read_map(path)
     fixed, value, symbol = ("position", 0.0, "r") if along == "restitution" else ("restitution", 1.0, "b")
     columns = {
@@ -234,8 +231,7 @@ def plot_system_gaps_of_methods(
     >>> len(plot_system_gaps_of_methods("impact_rate").axes) > 7
     True
     """
-    if moment not in SYSTEMS_MAP.good:
-        raise ValueError(f"moment must be one of {', '.join(SYSTEMS_MAP.good)}, not {moment!r}.")
+    known_word(moment, SYSTEMS_MAP.good, "moment")
     cells = read_map(path)
     columns = {
         title: _chosen(cells, _USUAL | dict(case))

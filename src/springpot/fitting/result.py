@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import listed, meant, name_results, shown
+from springpot.machine.faults import known_word, listed, name_results, shown
 from springpot.machine.plain import plain
 
 if TYPE_CHECKING:
@@ -408,10 +408,7 @@ class Fit:
         return self._likelihood.coordinates.outer(self._best.u)
 
     def _place(self, name: str) -> int:
-        if name not in self.values:
-            near = meant(name, self.values) if isinstance(name, str) else ""
-            raise ValueError(f"name must be one of {listed([*self.values], 'or')}, not {shown(name)}{near}.")
-        return [*self.values].index(name)
+        return [*self.values].index(known_word(name, self.values, "name"))
 
 
 def _crossings(u: FloatArray, rise: FloatArray, level: float, best: float) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from decimal import Decimal
 from typing import TypeVar
 
 __all__ = [
-    "FileError", "Named", "NotCoveredError", "Stopped", "cause_of", "few", "listed", "meant",
+    "FileError", "Named", "NotCoveredError", "Stopped", "cause_of", "few", "known_word", "listed", "meant",
     "name_results", "nearest", "per_cent", "shown", "with_error",
 ]  # fmt: skip
 
@@ -111,6 +111,25 @@ def meant(word: str, names: Iterable[str]) -> str:
     """
     close = nearest(word, names)
     return f"; did you mean {close}?" if close else ""
+
+
+def known_word(word: object, names: Iterable[str], what: str, must: str = "must be one of") -> str:
+    """The word, if it is one of these names.
+
+    Raises
+    ------
+    ValueError
+        If it is not; the sentence says ``what`` it is, which names there are, and which was meant.
+
+    Examples
+    --------
+    >>> known_word("averaging", ["averaging", "envelope"], "method")
+    'averaging'
+    """
+    known = [*names]
+    if not isinstance(word, str) or word not in known:
+        raise ValueError(f"{what} {must} {few(known)}, not {shown(word)}{meant(str(word), known) or '.'}")
+    return word
 
 
 def nearest(word: str, names: Iterable[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import io
 import os
 import shutil
@@ -190,7 +191,7 @@ def write(path: str, content: bytes | memoryview, *, durable: bool = False, priv
     partial = os.path.join(folder, partial_name(name))
     for attempt in range(ATTEMPTS):
         try:
-            with open(partial, "wb", opener=_for_this_user if private else None) as file:
+            with open(partial, "wb", opener=functools.partial(os.open, mode=0o600) if private else None) as file:
                 file.write(content)
                 if durable:
                     file.flush()
@@ -215,10 +216,6 @@ def netcdf_of(tree: DataTree, encoding: Mapping[str, Any] | None = None) -> memo
     content = io.BytesIO()
     tree.to_netcdf(content, engine="h5netcdf", encoding=encoding)
     return content.getbuffer()
-
-
-def _for_this_user(path: str, flags: int) -> int:
-    return os.open(path, flags, 0o600)
 
 
 def remove_orphans(folder: str, name: str = "") -> int:

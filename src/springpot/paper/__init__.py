@@ -80,12 +80,8 @@ def reproduce(
             if progress is not None:
                 progress(before + share * fraction, text)
 
-        if part == "fig1":
-            written += figures.fig1(folder)
-        elif part == "fig2":
-            written += figures.fig2(folder, threads=threads, progress=report)
-        else:
-            written += figures.errata(folder, threads=threads, progress=report)
+        how = {} if part == "fig1" else {"threads": threads, "progress": report}
+        written += getattr(figures, part)(folder, **how)
         before += share
         report(1.0, f"{part} is done", before=before, share=0.0)
     return written

@@ -71,26 +71,18 @@ def _balances(system: System) -> bool:
     return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
 
 
-def _has_spring(part: Part) -> bool:
-    return "stored" in part.powers and not isinstance(part, Constant)
-
-
-def _is_circuit(part: Part) -> bool:
-    return isinstance(part, PiezoelectricCircuit)
-
-
-def _is_soft(part: Part) -> bool:
-    return part.soft_stop is not None
-
-
-_SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring}
+_SPRINGS: dict[str, Any] = {
+    "when": "with springs", "of": lambda part: "stored" in part.powers and not isinstance(part, Constant),
+}  # fmt: skip
 _STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {
     "when": "with dashpots, arms, circuits or springpots of an order above 0", "of": _with("damping"),
 }  # fmt: skip
-_CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
-_SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
+_CIRCUITS: dict[str, Any] = {
+    "of": lambda part: isinstance(part, PiezoelectricCircuit), "where": lambda system: not system.of(ThermalNoise),
+}  # fmt: skip
+_SOFT: dict[str, Any] = {"when": "with soft contacts", "of": lambda part: part.soft_stop is not None}
 _END: dict[str, Any] = {"controlled": False}
 _ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from springpot.machine.faults import shown
+from springpot.machine.faults import known_word
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import NoConvergenceError, NotCoveredError, Result
@@ -69,8 +69,7 @@ def solve_one(system: System, method: str) -> tuple[Result | None, str]:
     >>> round(result.x_mean, 2), statement
     (0.78, '')
     """
-    if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, not {shown(method)}.")
+    known_word(method, METHODS, "method")
     system = checked_system(system)
     if statement := METHODS[method].covers(system):
         return None, statement

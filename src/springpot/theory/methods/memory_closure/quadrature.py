@@ -46,7 +46,7 @@ def oscillating_weights(edges: FloatArray, frequency: FloatArray, order: int) ->
     True
     """
     x, w, to_nodes = _legendre(order)
-    half, centre = _halves(edges)
+    half, centre = np.diff(edges) / 2.0, (edges[1:] + edges[:-1]) / 2.0
     phase = np.multiply.outer(frequency, half)
     size = np.maximum(np.abs(phase), _SLOW)
     # Upward recurrence of the spherical Bessel functions: above _SLOW it loses three of sixteen digits at order 8.
@@ -99,7 +99,3 @@ def _legendre(order: int) -> tuple[FloatArray, FloatArray, ComplexArray]:
     n = np.arange(order)
     to_nodes = (np.polynomial.legendre.legvander(x, order - 1) * ((2 * n + 1) * 1j**n) * w[:, None]).T
     return x, w, np.ascontiguousarray(to_nodes, dtype=np.complex128)
-
-
-def _halves(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return np.diff(edges) / 2.0, (edges[1:] + edges[:-1]) / 2.0

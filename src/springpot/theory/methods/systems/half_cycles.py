@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.faults import NotCoveredError, few, shown
+from springpot.machine.faults import NotCoveredError, known_word
 from springpot.problem.parts import (
     Barrier,
     Dashpot,
@@ -129,9 +129,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         chain, scales = self._stationary_law()
         u = real_array(speed, "speed") / scales.speed
         walls = dict(zip(self.system.stops, self.system.of(Barrier), strict=True))
-        if wall not in walls:
-            raise ValueError(f"wall must be one of {few(walls)}, not {shown(wall)}.")
-        found = _impacts(chain, walls[wall], scales)
+        found = _impacts(chain, walls[known_word(wall, walls, "wall")], scales)
         if found is None or not found.speeds.size:
             raise ValueError(f"wall {wall!r} has no density of speeds: it is struck never, or infinitely often.")
         return np.asarray(np.interp(u, found.speeds, found.density, left=0.0, right=0.0) / scales.speed)
