@@ -8,10 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
-from springpot.machine.faults import listed, meant, nearest, shown
-from springpot.problem.parts import Mass, ThermalNoise
+import numpy as np
+
+from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
+from springpot.problem.coordinates import Coordinates
+from springpot.problem.parts import Mass, ParametricNoise, ThermalNoise
 from springpot.problem.parts.checks import plain
-from springpot.problem.parts.registration import Part, kind_of
+from springpot.problem.parts.registration import Element, Part, kind_of
+from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
@@ -62,13 +66,14 @@ def usual_names(kinds: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True, init=False)
 class System:
-    """One mass on one coordinate x, with the parts that act on it.
+    """One mass on one coordinate x, or several, with the parts that act on them.
 
     Parameters
     ----------
     *parts
         The parts, of `springpot.problem.parts`.  With a `Mass` they are in SI units; without one, everything is per
-        unit mass.
+        unit mass.  Several masses have names, ``at=``; parts say which they are `between`, excitations which they are
+        `on`.
     **named
         More parts, with names of your own.  A part without one is called by its kind, with a number where there are
         several: ``barrier_1``, ``barrier_2``.
@@ -95,6 +100,15 @@ class System:
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
     >>> device.natural_frequency
     20.0
+
+    An instrument on a panel, which shakes:
+
+    >>> pair = System(
+    ...     Mass(5.0, at="panel"), Mass(0.4, at="box"), Spring(8e4, between=("ground", "panel")),
+    ...     Spring(900.0, between=("panel", "box")), WhiteNoise(2.0, on="panel"),
+    ... )
+    >>> pair.coordinates.elongations["spring_2"].tolist()
+    [-1.0, 1.0]
     """
 
     parts: tuple[Any, ...]
@@ -137,14 +151,45 @@ class System:
         return bool(self.of(Mass))
 
     @property
+    def points(self) -> tuple[str, ...]:
+        """The names of its masses; ``("mass",)`` of a single one without a name."""
+        return tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """The points, their masses, and the row of numbers of each part."""
+        masses = np.array([mass.value for mass in self.of(Mass)] or [1.0])
+        axes = {"ground": np.zeros(masses.size), **dict(zip(self.points, np.eye(masses.size), strict=True))}
+        axes.setdefault("mass", axes[self.points[0]])
+        elongations, forces = {}, {}
+        for name, part in self.named():
+            if isinstance(part, Element):
+                first, second = part.between or ("ground", self.points[0])
+                elongations[name] = axes[second] - axes[first]
+            elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise):
+                forces[name] = -masses if part.of_ground else axes[getattr(part, "on", "mass")]
+        return Coordinates(self.points, masses, elongations, forces)
+
+    @property
     def mass(self) -> float:
-        """m in kg, which the ground accelerates; 1 without a `Mass`."""
+        """m in kg, which the ground accelerates; 1 without a `Mass`.
+
+        Raises
+        ------
+        NotCoveredError
+            If there are several masses, as for all that has one coordinate x.
+        """
+        if len(self.points) > 1:
+            raise NotCoveredError(
+                f"one mass is needed, and the system has {len(self.points)}: {listed([*self.points])}. `simulate` and "
+                "`theory.linear` take several."
+            )
         return next((mass.value for mass in self.of(Mass)), 1.0)
 
     @property
     def inertia(self) -> float:
         """The mass, and what other parts add to the inertia of the motion, in kg; in units of the mass without one."""
-        whole: float = sum(part.inertia for part in self.parts) + (0.0 if self.has_mass else 1.0)
+        whole: float = self.mass + sum(part.inertia for part in self.parts if not isinstance(part, Mass))
         return whole
 
     @cached_property
@@ -280,31 +325,68 @@ def _check_together(system: System) -> None:
         raise ValueError(f"a system must have at most {MOST_PARTS} parts, not {len(system.parts)}.")
     if (contacts := len(system.of(SoftStop))) > MOST_CONTACTS:
         raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {contacts}.")
-    if len(system.of(Mass)) > 1:
-        raise ValueError(
-            "a system must have one Mass at most, for it has one coordinate. Two equal masses that strike each other "
-            "are one coordinate: see 'Two structures that pound each other' in docs/gallery/plot_41_pounding.py."
-        )
     if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
-    _check_walls(system)
+    _check_ends(system)
     for name, part in system.named():
         if name in OF_THE_WHOLE:
             result = f"{name}_{OF_THE_WHOLE[name]}"
             raise ValueError(f"{name} cannot be the name of a part, for {result} is a result of the whole system.")
         if name == "barrier" and system.stops and not isinstance(part, Stop):
             raise ValueError("barrier cannot be the name of this part: results of all walls together are called so.")
-    if ends := system.potential.open_ends():
-        raise ValueError(
-            f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
-            "stiffening spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
-        )
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
     if system.of(ThermalNoise):
         for name, part in system.named():
             if not part.is_thermal:
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
+    if len(system.points) == 1:
+        _check_motion(system)
+
+
+def _check_ends(system: System) -> None:
+    """That the masses have names where there are several, and every part is between, or on, one of them."""
+    masses, points = system.of(Mass), system.points
+    if len(masses) > 1 and not all(mass.at for mass in masses):
+        raise ValueError(
+            f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts are "
+            "between and excitations are on."
+        )
+    for point in points:
+        if points.count(point) > 1:
+            raise ValueError(f"{point} is the name of two masses: give one of them another name.")
+    for name, part in system.named():
+        if isinstance(part, Element):
+            _check_between(name, part, points)
+        elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
+            known = ("mass", "ground", *points) if len(points) == 1 else ("ground", *points)
+            if on not in known:
+                near = meant(on, known) or "."
+                raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
+
+
+def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
+    known = ("ground", *points)
+    if part.between is None:
+        if len(points) > 1:
+            raise ValueError(f"{name} must say between which masses it acts, as between=({known[0]!r}, {known[1]!r}).")
+        return
+    for end in part.between:
+        if end not in known:
+            near = meant(end, known) or f"; there are {listed([*known])}."
+            raise ValueError(f"{name} is between {end!r}, which is no mass{near}")
+    if len(points) == 1 and part.between[0] != "ground":
+        raise ValueError(f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground.")
+
+
+def _check_motion(system: System) -> None:
+    """What only the whole of one mass can know: that its potential holds it, and its walls leave room."""
+    _check_walls(system)
+    if ends := system.potential.open_ends():
+        raise ValueError(
+            f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
+            "stiffening spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
+        )
     if system.inertia != 1.0:
         try:
             _ = system.per_unit_mass

@@ -12,6 +12,9 @@ from springpot.machine.faults import listed, meant, shown
 __all__ = ["Checked", "check_names", "coefficients", "plain", "put", "real", "signed"]
 
 
+_UNSAID = (("between", None), ("at", ""))  # what is said only where there are several masses
+
+
 class Checked:
     """What every part and law is: it says which argument was meant where it is given one that it does not have.
 
@@ -53,7 +56,8 @@ def plain(value: Any, *, free: bool = False) -> Any:
     {'law': 'power', 'restitution': 0.7, 'speed': 0.1, 'exponent': 0.25}
     """
     if isinstance(value, Checked):
-        return value.tag | {own.name: plain(getattr(value, own.name), free=free) for own in fields(value)}  # type: ignore[arg-type]
+        numbers = {own.name: plain(getattr(value, own.name), free=free) for own in fields(value)}  # type: ignore[arg-type]
+        return value.tag | {name: number for name, number in numbers.items() if (name, number) not in _UNSAID}
     if isinstance(value, tuple):
         return tuple(plain(item, free=free) for item in value)
     if free and isinstance(value, Free):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put, real
-from springpot.problem.parts.registration import Number, Part
+from springpot.problem.parts.registration import Number, Part, Point
 from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
 
 __all__ = [
@@ -27,9 +27,9 @@ __all__ = [
     "WhiteNoise",
 ]  # fmt: skip
 
-On = Literal["mass", "ground"]
-"""A force on the mass, or an acceleration a of the ground: x is then the displacement relative to the ground, and the
-force is -m a."""
+On = Point
+"""A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is then
+the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
 
 
@@ -38,7 +38,7 @@ class Excitation(Part, abstract=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if (on := getattr(self, "on", "mass")) not in ("mass", "ground"):
+        if not isinstance(on := getattr(self, "on", "mass"), str) or not on.isidentifier():
             raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")
 
     def words(self, name: str, unit: Units) -> str:

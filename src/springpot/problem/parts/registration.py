@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, Self, get_origin, get_type_hints
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, ClassVar, Literal, Self, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import listed
+from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, put
 
 __all__ = [
-    "Number", "Part", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
+    "Element", "Ends", "Number", "Part", "Point", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
     "unit_times",
 ]  # fmt: skip
 
@@ -26,6 +26,11 @@ of its own, taken from the motion, fed in or of either sign; fed in, with a mean
 Range = Literal["positive", "unsigned", "signed", "share", "order", "exponent"]
 Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
+
+Ends = tuple[str, str] | None
+"""The two masses between which a part acts, or the ground and a mass; not given, the ground and the one mass."""
+Point = Annotated[str, "the name of a mass"]
+_NAMES = (Ends, Point)
 
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
 _WORD = re.compile(r"([A-Za-z]+)(?:\^(-?[a-z]+)|(-?\d+))?")
@@ -225,12 +230,12 @@ def stated_numbers(kind: type) -> dict[str, Any]:
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
-        plain = get_origin(hint) in (Literal, Callable) or (isinstance(hint, type) and issubclass(hint, Checked))
+        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or (isinstance(hint, type) and issubclass(hint, Checked))
         if not said and not plain and get_origin(hint) is not ClassVar:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."
             )
-        if get_origin(hint) is not ClassVar:
+        if get_origin(hint) is not ClassVar and hint not in _NAMES:
             found[name] = said[0] if said else None
     return found
 
@@ -395,6 +400,39 @@ class Part(Checked):
             return lambda value: value * share**power
         divisor = mass**power
         return lambda value: value / divisor
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element(Part, abstract=True):
+    """A part with two ends: its displacement is that of the second end less that of the first, its elongation.
+
+    Attributes
+    ----------
+    between : tuple of str, optional
+        The names of the two masses, or ``"ground"`` and that of a mass.  It is not needed where there is one mass.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> Spring(80.0, between=("panel", "box")).between
+    ('panel', 'box')
+    """
+
+    between: Ends = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.between is not None:
+            put(self, between=_ends(self.between))
+
+
+def _ends(given: object) -> tuple[str, str]:
+    if not isinstance(given, tuple | list) or len(given) != 2 or not all(isinstance(end, str) for end in given):
+        raise TypeError(f"between must be the names of two ends, as ('ground', 'box'), not {shown(given)}.")
+    first, second = given
+    if first == second:
+        raise ValueError(f"between must be two different ends, not {first!r} twice.")
+    return first, second
 
 
 _ENTRIES = ("said", "glyph", "powers", "is_linear", "remembers", "dissipates", "is_thermal", "is_odd")

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import signed
-from springpot.problem.parts.registration import Number, Part, Slopes
+from springpot.problem.parts.registration import Element, Number, Part, Slopes
 from springpot.problem.parts.springs import Spring
 
 __all__ = ["FractionalMaxwell", "Maxwell", "Springpot", "resonance"]
@@ -18,7 +18,7 @@ _ROUNDS, _SETTLED = 500, 1e-14  # of the resonance
 
 
 @dataclass(frozen=True)
-class Springpot(Part):
+class Springpot(Element):
     """The element with power-law memory: a force C D^alpha x.
 
     Parameters
@@ -90,7 +90,7 @@ _IN_SERIES = {
 
 
 @dataclass(frozen=True)
-class FractionalMaxwell(Part):
+class FractionalMaxwell(Element):
     """A springpot and a spring in series: the arm of the fractional Zener model.
 
     Parameters
@@ -148,7 +148,7 @@ class FractionalMaxwell(Part):
 
 
 @dataclass(frozen=True)
-class Maxwell(Part):
+class Maxwell(Element):
     """A spring and a dashpot in series.
 
     Parameters
