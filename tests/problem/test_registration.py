@@ -10,7 +10,7 @@ import pytest
 
 import springpot as sp
 from springpot.problem.parts.registration import Number, Part, Power, in_words
-from springpot.problem.parts.walls import Restitution
+from springpot.problem.parts.walls import Restitution, SoftStop
 from springpot.problem.system import KINDS
 from tests.problem.test_numbers import SMOOTH, SOFT, WARM
 
@@ -64,12 +64,25 @@ def _order(part: Part) -> list[str]:
     return [name for number, _ in part.slopes(1.0) for name, value in _values(part).items() if value == number]
 
 
+_YES_OR_NO = ("is_linear", "remembers", "dissipates", "is_thermal", "is_odd")
+
+
 def test_what_a_class_forgets_is_named_when_it_is_made() -> None:
     with pytest.raises(TypeError, match="Half must state glyph and is_odd, as every part does"):
 
         class Half(Part):
             said, powers = "half", ("damping",)
             is_linear, remembers, dissipates, is_thermal = True, False, True, True
+
+    whole = {"said": "half", "glyph": "spring", **dict.fromkeys(_YES_OR_NO, False), "__annotations__": {}}
+    for family, powers, words in (
+        (Part, ("inertia",), "must state inertia"),
+        (Part, ("stored",), "must state force_coefficients"),
+        (SoftStop, ("stop",), "must state soft_stop"),
+        (Part, ("lost",), "powers must be of inertia, stored, .* not lost"),
+    ):
+        with pytest.raises(TypeError, match=words):
+            type("Half", (family,), {**whole, "powers": powers})
 
     with pytest.raises(TypeError, match=r"Bare\.stiffness must say its symbol, words and unit"):
 

@@ -197,7 +197,7 @@ class System:
         """The same motion with every part divided by the inertia; forces of the ground are forces on the mass."""
         share = self.mass / self.inertia
         return System(**{
-            name: part.per_mass(self.inertia, share) for name, part in self.named() if "inertia" not in part.powers
+            name: part.alone().per_mass(self.inertia, share) for name, part in self.named() if "inertia" not in part.powers
         })  # fmt: skip
 
     @cached_property

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Checked", "check_names", "coefficients", "plain", "put", "real", "signed"]
-
-
-_UNSAID = (("between", None), ("at", ""))  # what is said only where there are several masses
+__all__ = ["Checked", "check_names", "coefficients", "fields_of", "is_said", "plain", "put", "real", "signed"]
 
 
 class Checked:
@@ -29,8 +26,25 @@ class Checked:
     tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
     def __new__(cls, *_: object, **given: object) -> Self:
-        check_names(cls.__name__, given, [field.name for field in fields(cls)])  # type: ignore[arg-type]
+        check_names(cls.__name__, given, [field.name for field in fields_of(cls)])
         return super().__new__(cls)
+
+
+def fields_of(kind: type[Checked]) -> list[Field[Any]]:
+    """The fields of a kind of part or law; last what is said only where there are several masses, with ``repr=False``.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> [own.name for own in fields_of(Spring)]
+    ['stiffness', 'between']
+    """
+    return sorted(fields(kind), key=lambda own: not own.repr)  # type: ignore[arg-type]
+
+
+def is_said(own: Field[Any], part: object) -> bool:
+    """Whether a field is written: always, or where it is given."""
+    return own.repr or getattr(part, own.name) != own.default
 
 
 def check_names(title: str, given: Iterable[str], known: list[str]) -> None:
@@ -56,8 +70,8 @@ def plain(value: Any, *, free: bool = False) -> Any:
     {'law': 'power', 'restitution': 0.7, 'speed': 0.1, 'exponent': 0.25}
     """
     if isinstance(value, Checked):
-        numbers = {own.name: plain(getattr(value, own.name), free=free) for own in fields(value)}  # type: ignore[arg-type]
-        return value.tag | {name: number for name, number in numbers.items() if (name, number) not in _UNSAID}
+        said = [own.name for own in fields_of(type(value)) if is_said(own, value)]
+        return value.tag | {name: plain(getattr(value, name), free=free) for name in said}
     if isinstance(value, tuple):
         return tuple(plain(item, free=free) for item in value)
     if free and isinstance(value, Free):

@@ -84,6 +84,7 @@ class PolynomialDashpot(Element):
     coefficients: Annotated[tuple[float, ...], Number("c", "v", "N", "signed", per="m s-1")]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         put(self, coefficients=coefficients(self.coefficients, 3, "They belong to v, v|v| and v^3."))
         last = [c for c in self.coefficients if c != 0.0][-1]
         if last < 0.0:

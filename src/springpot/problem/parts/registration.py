@@ -9,15 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, ClassVar, Literal, Self, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
-from springpot.problem.parts.checks import Checked, put
+from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Element", "Ends", "Number", "Part", "Point", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
-    "unit_times",
+    "Element", "Ends", "Number", "Part", "Point", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass",
+    "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
@@ -230,12 +230,13 @@ def stated_numbers(kind: type) -> dict[str, Any]:
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
-        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or (isinstance(hint, type) and issubclass(hint, Checked))
+        part_or_law = isinstance(hint, type) and issubclass(hint, Checked)
+        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or part_or_law
         if not said and not plain and get_origin(hint) is not ClassVar:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."
             )
-        if get_origin(hint) is not ClassVar and hint not in _NAMES:
+        if get_origin(hint) is not ClassVar:
             found[name] = said[0] if said else None
     return found
 
@@ -272,6 +273,7 @@ class Part(Checked):
     said: ClassVar[str]
     glyph: ClassVar[str]
     powers: ClassVar[tuple[Power, ...]]
+    beside: ClassVar[tuple[str, ...]] = ()  # what else a family of parts must state
 
     @property
     def is_linear(self) -> bool:
@@ -301,15 +303,24 @@ class Part(Checked):
     def __init_subclass__(cls, abstract: bool = False) -> None:
         if abstract:
             return
-        stored = ("force_coefficients",) if "stored" in getattr(cls, "powers", ()) else ()
-        missing = [name for name in (*_ENTRIES, *stored) if getattr(cls, name, None) is getattr(Part, name, None)]
+        powers = getattr(cls, "powers", ())
+        needed = (*_ENTRIES, *cls.beside, *(name for power, name in _OF_A_POWER.items() if power in powers))
+        missing = [name for name in needed if getattr(cls, name, None) is getattr(Part, name, None)]
         if missing:
             raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every part does.")
+        if wrong := {*powers} - {*get_args(Power)}:
+            raise TypeError(f"{cls.__name__}.powers must be of {listed(get_args(Power))}, not {listed(sorted(wrong))}.")
         cls.numbers = stated_numbers(cls)
+        cls.__repr__ = Part.__repr__  # type: ignore[method-assign]  # a dataclass does not replace one of the class itself
         Part.kinds[kind_of(cls)] = cls
 
     def __post_init__(self) -> None:
         check(self)
+
+    def __repr__(self) -> str:
+        """As a call; what is said only where there are several masses stands there where it is given."""
+        said = (f"{own.name}={getattr(self, own.name)!r}" for own in fields_of(type(self)) if is_said(own, self))
+        return f"{type(self).__qualname__}({', '.join(said)})"
 
     # what a part may have beside; a part that does not say so has none of it
 
@@ -354,6 +365,10 @@ class Part(Checked):
     def slopes(self, p: Any) -> Slopes:
         """The derivative of the modulus by each of its numbers that is in it."""
         return [(number, slope) for number, slope in ((self.linear_stiffness, 1.0), (self.linear_damping, p)) if number]
+
+    def alone(self) -> Self:
+        """The same part where there is one mass, which needs no name."""
+        return self
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -425,6 +440,10 @@ class Element(Part, abstract=True):
         if self.between is not None:
             put(self, between=_ends(self.between))
 
+    def alone(self) -> Self:
+        """Without its ends."""
+        return self if self.between is None else replace(self, between=None)
+
 
 def _ends(given: object) -> tuple[str, str]:
     if not isinstance(given, tuple | list) or len(given) != 2 or not all(isinstance(end, str) for end in given):
@@ -435,4 +454,5 @@ def _ends(given: object) -> tuple[str, str]:
     return first, second
 
 
+_OF_A_POWER = {"stored": "force_coefficients", "inertia": "inertia"}
 _ENTRIES = ("said", "glyph", "powers", "is_linear", "remembers", "dissipates", "is_thermal", "is_odd")

@@ -123,6 +123,7 @@ class FractionalMaxwell(Element):
     spring: Annotated[Spring, {"stiffness": Number("k", "spring", "N m-1")}]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not isinstance(self.springpot, Springpot):
             raise TypeError(f"springpot must be a Springpot, not {shown(self.springpot)}.")
         if not isinstance(self.spring, Spring):
@@ -131,6 +132,9 @@ class FractionalMaxwell(Element):
             raise ValueError(f"springpot must have an order and a coefficient above 0, not {shown(self.springpot)}.")
         if not self.spring.stiffness > 0.0:
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
+        for name, part in (("springpot", self.springpot), ("spring", self.spring)):
+            if part.between is not None:
+                raise ValueError(f"{name} must be without between in a series: FractionalMaxwell(..., between=...) has it.")
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -78,6 +78,7 @@ class PolynomialSpring(Element):
     coefficients: Annotated[tuple[float, ...], Number("k", "x", "N", "signed", per="m")]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         put(self, coefficients=coefficients(self.coefficients, _MOST_POWERS, _POWERS))
 
     @property
