@@ -9,13 +9,15 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
-from springpot.problem.coordinates import Coordinates
-from springpot.problem.parts import Mass, ParametricNoise, ThermalNoise
-from springpot.problem.parts.checks import plain
-from springpot.problem.parts.registration import Element, Part, kind_of
+from springpot.problem.coordinates import Coordinates, Floats
+from springpot.problem.matrices import parts_of_matrices
+from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, ThermalNoise
+from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Element, Part, kind_of
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
@@ -25,6 +27,8 @@ __all__ = ["KINDS", "System", "checked_system", "kind_of", "owners_of", "system_
 Kind = TypeVar("Kind")
 
 MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
+
+_ROUNDING = 1e-12
 
 OF_THE_WHOLE = {"damping": "power", "input": "power", "harvested": "power", "counted": "impact_rate"}
 """Names that no part may have, for the result of the whole system would have the same name as the part's."""
@@ -41,7 +45,7 @@ def owners_of(word: str) -> str:
     >>> owners_of("e"), owners_of("barier")
     ('; did you mean Barrier(restitution=...)?', '; did you mean Barrier(...)?')
     """
-    numbers = {kind: [*kind.numbers] for kind in KINDS.values()}
+    numbers = {kind: [own.name for own in fields_of(kind) if own.repr] for kind in KINDS.values()}
     name = nearest(word, [*KINDS, *(name for names in numbers.values() for name in names)])
     if not name:
         return ""
@@ -122,6 +126,48 @@ class System:
         object.__setattr__(self, "parts", (*parts, *named.values()))
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
+
+    @classmethod
+    def from_matrices(
+        cls,
+        mass: ArrayLike,
+        stiffness: ArrayLike,
+        damping: ArrayLike | None = None,
+        *,
+        names: Sequence[str] | None = None,
+    ) -> System:
+        """Masses, springs and dashpots from their matrices.
+
+        Each number off the diagonal is a spring or dashpot between two masses, and each sum of a row one to the ground;
+        those of 0 are left out.
+
+        Parameters
+        ----------
+        mass : array_like, shape (masses, masses)
+            Diagonal, in kg.
+        stiffness, damping : array_like, shape (masses, masses)
+            Symmetric, in N/m and N s/m.
+        names : sequence of str, optional
+            Of the masses; ``m1``, ``m2``, ... if they are left out.
+
+        Returns
+        -------
+        System
+            Without excitation: add it, and other parts, as ``System(*frame.parts, WhiteNoise(0.1, on="ground"))``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a matrix is not one, has another shape, is not symmetric, or that of the masses is not diagonal or
+            singular.
+
+        Examples
+        --------
+        >>> frame = System.from_matrices([[2.0, 0.0], [0.0, 1.0]], [[50.0, -20.0], [-20.0, 20.0]])
+        >>> frame.parts[2:]
+        (Spring(stiffness=30.0, between=('ground', 'm1')), Spring(stiffness=20.0, between=('m1', 'm2')))
+        """
+        return cls(*parts_of_matrices(mass, stiffness, damping, names))
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
@@ -340,8 +386,11 @@ def _check_together(system: System) -> None:
         for name, part in system.named():
             if not part.is_thermal:
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
+    _check_walls(system)
     if len(system.points) == 1:
-        _check_motion(system)
+        _check_alone(system)
+    else:
+        _check_held(system)
 
 
 def _check_ends(system: System) -> None:
@@ -358,11 +407,17 @@ def _check_ends(system: System) -> None:
     for name, part in system.named():
         if isinstance(part, Element):
             _check_between(name, part, points)
+        elif isinstance(part, ParametricNoise) and len(points) > 1:
+            raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
         elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
-            known = ("mass", "ground", *points) if len(points) == 1 else ("ground", *points)
-            if on not in known:
-                near = meant(on, known) or "."
-                raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
+            _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
+
+
+def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None:
+    known = [*dict.fromkeys([*(["mass"] if len(points) == 1 else []), *points, *(["ground"] if ground else [])])]
+    if on not in known:
+        near = meant(on, known) or "."
+        raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
 
 
 def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
@@ -374,14 +429,13 @@ def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
     for end in part.between:
         if end not in known:
             near = meant(end, known) or f"; there are {listed([*known])}."
-            raise ValueError(f"{name} is between {end!r}, which is no mass{near}")
+            raise ValueError(f"{name} is between {part.between[0]!r} and {part.between[1]!r}, but {end!r} is no mass{near}")
     if len(points) == 1 and part.between[0] != "ground":
         raise ValueError(f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground.")
 
 
-def _check_motion(system: System) -> None:
-    """What only the whole of one mass can know: that its potential holds it, and its walls leave room."""
-    _check_walls(system)
+def _check_alone(system: System) -> None:
+    """What only the whole of one mass can know: that its potential holds it, and that its numbers can be per unit mass."""
     if ends := system.potential.open_ends():
         raise ValueError(
             f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
@@ -394,17 +448,92 @@ def _check_motion(system: System) -> None:
             raise ValueError(f"the parts divided by the mass must be as without one: {fault}") from None
 
 
+def _check_held(system: System) -> None:
+    """That the energy of several masses does not fall without limit where one, or some of them, move."""
+    springs = {name: part.linear_stiffness for name, part in system.named() if isinstance(part, Element)}
+    values, ways = np.linalg.eigh(system.coordinates.sum_of(springs))
+    falling = ways.T[values < -_ROUNDING * np.abs(values).max()]
+    for way in (*np.eye(len(values)), *falling):
+        if _along(system, way).open_ends():
+            moving = [point for point, share in zip(system.points, way, strict=True) if abs(share) > 1e-6]
+            raise ValueError(
+                f"the potential must hold the masses, but it falls without limit where {listed(moving)} "
+                f"move{'s' if len(moving) == 1 else ''}: add a stiffer spring, a stiffening one or walls."
+            )
+
+
+def _along(system: System, way: Floats) -> Potential:
+    """The potential along a line through the origin, without constant forces."""
+    coefficients, sizes = np.zeros(10), np.zeros(10)
+    contacts: list[Contact] = []
+    low, high = -math.inf, math.inf
+    for name, row in system.coordinates.elongations.items():
+        part, stretch = dict(system.named())[name], float(row @ way)
+        if stretch == 0.0:
+            continue
+        force = np.array([c * stretch ** (n + 1) for n, c in enumerate(part.force_coefficients())])
+        coefficients[: len(force)] += force
+        sizes[: len(force)] += np.abs(force)
+        if isinstance(part, Stop):
+            stop = part if stretch > 0.0 else part.mirrored()
+            place = stop.position / abs(stretch)
+            if (soft := stop.soft_stop) is not None:
+                stiffness = soft.stiffness * abs(stretch) ** (soft.exponent + 1.0)
+                contacts.append(Contact(place, stiffness, soft.exponent, side=stop.side))
+            elif stop.side == "above":
+                low = max(low, place)
+            else:
+                high = min(high, place)
+    coefficients[np.abs(coefficients) <= _ROUNDING * sizes] = 0.0
+    return Potential(tuple(coefficients.tolist()), tuple(contacts), low, high)
+
+
 def _check_walls(system: System) -> None:
-    walls = [(name, stop) for name, stop in system.stops.items() if not isinstance(stop, SoftStop)]
-    for name, wall in walls:
-        for other, before in walls:
+    """That no wall is hidden by another one, and that they leave room."""
+    places = ("ground", *system.points)
+    pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]] = {}  # name, as it stands, and between ends in order
+    for name, stop in system.stops.items():
+        first, second = stop.between or ("ground", system.points[0])
+        turned = places.index(first) > places.index(second)
+        pair, oriented = ((second, first), stop.mirrored()) if turned else ((first, second), stop)
+        pairs.setdefault(pair, []).append((name, stop, oriented))
+    for (first, second), stops in pairs.items():
+        _check_pair(stops, "x" if len(places) == 2 else f"x_{second}" + (f" - x_{first}" if first != "ground" else ""))
+    if len(pairs) > 2:
+        _check_rounds(pairs)
+
+
+def _check_pair(stops: list[tuple[str, Stop, Stop]], x: str) -> None:
+    walls = [each for each in stops if not isinstance(each[1], SoftStop)]
+    for name, stop, wall in walls:
+        for other, seen, before in walls:
             hidden = (before.position - wall.position) * wall.inwards >= 0.0
             if other != name and before.side == wall.side and hidden:
-                raise ValueError(f"{name} at {wall.position:g} must not lie behind {other}, at {before.position:g}: "
+                raise ValueError(f"{name} at {stop.position:g} must not lie behind {other}, at {seen.position:g}: "
                                  "it would never be struck.")  # fmt: skip
-    low, high = system.potential.low, system.potential.high
+    low = max((wall.position for _, _, wall in walls if wall.side == "above"), default=-math.inf)
+    high = min((wall.position for _, _, wall in walls if wall.side == "below"), default=math.inf)
     if not low < high:
-        raise ValueError(f"the walls must leave room: x >= {low:g} and x <= {high:g} cannot both hold.")
-    for name, stop in system.stops.items():
-        if isinstance(stop, SoftStop) and (stop.position <= low if stop.side == "above" else stop.position >= high):
+        raise ValueError(f"the walls must leave room: {x} >= {low:g} and {x} <= {high:g} cannot both hold.")
+    for name, stop, soft in stops:
+        if isinstance(soft, SoftStop) and (soft.position <= low if soft.side == "above" else soft.position >= high):
             raise ValueError(f"{name} at {stop.position:g} must not lie behind a wall: it is never touched.")
+
+
+def _check_rounds(pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]]) -> None:
+    """That walls between several pairs leave room: around any round of masses the gaps must not add up to 0 or less."""
+    gaps: dict[tuple[str, str], tuple[float, tuple[str, ...]]] = {}  # the most that the second is ahead of the first
+    for (first, second), stops in pairs.items():
+        for name, _, wall in stops:
+            if not isinstance(wall, SoftStop):
+                way, most = ((first, second), wall.position) if wall.side == "below" else ((second, first), -wall.position)
+                gaps[way] = min(gaps.get(way, (math.inf, ())), (most, (name,)))
+    ends = [*dict.fromkeys(end for way in gaps for end in way)]
+    for through in ends:
+        for first in ends:
+            for second in ends:
+                if (first, through) in gaps and (through, second) in gaps:
+                    (one, names), (other, more) = gaps[first, through], gaps[through, second]
+                    if first == second and one + other <= 0.0:
+                        raise ValueError(f"the walls must leave room: {listed([*names, *more])} cannot all hold.")
+                    gaps[first, second] = min(gaps.get((first, second), (math.inf, ())), (one + other, (*names, *more)))
