@@ -62,7 +62,9 @@ def equation(system: System) -> Iterator[str]:
     excitations = [*_excitations(system)]
     for place, point in enumerate(system.points):
         left = [term for name, part in system.named() if (term := _term(system, name, part, place))]
-        right = [symbol for name, symbol, _ in excitations if system.coordinates.forces.get(name, _ONE)[place]]
+        pushes = [symbol for name, symbol, _ in excitations if system.coordinates.forces.get(name, _ONE)[place]]
+        own = "m" if len(system.points) == 1 else f"{system.coordinates.masses[place]:.6g}"
+        right = [symbol.replace("-m ", f"-{own} ") for symbol in pushes]
         sides = _some(left, ""), _some(right, " + ").replace("+ -", "- ") or "0"
         yield f"{_inertia(system, place, point)}{' = '.join(sides)}"
     yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
@@ -83,8 +85,10 @@ def _inertia(system: System, place: int, point: str) -> str:
 def _term(system: System, name: str, part: Part, place: int) -> str:
     """A part's force in the equation of one mass; the other way round for its first end."""
     term, row = "" if isinstance(part, Excitation) else part.term(), system.coordinates.elongations.get(name)
-    if row is None or not term or row[place] == 1.0:
-        return _with_ends(term, _elongation(system, name)) if row is None or row[place] else ""
+    if row is None or not term:
+        return term
+    if row[place] > 0.0:
+        return _with_ends(term, _elongation(system, name))
     if row[place] == 0.0:
         return ""
     if part.is_linear and _X.search(term):

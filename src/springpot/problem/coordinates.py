@@ -40,6 +40,33 @@ class Coordinates:
     elongations: Mapping[str, Floats]
     forces: Mapping[str, Floats]
 
+    def row(self, between: tuple[str, str] | None) -> Floats:
+        """The row of a part between two ends; not given, between the ground and the one mass.
+
+        Examples
+        --------
+        >>> Coordinates(("a", "b"), np.ones(2), {}, {}).row(("a", "b")).tolist()
+        [-1.0, 1.0]
+        """
+        first, second = between or ("ground", self.points[0])
+        return self._axis(second) - self._axis(first)
+
+    def push(self, on: str) -> Floats:
+        """The forces on the points per unit of a force on one mass, or of an acceleration of the ground.
+
+        Examples
+        --------
+        >>> Coordinates(("a", "b"), np.array([1.0, 2.0]), {}, {}).push("ground").tolist()
+        [-1.0, -2.0]
+        """
+        return -self.masses if on == "ground" else self._axis(on)
+
+    def _axis(self, end: str) -> Floats:
+        found = np.zeros(len(self.points))
+        if end != "ground":
+            found[self.points.index(end) if end in self.points else 0] = 1.0  # a mass alone is called mass too
+        return found
+
     def sum_of(self, numbers: Mapping[str, Any]) -> Any:
         """The matrix sum of number g g^T over parts with two ends, such as the stiffness matrix of their stiffnesses.
 

@@ -205,16 +205,15 @@ class System:
     def coordinates(self) -> Coordinates:
         """The points, their masses, and the row of numbers of each part."""
         masses = np.array([mass.value for mass in self.of(Mass)] or [1.0])
-        axes = {"ground": np.zeros(masses.size), **dict(zip(self.points, np.eye(masses.size), strict=True))}
-        axes.setdefault("mass", axes[self.points[0]])
-        elongations, forces = {}, {}
+        elongations: dict[str, Floats] = {}
+        forces: dict[str, Floats] = {}
+        found = Coordinates(self.points, masses, elongations, forces)
         for name, part in self.named():
             if isinstance(part, Element):
-                first, second = part.between or ("ground", self.points[0])
-                elongations[name] = axes[second] - axes[first]
+                elongations[name] = found.row(part.between)
             elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise):
-                forces[name] = -masses if part.of_ground else axes[getattr(part, "on", "mass")]
-        return Coordinates(self.points, masses, elongations, forces)
+                forces[name] = found.push(getattr(part, "on", "mass"))
+        return found
 
     @property
     def mass(self) -> float:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, meant
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System
@@ -14,6 +14,7 @@ from springpot.theory.walls import about_walls
 
 __all__ = [
     "MOMENTS",
+    "OF_A_POINT",
     "ROUNDED",
     "Moments",
     "NoConvergenceError",
@@ -21,6 +22,7 @@ __all__ = [
     "NotCoveredError",
     "Result",
     "moments_of",
+    "moments_of_points",
     "names_of_results",
     "no_answer",
 ]
@@ -38,6 +40,8 @@ MOMENTS = (
     "impact_speed_mean_square",
 )
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
+OF_A_POINT = ("x_mean", "x_mean_square", "v_mean_square")
+"""What there is of each of several masses, after its name."""
 _OF_A_WALL = ("impact_rate", "impact_speed_mean")
 
 
@@ -66,7 +70,8 @@ class Moments:
         Of the speed just before an impact, in m/s and m^2 s^-2; NaN without impacts.
     of_parts : dict
         ``<wall>_impact_rate`` and ``<wall>_impact_speed_mean`` of each wall and contact, by its name in the system;
-        ``harvested_power``, the mean power in the resistors of the circuits, in W (per kg without a `Mass`).
+        ``harvested_power``, the mean power in the resistors of the circuits, in W (per kg without a `Mass`).  Of
+        several masses all moments are here, by the names of points and parts, and those above are NaN.
     """
 
     amplitude_mean_square: float
@@ -93,7 +98,14 @@ def names_of_results(system: System) -> tuple[str, ...]:
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
     of_walls = (f"{wall}_{what}" for wall in system.stops for what in _OF_A_WALL)
-    return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+    of_all = MOMENTS if len(system.points) == 1 else _names_of_points(system)
+    return (*of_all, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+
+
+def _names_of_points(system: System) -> list[str]:
+    """Names of the numbers of several masses."""
+    of_points = [f"{point}_{what}" for point in system.points for what in OF_A_POINT]
+    return [*of_points, *(f"{name}_elongation_mean_square" for name in system.coordinates.elongations)]
 
 
 def moments_of(
@@ -129,6 +141,20 @@ def moments_of(
         impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
         of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(_OF_A_WALL) for wall, hit in walls.items()} | power,
     )
+
+
+def moments_of_points(system: System, found: Mapping[str, float], harvested: float | None = None) -> Moments:
+    """The moments of several masses, from those of points and parts by name.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("a", "b")))
+    >>> moments_of_points(pair, {"a_x_mean": 2.0})["a_x_mean"]
+    2.0
+    """
+    power = {} if harvested is None else {"harvested_power": harvested}
+    return Moments(*[math.nan] * len(MOMENTS), of_parts={**found, **power})
 
 
 @dataclass(frozen=True)
@@ -197,9 +223,10 @@ class Result:
         return {name: found[name] for name in names_of_results(self.system)}
 
     def __getattr__(self, name: str) -> float:
-        if name in MOMENTS or (not name.startswith("_") and name in names_of_results(self.system)):
+        if not name.startswith("_") and name in names_of_results(self.system):
             return self.moments[name]
-        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        near = meant(name, names_of_results(self.system)) if name in MOMENTS else ""
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{near}")
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *names_of_results(self.system)})
@@ -214,7 +241,7 @@ class Result:
             None.  Without a stationary state every moment is None and ``statement`` says why.
         """
         if isinstance(self.stationary, str):
-            numbers = no_answer(self.stationary)
+            numbers = no_answer(self.stationary, names_of_results(self.system))
         else:
             numbers = {name: None if math.isnan(value) else value for name, value in self.numbers.items()}
         return {**numbers, **self._more(), "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
@@ -224,7 +251,7 @@ class Result:
         return {}
 
 
-def no_answer(statement: str) -> dict[str, object]:
+def no_answer(statement: str, names: Sequence[str] = MOMENTS) -> dict[str, object]:
     """Every moment as None, and the sentence that says why.
 
     Examples
@@ -232,4 +259,4 @@ def no_answer(statement: str) -> dict[str, object]:
     >>> no_answer("Nothing to say.")["statement"]
     'Nothing to say.'
     """
-    return {**dict.fromkeys(MOMENTS, None), "statement": statement}
+    return {**dict.fromkeys(names, None), "statement": statement}
