@@ -22,7 +22,7 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
 
-__all__ = ["KINDS", "System", "checked_system", "kind_of", "owners_of", "system_of", "usual_names"]
+__all__ = ["KINDS", "System", "check_single", "checked_system", "kind_of", "owners_of", "system_of", "usual_names"]
 
 Kind = TypeVar("Kind")
 
@@ -224,11 +224,7 @@ class System:
         NotCoveredError
             If there are several masses, as for all that has one coordinate x.
         """
-        if len(self.points) > 1:
-            raise NotCoveredError(
-                f"one mass is needed, and the system has {len(self.points)}: {listed([*self.points])}. `simulate` and "
-                "`theory.linear` take several."
-            )
+        check_single(self)
         return next((mass.value for mass in self.of(Mass)), 1.0)
 
     @property
@@ -325,6 +321,26 @@ def checked_system(given: object, name: str = "system", wanted: str = "a System"
     if not isinstance(given, System):
         raise TypeError(f"{name} must be {wanted}, not {shown(given)}.")
     return given
+
+
+def check_single(system: System) -> None:
+    """Refuse several masses, at the doors of what covers one.
+
+    Raises
+    ------
+    NotCoveredError
+        If there are several.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> check_single(System(Spring(80.0)))
+    """
+    if len(points := system.points) > 1:
+        raise NotCoveredError(
+            f"one mass is needed, and the system has {len(points)}, {listed(points)}: only `simulate` and "
+            "`theory.linear` take several."
+        )
 
 
 def system_of(model: object, name: str = "system") -> System:

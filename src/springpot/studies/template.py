@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
 from springpot.problem.parts import Mass
-from springpot.problem.system import System
+from springpot.problem.system import System, check_single
 from springpot.studies.columns import scalars_of
 from springpot.studies.tables import ALL_METHODS
 from springpot.theory.registry import METHODS
@@ -92,6 +92,7 @@ def of_system(device: System) -> dict[str, str]:
     >>> words["methods"]  # nothing dissipates, so no theory has an answer
     '"monte_carlo"'
     """
+    check_single(device)
     numbers = numbers_of(device)
     usable = [name for name in numbers if _varies(device, name)]
     heavy = {name for name, part in device.named() if isinstance(part, Mass)}

@@ -23,6 +23,7 @@ __all__ = [
     "Result",
     "moments_of",
     "moments_of_points",
+    "names_of_moments",
     "names_of_results",
     "no_answer",
 ]
@@ -98,12 +99,13 @@ def names_of_results(system: System) -> tuple[str, ...]:
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
     of_walls = (f"{wall}_{what}" for wall in system.stops for what in _OF_A_WALL)
-    of_all = MOMENTS if len(system.points) == 1 else _names_of_points(system)
-    return (*of_all, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+    return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
-def _names_of_points(system: System) -> list[str]:
-    """Names of the numbers of several masses."""
+def names_of_moments(system: System) -> Sequence[str]:
+    """Names of the moments of the one mass, or of each of several and of the parts between them."""
+    if len(system.points) == 1:
+        return MOMENTS
     of_points = [f"{point}_{what}" for point in system.points for what in OF_A_POINT]
     return [*of_points, *(f"{name}_elongation_mean_square" for name in system.coordinates.elongations)]
 
@@ -241,7 +243,7 @@ class Result:
             None.  Without a stationary state every moment is None and ``statement`` says why.
         """
         if isinstance(self.stationary, str):
-            numbers = no_answer(self.stationary, names_of_results(self.system))
+            numbers = no_answer(self.stationary, names_of_moments(self.system))
         else:
             numbers = {name: None if math.isnan(value) else value for name, value in self.numbers.items()}
         return {**numbers, **self._more(), "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
