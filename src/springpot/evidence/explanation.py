@@ -108,7 +108,11 @@ def _elongation(system: System, name: str, sign: float = 1.0) -> str:
 def _with_ends(text: str, x: str) -> str:
     """A text about x, of a part that sees something else."""
     within = f"({x})" if " " in x else x
-    return _X.sub(lambda found: x if text[found.end() :].startswith((" >=", " <=")) else within, text) if x != "x" else text
+    return (
+        _X.sub(lambda found: x if text[found.end() :].startswith((" >=", " <=")) else within, text)
+        if x != "x"
+        else text
+    )
 
 
 def _preload(system: System, wall: Stop) -> str:
@@ -146,8 +150,8 @@ def _unit(system: System, part: Part, number: str) -> str:
 
 def _scales(system: System) -> Iterator[str]:
     if len(system.points) > 1:
-        found = modes(system).frequencies
-        yield f"natural frequencies {', '.join(f'{w:.6g}' for w in found[:MOST_TERMS])} rad/s"
+        frequencies = few([f"{w:.6g}" for w in modes(system).frequencies])
+        yield f"natural frequencies {frequencies} rad/s"
         return
     omega = system.natural_frequency
     if math.isfinite(omega):

@@ -300,9 +300,8 @@ def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
     return {
         "type": "object",
         "description": described,
-        "properties": tag | {
-            name: _schema_of(hint) for name, hint in _hints(kind).items() if not (within and hint == Ends)
-        },
+        "properties": tag
+        | {name: _schema_of(hint) for name, hint in _hints(kind).items() if not (within and hint == Ends)},
         "required": [*tag, *needed],
         "additionalProperties": False,
     }

@@ -238,7 +238,9 @@ class System:
         """The same motion with every part divided by the inertia; forces of the ground are forces on the mass."""
         share = self.mass / self.inertia
         return System(**{
-            name: part.alone().per_mass(self.inertia, share) for name, part in self.named() if "inertia" not in part.powers
+            name: part.alone().per_mass(self.inertia, share)
+            for name, part in self.named()
+            if "inertia" not in part.powers
         })  # fmt: skip
 
     @cached_property
@@ -413,8 +415,8 @@ def _check_ends(system: System) -> None:
     masses, points = system.of(Mass), system.points
     if len(masses) > 1 and not all(mass.at for mass in masses):
         raise ValueError(
-            f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts are "
-            "between and excitations are on."
+            f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts "
+            "are between and excitations are on."
         )
     for point in points:
         if points.count(point) > 1:
@@ -444,13 +446,17 @@ def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
     for end in part.between:
         if end not in known:
             near = meant(end, known) or f"; there are {listed([*known])}."
-            raise ValueError(f"{name} is between {part.between[0]!r} and {part.between[1]!r}, but {end!r} is no mass{near}")
+            raise ValueError(
+                f"{name} is between {part.between[0]!r} and {part.between[1]!r}, but {end!r} is no mass{near}"
+            )
     if len(points) == 1 and part.between[0] != "ground":
-        raise ValueError(f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground.")
+        raise ValueError(
+            f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground."
+        )
 
 
 def _check_alone(system: System) -> None:
-    """What only the whole of one mass can know: that its potential holds it, and that its numbers can be per unit mass."""
+    """That the potential of one mass holds it, and that its numbers can be per unit mass."""
     if ends := system.potential.open_ends():
         raise ValueError(
             f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
@@ -541,7 +547,9 @@ def _check_rounds(pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]]) ->
     for (first, second), stops in pairs.items():
         for name, _, wall in stops:
             if not isinstance(wall, SoftStop):
-                way, most = ((first, second), wall.position) if wall.side == "below" else ((second, first), -wall.position)
+                way, most = (
+                    ((first, second), wall.position) if wall.side == "below" else ((second, first), -wall.position)
+                )
                 gaps[way] = min(gaps.get(way, (math.inf, ())), (most, (name,)))
     ends = [*dict.fromkeys(end for way in gaps for end in way)]
     for through in ends:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from springpot.machine.faults import NotCoveredError, meant
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System
@@ -156,7 +156,7 @@ def moments_of_points(system: System, found: Mapping[str, float], harvested: flo
     2.0
     """
     power = {} if harvested is None else {"harvested_power": harvested}
-    return Moments(*[math.nan] * len(MOMENTS), of_parts={**found, **power})
+    return Moments(**dict.fromkeys(MOMENTS, math.nan), of_parts={**found, **power})
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,8 @@ class Result:
     def __getattr__(self, name: str) -> float:
         if not name.startswith("_") and name in names_of_results(self.system):
             return self.moments[name]
-        near = meant(name, names_of_results(self.system)) if name in MOMENTS else ""
+        of_first = f"{self.system.points[0]}_{name}"
+        near = f"; did you mean {of_first}?" if name in MOMENTS and of_first in names_of_results(self.system) else ""
         raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{near}")
 
     def __dir__(self) -> list[str]:

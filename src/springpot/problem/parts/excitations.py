@@ -28,8 +28,8 @@ __all__ = [
 ]  # fmt: skip
 
 On = Point
-"""A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is then
-the displacement relative to the ground, and the force is -m a."""
+"""A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
+then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
 
 
@@ -43,7 +43,7 @@ class Excitation(Part, abstract=True):
 
     def alone(self) -> Self:
         """On the mass, whatever its name."""
-        return self if getattr(self, "on", "mass") in ("mass", "ground") else replace(self, on="mass")  # type: ignore[call-arg]
+        return self if getattr(self, "on", "mass") in ("mass", "ground") else replace(self, on="mass")  # type: ignore[type-var]
 
     def words(self, name: str, unit: Units) -> str:
         """What it is, where it has a symbol in the equation; ``unit`` gives the units of its numbers."""
@@ -64,7 +64,7 @@ class WhiteNoise(Excitation):
         q >= 0; its two-sided spectral density is q / (2 pi) per rad/s.  0 gives the free response.  Of a force it is in
         N^2 s; per unit mass, and of an acceleration of the ground, in m^2 s^-3.
     on : str
-        What it is: a force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
+        A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
 
     Raises
     ------

@@ -48,7 +48,8 @@ class Mass(Part):
         super().__post_init__()
         if not isinstance(self.at, str) or (self.at and not self.at.isidentifier()) or self.at in ("ground", "mass"):
             raise ValueError(
-                f"at must be a name for the mass, letters, digits and _ but not 'ground' or 'mass', not {shown(self.at)}."
+                "at must be a name for the mass, of letters, digits and _ but not 'ground' or 'mass', not "
+                f"{shown(self.at)}."
             )
 
     @property

@@ -134,7 +134,9 @@ class FractionalMaxwell(Element):
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
         for name, part in (("springpot", self.springpot), ("spring", self.spring)):
             if part.between is not None:
-                raise ValueError(f"{name} must be without between in a series: FractionalMaxwell(..., between=...) has it.")
+                raise ValueError(
+                    f"{name} must be without between in a series: FractionalMaxwell(..., between=...) has it."
+                )
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -133,7 +133,7 @@ class Stop(Element, abstract=True):
     def mirrored(self) -> Self:
         """The same in the mirror, x -> -x."""
         other: Side = "below" if self.side == "above" else "above"
-        return replace(self, position=-self.position, side=other)  # type: ignore[type-var]
+        return replace(self, position=-self.position, side=other)  # type: ignore[call-arg]
 
 
 class SoftStop(Stop, abstract=True):

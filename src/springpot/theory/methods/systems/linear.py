@@ -169,7 +169,11 @@ class Companion:
     def scales(self) -> list[float]:
         """Frequencies around which something changes."""
         squares, rates = self._squares(self.stiffness), self._squares(self.damping)
-        found = [*map(math.sqrt, squares), *rates, *(square / rate for square in squares for rate in rates if rate > 0.0)]
+        found = [
+            *map(math.sqrt, squares),
+            *rates,
+            *(square / rate for square in squares for rate in rates if rate > 0.0),
+        ]
         for element in (*self.elements, *self.circuits):
             share = self._share(element)
             for square in squares:
@@ -583,23 +587,30 @@ def _of_points(system: System, seen: _Seen) -> dict[str, float]:
 
 def _endless(companion: Companion, static: Any) -> str:
     """Why there is no stationary state, in one sentence; empty if there is one."""
-    values, ways = (static, None) if companion.is_single else np.linalg.eigh(companion.per_mass(static))
-    if not np.all(values > (0.0 if companion.is_single else _LOOSE * np.abs(values).max())):
-        moving = ["the mass"] if companion.is_single else _loose(companion, values, ways)
-        fate = "it wanders" if len(moving) == 1 else "they wander"
-        return f"There is no stationary state: no spring pulls {listed(moving)} back, so that {fate} without end."
+    end = "There is no stationary state: {}.".format
+    if companion.is_single:
+        if not static > 0.0:
+            return end("no spring pulls the mass back, so that it wanders without end")
+        return "" if companion.dissipates else end("nothing dissipates energy")
+    squares, ways = np.linalg.eigh(companion.per_mass(static))
+    if loose := _loose(companion, squares, ways):
+        fate = "it wanders" if len(loose) == 1 else "they wander"
+        return end(f"no spring pulls {listed(loose)} back, so that {fate} without end")
     if not companion.dissipates:
-        return "There is no stationary state: nothing dissipates energy."
-    if not companion.is_single and (free := _undamped(companion, values, ways)) is not None:
-        return f"There is no stationary state: nothing dissipates the energy of the mode at {free:.6g} rad/s."
-    return ""
+        return end("nothing dissipates energy")
+    free = _undamped(companion, squares, ways)
+    return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
 
 
 def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[str]:
     """The points that no spring pulls back."""
+    still = squares <= _LOOSE * np.abs(squares).max()
+    if not still.any():
+        return []
     root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    shapes = np.abs(root.T @ ways[:, squares <= _LOOSE * np.abs(squares).max()]).max(axis=1)
-    return [point for point, size in zip(companion.coordinates.points, shapes, strict=True) if size > 1e-6 * shapes.max()]
+    shapes = np.abs(root.T @ ways[:, still]).max(axis=1)
+    points = companion.coordinates.points
+    return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
 
 
 def _undamped(companion: Companion, squares: FloatArray, ways: FloatArray) -> float | None:
@@ -634,7 +645,7 @@ class _Seen:
         if self.companion.is_single:
             return abs(complex(self.companion.dynamic_stiffness(np.array([w]))[0]))
         if w not in self._inverses:
-            self._inverses[w] = np.linalg.inv(self.companion.dynamic_stiffness(np.array(w)))
+            self._inverses[w] = np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(np.array(w))), complex)
         response = abs(complex(row @ self._inverses[w] @ push))
         return 1.0 / response if response > 0.0 else math.inf
 
@@ -674,11 +685,14 @@ class _Seen:
     def power(self, groups: list[tuple[FloatArray, Density]]) -> float:
         """Mean of V^2 / R of all circuits under noises."""
 
-        def volts(circuit: PiezoelectricCircuit) -> list[tuple[FloatArray, Density]]:
-            return [(push, lambda w, density=density: density(w) * _voltage_square(circuit, w)) for push, density in groups]  # type: ignore[misc]
+        def weighted(density: Density, circuit: PiezoelectricCircuit) -> Density:
+            return lambda w: density(w) * _voltage_square(circuit, w)
 
-        circuits = self.companion.circuits
-        return math.fsum(self.mean_square(self.companion.row(one), volts(one)) / one.resistance for one in circuits)
+        found = []
+        for circuit in self.companion.circuits:
+            volts = [(push, weighted(density, circuit)) for push, density in groups]
+            found.append(self.mean_square(self.companion.row(circuit), volts) / circuit.resistance)
+        return math.fsum(found)
 
     def power_of_harmonic(self, force: Harmonic) -> float:
         """The same under a harmonic force."""
