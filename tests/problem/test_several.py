@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot import cli
+from springpot.evidence.comparison import compare
+from springpot.explorer.question import Opened
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
 from springpot.problem.free_numbers import with_values
 from springpot.problem.numbers import numbers_of, with_numbers
+from springpot.studies.template import of_system
 
 A, B, C = sp.Mass(1.0, at="a"), sp.Mass(2.0, at="b"), sp.Mass(0.5, at="c")
 LEFT, LINK, RIGHT = ("ground", "a"), ("a", "b"), ("ground", "b")
@@ -317,3 +321,51 @@ def test_the_equations_in_words() -> None:
     assert any(line.startswith("wall (gap): x_b - x_a >= -0.2 m, restitution min(1, 0.7") for line in lines)
     assert any(line.startswith("natural frequencies 0.7419") for line in lines)
     assert any("0.3 (x_b - x_a)'" in line for line in lines if line.startswith("V (piezoelectric_circuit)"))
+
+
+FREE = sp.System(
+    A, B, sp.Spring(sp.free("k", 3.0, (1.0, 5.0)), between=LEFT), *HELD[3:], sp.Dashpot(0.3, between=LINK), SHAKEN
+)
+HERTZ = np.array([0.1, 0.2, 0.3])
+DOORS = {
+    "fit of responses": lambda: sp.fit(FREE, sp.MeasuredFrequencyResponse(HERTZ, HERTZ + 1j)),
+    "fit of moduli": lambda: sp.fit(FREE, sp.MeasuredModuli(HERTZ, HERTZ, HERTZ)),
+    "fit of spectra": lambda: sp.fit(FREE, sp.MeasuredSpectrum(HERTZ, HERTZ, 30.0)),
+    "fit of records": lambda: sp.fit(FREE, sp.MeasuredRecord(0.1 * np.arange(64.0), np.sin(np.arange(64.0)))),
+    "fit of statistics": lambda: sp.fit(FREE, sp.MeasuredStatistics(x_mean_square=(1.0, 0.1))),
+    "design": lambda: sp.design(FREE, "k", {"x_mean_square": (None, 1.0)}),
+    "sensitivity": lambda: sp.sensitivity(FREE, "x_mean_square"),
+    "study": lambda: sp.study(
+        {"name": "pair", "system": FREE, "methods": ["linear"], "axes": {"parts.dashpot.coefficient": [0.1, 0.2]}}
+    ),
+    "template of a study": lambda: of_system(FREE),
+    "page": lambda: Opened(FREE),
+    "comparison": lambda: compare(FREE),
+    "atlas": lambda: sp.atlas(FREE),
+    "paper": lambda: sp.Dimensionless.of(FREE),
+}
+
+
+@pytest.mark.parametrize("door", DOORS.values(), ids=DOORS)
+def test_doors_of_what_covers_one_mass_say_so(door) -> None:
+    with pytest.raises(NotCoveredError, match="one mass is needed, and the system has 2, a and b") as caught:
+        door()
+    assert "\n" not in str(caught.value)
+
+
+def test_the_linear_theory_is_recommended_and_nothing_where_there_is_no_answer() -> None:
+    assert sp.recommended(FREE).method == "linear"
+    walled = sp.recommended(sp.System(*FREE.parts, sp.Barrier(-0.2, between=LINK)))
+    assert (walled.method, walled.why_none) == ("", "no method is recommended here: none has an answer.")
+    assert not sp.trust(FREE, "envelope").judges
+
+
+def test_the_command_prints_the_results_of_each_mass(tmp_path, capsys) -> None:
+    place = tmp_path / "pair.toml"
+    place.write_text(sp.to_toml(FREE))
+    assert cli.main(["theory", str(place)]) == 0
+    printed = capsys.readouterr().out
+    assert "b_x_mean_square" in printed
+    assert "* recommended here: linear" in printed
+    assert cli.main(["compare", str(place)]) == 2
+    assert "one mass is needed" in capsys.readouterr().err

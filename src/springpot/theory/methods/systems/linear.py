@@ -44,7 +44,7 @@ FloatArray = NDArray[np.float64]
 Density = Callable[[float], float]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
-_LOOSE = 1e-12  # of the largest stiffness per mass, of what is no stiffness
+_LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _EQUAL = 1e-9  # frequencies that are one, and what a damper sees of a mode that it does not damp
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
@@ -189,7 +189,8 @@ class Companion:
         """Eigenvalues per mass; the number itself of one coordinate."""
         if self.is_single:
             return [matrix]
-        return [max(float(value), 0.0) for value in np.linalg.eigvalsh(self.per_mass(matrix))]
+        values = np.linalg.eigvalsh(self.per_mass(matrix))
+        return [float(value) for value in values if value > _LOOSE * np.abs(values).max()]
 
     def _share(self, part: Element) -> float:
         """One over the mass that moves where both ends of a part are free."""
@@ -280,10 +281,8 @@ class LinearResponse(Result):
         w = real_array(frequency, "frequency")
         row, push = self._row(of), self._push(on)
         if self.companion.is_single:
-            turned = push[0] / np.abs(push[0])  # of the ground, -m a is the force of an acceleration a
-            share = self.system.mass * turned if turned < 0.0 else 1.0
-            return np.asarray(share / (self.system.inertia * self.companion.dynamic_stiffness(w)))
-        return np.asarray(self._displacements(w) @ push @ row)
+            return np.asarray(float(push[0]) / (self.system.inertia * self.companion.dynamic_stiffness(w)))
+        return np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(w)) @ push @ row)
 
     def spectrum(self, frequency: ArrayLike, of: str = "") -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
@@ -390,9 +389,11 @@ class LinearResponse(Result):
         squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
         found, size, seen = np.diag(squares), np.sqrt(squares), _Seen(self.companion)
         for one, other in itertools.combinations(range(len(points)), 2):
+            if not size[one] * size[other] > 0.0:
+                continue
             row = np.zeros(len(points))
             row[one], row[other] = 0.5 / size[one], 0.5 / size[other]  # the mean square is half of 1 + the correlation
-            mean, x_square, v_square = seen.motion(row, 1e-16)
+            mean, x_square, v_square = seen.motion(row, 1e-16, velocity=of == "v")
             both = x_square - mean**2 if of == "x" else v_square
             found[one, other] = found[other, one] = (2.0 * both - 1.0) * size[one] * size[other]
         return np.asarray(found)
@@ -410,10 +411,6 @@ class LinearResponse(Result):
         if on in (*known, "ground") or (not on and len(known) == 1):
             return self.system.coordinates.push(on or known[0])
         raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}, not {shown(on)}.")
-
-    def _displacements(self, w: FloatArray) -> NDArray[np.complex128]:
-        """The matrix of displacements per force at each frequency."""
-        return np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(w)))
 
 
 def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray[np.complex128]:
