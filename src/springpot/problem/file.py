@@ -195,7 +195,8 @@ def _build(kind: type[Checked], numbers: Mapping[str, Any], where: str) -> objec
     """A part of that kind; parts of a part, and laws, are tables of their own."""
     hints = _hints(kind)
     needed = {field.name for field in fields_of(kind) if field.default is MISSING}
-    _check_keys(numbers, hints, needed, where)
+    usual = [own.name for own in fields_of(kind) if own.repr]
+    _check_keys(numbers, hints, needed, where, usual)
     values = {name: _read(hints[name], value, f"{where}.{name}") for name, value in numbers.items()}
     return _made(kind, values, where)
 
@@ -253,10 +254,12 @@ def _made(make: Any, values: Mapping[str, Any], where: str) -> object:
         raise ValueError(f"{where}.{fault}") from None
 
 
-def _check_keys(numbers: Mapping[str, Any], known: Mapping[str, Any], needed: set[str], where: str) -> None:
+def _check_keys(
+    numbers: Mapping[str, Any], known: Mapping[str, Any], needed: set[str], where: str, usual: list[str] | None = None
+) -> None:
     for key in numbers:
         if key not in known:
-            hint = meant(str(key), known) or f": its keys are {listed([*known])}"
+            hint = meant(str(key), known) or f": its keys are {listed(usual or [*known])}"
             raise ValueError(f"{shown(key)} is not a key of {where}{hint}.")
     if missing := [name for name in known if name in needed and name not in numbers]:
         raise ValueError(f"{where} needs {listed(missing)}.")

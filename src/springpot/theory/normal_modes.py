@@ -69,7 +69,7 @@ def modes(system: System) -> Modes:
     ...     sp.Spring(0.192, between=("ground", "base")), sp.Spring(4.0, between=("base", "storey")),
     ... )
     >>> found = modes(isolated)
-    >>> found.frequencies.round(6).tolist(), found.effective_masses.sum().round(12)
+    >>> found.frequencies.round(6).tolist(), float(found.effective_masses.sum().round(12))
     ([0.393454, 4.980481], 1.2)
     """
     at = checked_system(system).coordinates

@@ -26,7 +26,7 @@ class Checked:
     tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
     def __new__(cls, *_: object, **given: object) -> Self:
-        check_names(cls.__name__, given, [field.name for field in fields_of(cls)])
+        check_names(cls.__name__, given, [own.name for own in fields_of(cls)], [own.name for own in fields_of(cls) if own.repr])
         return super().__new__(cls)
 
 
@@ -47,11 +47,11 @@ def is_said(own: Field[Any], part: object) -> bool:
     return own.repr or getattr(part, own.name) != own.default
 
 
-def check_names(title: str, given: Iterable[str], known: list[str]) -> None:
-    """Refuse an argument that is not known, with the one that was meant."""
+def check_names(title: str, given: Iterable[str], known: list[str], usual: list[str] | None = None) -> None:
+    """Refuse an argument that is not known, with the one that was meant, or the usual ones."""
     for name in given:
         if name not in known:
-            raise TypeError(f"{title} has no argument {shown(name)}{meant(name, known) or _all(known)}")
+            raise TypeError(f"{title} has no argument {shown(name)}{meant(name, known) or _all(usual or known)}")
 
 
 def _all(names: list[str]) -> str:
