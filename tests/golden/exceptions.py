@@ -61,6 +61,8 @@ EXCEPTIONS: dict[str, str] = {
     # what is simulated with seeds of its own: they are made from the parts.  With one seed for all, before and after,
     # the bits are the same
     r"^(comparisons|fits/statistics)/": "Seeds are made from the parts.",
+    r"^fits/(choices|moduli|response|spectrum)/(errors|covariance|correlations)": "The covariance of independent "
+        "points is the inverse information itself: last digits.",
     r"^studies/scaled/": "Gone: a run to a tolerance does its work.",
     r"^(studies|designs)/devices?/": "Parts that are the paper's problem are it: closed forms, and no guess, set step, "
         "duration and the search.",

@@ -26,7 +26,8 @@ class Checked:
     tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
     def __new__(cls, *_: object, **given: object) -> Self:
-        check_names(cls.__name__, given, [own.name for own in fields_of(cls)], [own.name for own in fields_of(cls) if own.repr])
+        own = fields_of(cls)
+        check_names(cls.__name__, given, [one.name for one in own], [one.name for one in own if one.repr])
         return super().__new__(cls)
 
 

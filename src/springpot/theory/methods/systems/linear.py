@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.faults import NotCoveredError, listed, shown
+from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import (
     ColoredNoise,
@@ -35,6 +35,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.frequencies import integral, resonances
 from springpot.theory.result import OF_A_POINT, Moments, Result, moments_of, moments_of_points
 
@@ -489,26 +490,10 @@ def companion_of(system: System) -> Companion:
     """
     several = len(system.points) > 1
     unit = system if several else system.per_unit_mass
-    known = (
-        Mass,
-        Spring,
-        PolynomialSpring,
-        Dashpot,
-        PolynomialDashpot,
-        Springpot,
-        FractionalMaxwell,
-        Maxwell,
-        PiezoelectricCircuit,
-        Constant,
-        Harmonic,
-        ParametricNoise,
-        ThermalNoise,
-        *_NOISES,
-    )
-    for name, part in unit.named():
-        nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear
-        if nonlinear or not isinstance(part, known):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
+    sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
+    memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    kinds = Mass | Spring | PolynomialSpring | memory | sources | PoissonImpulses
+    check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = unit.coordinates
     elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
     force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.points)))
