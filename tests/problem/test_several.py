@@ -338,7 +338,7 @@ DOORS = {
     "study": lambda: sp.study(
         {"name": "pair", "system": FREE, "methods": ["linear"], "axes": {"parts.dashpot.coefficient": [0.1, 0.2]}}
     ),
-    "template of a study": lambda: of_system(FREE),
+    "template of a study": lambda: of_system(FREE, "pair.toml"),
     "page": lambda: Opened(FREE),
     "comparison": lambda: compare(FREE),
     "atlas": lambda: sp.atlas(FREE),
