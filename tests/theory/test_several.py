@@ -212,6 +212,8 @@ def test_one_mass_is_the_case_of_one_row() -> None:
     )
     for name in ("x_mean", "x_mean_square", "v_mean_square"):
         assert pair.moments[f"box_{name}"] == pytest.approx(alone.moments[name], rel=1e-9)
+    assert pair.spring_2_elongation_mean == pytest.approx(0.5)
+    assert pair.spring_2_elongation_mean_square == pytest.approx(alone.x_mean_square, rel=1e-9)
     assert pair.harvested_power == pytest.approx(alone.harvested_power, rel=1e-9)
     w = np.array([[0.3, 1.3], [2.0, 9.0]])
     assert pair.spectrum(w, of="box") == pytest.approx(alone.spectrum(w), rel=1e-9)

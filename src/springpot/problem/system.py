@@ -94,7 +94,8 @@ class System:
     TypeError
         If something is not a part.
     ValueError
-        If the parts do not fit together: two masses, walls that leave no room, a potential that lets the mass escape.
+        If the parts do not fit together: two masses of one name, walls that leave no room, a potential that lets a mass
+        escape.
 
     Examples
     --------

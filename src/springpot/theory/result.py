@@ -17,6 +17,7 @@ __all__ = [
     "NEVER_STRUCK",
     "OF_A_POINT",
     "OF_A_WALL",
+    "OF_ENDS",
     "ROUNDED",
     "Moments",
     "NoConvergenceError",
@@ -45,6 +46,8 @@ MOMENTS = (
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
 OF_A_POINT = ("x_mean", "x_mean_square", "v_mean_square")
 """What there is of each of several masses, after its name."""
+OF_ENDS = ("elongation_mean", "elongation_mean_square")
+"""What there is of each part between two ends, where there are several masses."""
 OF_A_WALL = ("impact_rate", "impact_speed_mean")
 NEVER_STRUCK = 0.0, math.nan, math.nan
 """Rate, mean and mean square speed of the impacts on a wall without any."""
@@ -111,7 +114,8 @@ def names_of_moments(system: System) -> Sequence[str]:
     if len(system.points) == 1:
         return MOMENTS
     of_points = [f"{point}_{what}" for point in system.points for what in OF_A_POINT]
-    return [*of_points, *(f"{name}_elongation_mean_square" for name in system.coordinates.elongations)]
+    of_parts = [f"{name}_{what}" for name in system.coordinates.elongations for what in OF_ENDS]
+    return [*of_points, *of_parts]
 
 
 def moments_of(

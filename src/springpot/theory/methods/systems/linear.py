@@ -37,7 +37,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.frequencies import integral, resonances
-from springpot.theory.result import OF_A_POINT, Moments, Result, moments_of, moments_of_points
+from springpot.theory.result import OF_A_POINT, OF_ENDS, Moments, Result, moments_of, moments_of_points
 
 __all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments"]
 
@@ -557,13 +557,14 @@ def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     for point in points:
         names = (f"{point}_{name}" for name in OF_A_POINT)
         found |= zip(names, seen.motion(at.push(point)), strict=True)
+    means = np.array([found[f"{point}_x_mean"] for point in points])
     sizes = np.sqrt([found[f"{point}_x_mean_square"] for point in points])
     for name, row in at.elongations.items():
         ends = [point for point, g in zip(points, row, strict=True) if g]
         within = _ELONGATION * float(np.abs(row) @ sizes) ** 2
-        found[f"{name}_elongation_mean_square"] = (
-            found[f"{ends[0]}_x_mean_square"] if len(ends) == 1 else seen.motion(row, within, velocity=False)[1]
-        )
+        square = found[f"{ends[0]}_x_mean_square"] if len(ends) == 1 else seen.motion(row, within, velocity=False)[1]
+        of_ends = float(row @ means), square
+        found |= {f"{name}_{what}": value for what, value in zip(OF_ENDS, of_ends, strict=True)}
     return found
 
 
