@@ -27,7 +27,7 @@ from springpot.machine.faults import per_cent
         ),
         (lambda: sp.System(barrier=-0.003), "barrier must be a part of that name"),
         (lambda: sp.System(barrier=-0.003), "did you mean Barrier(...)?"),
-        (lambda: sp.System(sp.Mass(1.0), sp.Mass(2.0), sp.Spring(1.0)), "Two structures that pound each other"),
+        (lambda: sp.System(sp.Mass(1.0), sp.Mass(2.0), sp.Spring(1.0)), "the 2 masses must have a name, as Mass("),
     ],
 )
 def test_what_was_meant_is_named(make: Any, sentence: str) -> None:

@@ -48,7 +48,7 @@ def test_one_soft_spring_more_renames_nothing() -> None:
 
 @pytest.mark.parametrize("entry", CATALOGUE, ids=lambda entry: entry.name)
 def test_every_entry_is_found_by_its_name(entry) -> None:
-    name = entry.name.replace("<part>", "lower_stop")
+    name = entry.name.replace("<part>", "lower_stop").replace("<point>", "box")
     assert unit_of(name, heavy=True) == entry.unit
     assert is_controlled(name) == entry.controlled
     assert entry.meaning

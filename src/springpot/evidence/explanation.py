@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+
+import numpy as np
 
 from springpot.machine.faults import few
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
-from springpot.theory import solve_all
+from springpot.theory import modes, solve_all
 
 __all__ = ["equation", "explain"]
 
+_X = re.compile(r"\bx\b")
+_ONE = np.ones(64)  # noise of every dissipator is in the equation of every mass
 MOST_TERMS = 12  # of one side of the equation
 _STIFFENED = 1.001  # resonance over natural frequency from which it is said
 
@@ -53,20 +58,61 @@ def explain(system: System) -> str:
 
 
 def equation(system: System) -> Iterator[str]:
-    """The equation of motion with its numbers, and a line for each excitation, wall and circuit."""
-    inertia = f"{system.mass:.6g} x''" if system.has_mass else "x''"
-    left = _some([part.term() for part in system.parts if not isinstance(part, Excitation) and part.term()], "")
+    """The equation of motion of each mass, and a line for each excitation, wall and circuit."""
     excitations = [*_excitations(system)]
-    right = _some([symbol for symbol, _ in excitations], " + ").replace("+ -", "- ") or "0"
-    yield f"{inertia}{left} = {right}"
+    for place, point in enumerate(system.points):
+        left = [term for name, part in system.named() if (term := _term(system, name, part, place))]
+        pushes = [symbol for name, symbol, _ in excitations if system.coordinates.forces.get(name, _ONE)[place]]
+        own = "m" if len(system.points) == 1 else f"{system.coordinates.masses[place]:.6g}"
+        right = [symbol.replace("-m ", f"-{own} ") for symbol in pushes]
+        sides = _some(left, ""), _some(right, " + ").replace("+ -", "- ") or "0"
+        yield f"{_inertia(system, place, point)}{' = '.join(sides)}"
     yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
-    for symbol, words in excitations:
+    for _, symbol, words in excitations:
         if words:
             yield f"{symbol.removeprefix('-').removeprefix('m ').removeprefix('x ')}: {words}"
     for name, part in system.named():
-        preload = _preload(system, part) if isinstance(part, Stop) else ""
+        preload = _preload(system, part) if isinstance(part, Stop) and len(system.points) == 1 else ""
         if line := part.line(name) or (preload and f"{part.said} ({name})"):
-            yield line + preload
+            yield _with_ends(line, _elongation(system, name)) + preload
+
+
+def _inertia(system: System, place: int, point: str) -> str:
+    mass = f"{system.coordinates.masses[place]:.6g} " if system.has_mass else ""
+    return f"{mass}x''" if len(system.points) == 1 else f"{mass}x_{point}''"
+
+
+def _term(system: System, name: str, part: Part, place: int) -> str:
+    """A part's force in the equation of one mass; the other way round for its first end."""
+    term, row = "" if isinstance(part, Excitation) else part.term(), system.coordinates.elongations.get(name)
+    if row is None or not term:
+        return term
+    if row[place] > 0.0:
+        return _with_ends(term, _elongation(system, name))
+    if row[place] == 0.0:
+        return ""
+    if part.is_linear and _X.search(term):
+        return _with_ends(term, _elongation(system, name, -1.0))
+    return f" - [{_with_ends(term, _elongation(system, name)).removeprefix(' + ').strip()}]"
+
+
+def _elongation(system: System, name: str, sign: float = 1.0) -> str:
+    """The symbol of what a part sees of the motion."""
+    row = system.coordinates.elongations.get(name)
+    if row is None or len(system.points) == 1:
+        return "x"
+    symbols = sorted(((sign * g, f"x_{point}") for g, point in zip(row, system.points, strict=True) if g), reverse=True)
+    return " - ".join(symbol for _, symbol in symbols)
+
+
+def _with_ends(text: str, x: str) -> str:
+    """A text about x, of a part that sees something else."""
+    within = f"({x})" if " " in x else x
+    return (
+        _X.sub(lambda found: x if text[found.end() :].startswith((" >=", " <=")) else within, text)
+        if x != "x"
+        else text
+    )
 
 
 def _preload(system: System, wall: Stop) -> str:
@@ -83,8 +129,8 @@ def _some(terms: list[str], between: str) -> str:
     return between.join(terms if left <= 1 else [*terms[:MOST_TERMS], f"{'' if between else ' + '}({left} more terms)"])
 
 
-def _excitations(system: System) -> Iterator[tuple[str, str]]:
-    """The symbol of each excitation in the equation, and what it is."""
+def _excitations(system: System) -> Iterator[tuple[str, str, str]]:
+    """The name of each excitation, its symbol in the equation, and what it is."""
     letters = "wuyzabcdefghijklnopqrs"
     symbols = itertools.chain(letters, (f"{letter}{n}" for n in itertools.count(2) for letter in letters))
     for name, part in system.named():
@@ -92,9 +138,9 @@ def _excitations(system: System) -> Iterator[tuple[str, str]]:
             continue
         if words := part.words(name, partial(_unit, system, part)):
             ground = ", acceleration of the ground" if part.of_ground else ""
-            yield f"{part.factor(system.has_mass)}{next(symbols)}(t)", words + ground
+            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", words + ground
         else:
-            yield part.term(), ""
+            yield name, part.term(), ""
 
 
 def _unit(system: System, part: Part, number: str) -> str:
@@ -103,6 +149,10 @@ def _unit(system: System, part: Part, number: str) -> str:
 
 
 def _scales(system: System) -> Iterator[str]:
+    if len(system.points) > 1:
+        frequencies = few([f"{w:.6g}" for w in modes(system).frequencies])
+        yield f"natural frequencies {frequencies} rad/s"
+        return
     omega = system.natural_frequency
     if math.isfinite(omega):
         period = 2.0 * math.pi / omega

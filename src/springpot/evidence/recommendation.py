@@ -10,7 +10,7 @@ from springpot.evidence.reliability import place_of, read_map, trust, warnings_o
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
-from springpot.theory.result import Result, no_answer
+from springpot.theory.result import Result, names_of_moments, no_answer
 from springpot.theory.solve import solve_all
 
 __all__ = ["Recommendation", "all_methods", "recommended"]
@@ -141,7 +141,7 @@ def all_methods(system: System) -> dict[str, object]:
     dicts: dict[str, object] = {
         name: {**answers[name].to_dict(), "warnings": list(warnings_of(answers[name]))}
         if name in answers
-        else no_answer(statements[name])
+        else no_answer(statements[name], names_of_moments(system))
         for name in METHODS
     }
     return {**dicts, "recommended": best.method or None, "why_none_is_recommended": best.why_none or None}

@@ -24,7 +24,7 @@ from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.parts.registration import kind_of
-from springpot.problem.system import checked_system, system_of
+from springpot.problem.system import check_single, checked_system, system_of
 
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress
@@ -226,12 +226,13 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
     if isinstance(data, MeasuredStatistics | tuple):
         cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
-            checked_system(each, "model")
+            check_single(checked_system(each, "model"))
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
         from springpot.fitting.simulated_search import search_by_simulation  # brings the whole engine
 
         return search_by_simulation(cases, how)
     system = system_of(model, "model")
+    check_single(system)
     match data:
         case MeasuredModuli():
             return ModuliLikelihood(system, data)

@@ -18,8 +18,10 @@ from springpot.problem.parts import (
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
+    ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
@@ -63,7 +65,8 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
     own, share = companion_of(system), system.mass / system.inertia  # of the inertia, which the ground accelerates
-    on = {part.on for part in system.parts if hasattr(part, "on") and not isinstance(part, Constant)}
+    noises = [part for part in system.of(Excitation) if not isinstance(part, Constant | ThermalNoise)]
+    on = {"ground" if part.of_ground else "mass" for part in noises}
     if of == "a" and len(on) > 1:
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
     rough = [name for name, part in system.named() if isinstance(part, WhiteNoise | PoissonImpulses)]

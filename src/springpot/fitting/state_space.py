@@ -18,6 +18,7 @@ from springpot.fitting.motion_data import Of
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     ColoredNoise,
+    Constant,
     FractionalMaxwell,
     Harmonic,
     KanaiTajimiNoise,
@@ -26,8 +27,10 @@ from springpot.problem.parts import (
     PoissonImpulses,
     RecordedExcitation,
     Springpot,
+    ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import Companion, companion_of
 
@@ -125,10 +128,10 @@ def state_space(system: System, of: Of, step: float, duration: float) -> StateSp
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation | PoissonImpulses):
             raise NotCoveredError(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")
     own = companion_of(system)
-    grounds = {part.on for part in system.parts if hasattr(part, "on")}
+    noises = [part for part in system.of(Excitation) if not isinstance(part, Constant | ThermalNoise)]
     if not own.noises and not own.temperature:
         raise NotCoveredError("a system without noise does not move: add a WhiteNoise or another noise.")
-    if of == "a" and (grounds != {"ground"} or own.temperature > 0.0):
+    if of == "a" and (not all(part.of_ground for part in noises) or own.temperature > 0.0):
         raise NotCoveredError(
             "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
             "finite variance, or is not that of the state."

@@ -11,12 +11,13 @@ from functools import cache
 from typing import Any
 
 from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
-from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
+from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
 __all__ = ["CATALOGUE", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
 
 _OF = "<part>_"
+_AT = "<point>_"
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,8 @@ class Quantity:
     Attributes
     ----------
     name : str
-        Of a part it begins with ``<part>_``, which stands for the part's name.
+        Of a part it begins with ``<part>_``, which stands for the part's name, and of one of several masses with
+        ``<point>_``.
     unit : str
         In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.
     meaning, formula : str
@@ -56,7 +58,9 @@ class Quantity:
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
         owners = [name for name, part in system.named() if self.of(part)] if self.where(system) else []
-        if self.name.startswith(_OF):
+        if self.name.startswith(_AT) and self.where(system):
+            yield from (point + self.name[len(_AT) - 1 :] for point in system.points)
+        elif self.name.startswith(_OF):
             yield from (name + self.name[len(_OF) - 1 :] for name in owners)
         elif owners:
             yield self.name
@@ -71,27 +75,56 @@ def _balances(system: System) -> bool:
     return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
 
 
-_SPRINGS: dict[str, Any] = {
-    "when": "with springs", "of": lambda part: "stored" in part.powers and not isinstance(part, Constant),
-}  # fmt: skip
+def _is_single(system: System) -> bool:
+    return len(system.points) == 1
+
+
+def _is_several(system: System) -> bool:
+    return len(system.points) > 1
+
+
+def _has_spring(part: Part) -> bool:
+    return "stored" in part.powers and not isinstance(part, Constant)
+
+
+def _is_circuit(part: Part) -> bool:
+    return isinstance(part, PiezoelectricCircuit)
+
+
+def _is_soft(part: Part) -> bool:
+    return part.soft_stop is not None
+
+
+_SPRINGS: dict[str, Any] = {"when": "with springs and one mass", "of": _has_spring}
 _STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {
     "when": "with dashpots, arms, circuits or springpots of an order above 0", "of": _with("damping"),
 }  # fmt: skip
-_CIRCUITS: dict[str, Any] = {
-    "of": lambda part: isinstance(part, PiezoelectricCircuit), "where": lambda system: not system.of(ThermalNoise),
-}  # fmt: skip
-_SOFT: dict[str, Any] = {"when": "with soft contacts", "of": lambda part: part.soft_stop is not None}
-_END: dict[str, Any] = {"controlled": False}
+_CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
+_SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
+_SINGLE: dict[str, Any] = {"when": "with one mass", "where": _is_single}
+_END: dict[str, Any] = {**_SINGLE, "controlled": False}
+_SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_several}
 _ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
 
 CATALOGUE = (
-    Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle"),
-    Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle"),
-    Quantity("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle"),
+    Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_SINGLE),
+    Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle", **_SINGLE),
+    Quantity("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle", **_SINGLE),
     Quantity("amplitude_mean_square", "m2", "mean square of the amplitude of the linear springs' motion",
-             r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS),
+             r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS, where=_is_single),
+    Quantity("<point>_x_mean", "m", "mean displacement of the mass", r"\langle x_i\rangle", **_SEVERAL),
+    Quantity("<point>_x_mean_square", "m2", "mean square displacement of the mass", r"\langle x_i^2\rangle",
+             **_SEVERAL),
+    Quantity("<point>_v_mean_square", "m2 s-2", "mean square velocity of the mass", r"\langle v_i^2\rangle",
+             **_SEVERAL),
+    Quantity("<part>_elongation_mean", "m", "mean displacement between the part's two ends",
+             r"\langle x_i - x_j\rangle", "of each part with two ends, with several masses",
+             lambda part: isinstance(part, Element), _is_several),
+    Quantity("<part>_elongation_mean_square", "m2", "mean square of the displacement between the part's two ends",
+             r"\langle (x_i - x_j)^2\rangle", "of each part with two ends, with several masses",
+             lambda part: isinstance(part, Element), _is_several),
     Quantity("impact_rate", "s-1", "impacts per unit time, on all walls and contacts together", **_STOPS),
     Quantity("impact_speed_mean", "m s-1", "mean speed before an impact", r"\langle |v^-|\rangle", **_STOPS),
     Quantity("impact_speed_mean_square", "m2 s-2", "mean square of the speed before an impact",
@@ -122,7 +155,7 @@ CATALOGUE = (
     Quantity("x_mean_end", "m", "mean displacement at the end of the run", **_END),
     Quantity("x_mean_square_end", "m2", "mean square displacement at the end of the run", **_END),
     Quantity("v_mean_square_end", "m2 s-2", "mean square velocity at the end of the run", **_END),
-    Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END, **_SPRINGS),
+    Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
                when="`slowest_counted_impact=`", **_ASKED)
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
@@ -152,10 +185,13 @@ CATALOGUE = (
 
 @cache
 def _entry(name: str) -> Quantity | None:
-    """The entry of that name, or the one of parts with the longest ending."""
+    """The entry of that name, or the one of parts or points with the longest ending."""
     known = {entry.name: entry for entry in CATALOGUE}
-    endings = (entry for entry in CATALOGUE if entry.name.startswith(_OF) and name.endswith(entry.name[len(_OF) - 1 :]))
-    return known.get(name) or max(endings, key=lambda entry: len(entry.name), default=None)
+    endings = {
+        entry.name.partition(">")[2]: entry for entry in reversed(CATALOGUE) if entry.name.startswith((_OF, _AT))
+    }
+    found = max((ending for ending in endings if name.endswith(ending)), key=len, default="")
+    return known.get(name) or endings.get(found)
 
 
 def unit_of(name: str, heavy: bool = False) -> str:

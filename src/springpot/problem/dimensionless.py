@@ -12,7 +12,7 @@ object is made; nothing else in the package checks an oscillator again.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arguments import LARGEST, finite_number
@@ -26,7 +26,7 @@ from springpot.problem.parts import (
     Springpot,
     WhiteNoise,
 )
-from springpot.problem.parts.checks import Checked
+from springpot.problem.parts.checks import Checked, plain
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import restitution_at
 
@@ -150,8 +150,8 @@ class Dimensionless(Checked):
         """
         return {
             "natural_frequency": self.natural_frequency,
-            "springpot": asdict(self.springpot),
-            "barrier": None if self.barrier is None else asdict(self.barrier),
+            "springpot": plain(self.springpot),
+            "barrier": None if self.barrier is None else plain(self.barrier),
             "excitation": {"intensity": self.excitation.intensity},
         }
 
@@ -160,10 +160,10 @@ class Dimensionless(Checked):
         """All numbers by name, as `from_numbers` takes them."""
         wall = self.barrier or Barrier()
         return {
-            **asdict(self.springpot),
+            **plain(self.springpot),
             "natural_frequency": self.natural_frequency,
             "intensity": self.excitation.intensity,
-            **asdict(wall),
+            **plain(wall),
             "barrier": self.barrier is not None,
         }
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -18,8 +18,8 @@ from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import Free, free
 from springpot.problem.parts import WhiteNoise
-from springpot.problem.parts.checks import Checked, plain
-from springpot.problem.parts.registration import kind_of
+from springpot.problem.parts.checks import Checked, fields_of, plain
+from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, Sides
 from springpot.problem.system import KINDS, System, checked_system, usual_names
@@ -46,7 +46,7 @@ _NUMBER = {
     ]
 }
 _FREE = {"free": str, **dict.fromkeys(("start", "low", "high", "times", "plus", "power"), float)}
-_PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides}
+_PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides, "on": str}
 
 
 def read_system(source: str | Path | Mapping[str, Any]) -> System:
@@ -151,7 +151,7 @@ def schema() -> dict[str, Any]:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "System",
-        "description": "One mass on one coordinate, with the parts that act on it.",
+        "description": "One mass on one coordinate, or several, with the parts that act on them.",
         "type": "object",
         "properties": {"parts": {"type": "array", "minItems": 1, "items": {"oneOf": [*_schemas()]}}},
         "required": ["parts"],
@@ -194,8 +194,9 @@ def _part(table: object, place: str) -> tuple[str, object]:
 def _build(kind: type[Checked], numbers: Mapping[str, Any], where: str) -> object:
     """A part of that kind; parts of a part, and laws, are tables of their own."""
     hints = _hints(kind)
-    needed = {field.name for field in fields(kind) if field.default is MISSING}  # type: ignore[arg-type]
-    _check_keys(numbers, hints, needed, where)
+    needed = {field.name for field in fields_of(kind) if field.default is MISSING}
+    usual = [own.name for own in fields_of(kind) if own.repr]
+    _check_keys(numbers, hints, needed, where, usual)
     values = {name: _read(hints[name], value, f"{where}.{name}") for name, value in numbers.items()}
     return _made(kind, values, where)
 
@@ -220,7 +221,7 @@ def _read(hint: Any, value: Any, where: str) -> Any:
 def _hints(kind: type[Checked]) -> dict[str, Any]:
     """The types of the fields."""
     hints = get_type_hints(kind)
-    return {field.name: hints[field.name] for field in fields(kind)}  # type: ignore[arg-type]
+    return {field.name: hints[field.name] for field in fields_of(kind)}
 
 
 def _is_a(hint: Any, kind: type) -> bool:
@@ -253,10 +254,12 @@ def _made(make: Any, values: Mapping[str, Any], where: str) -> object:
         raise ValueError(f"{where}.{fault}") from None
 
 
-def _check_keys(numbers: Mapping[str, Any], known: Mapping[str, Any], needed: set[str], where: str) -> None:
+def _check_keys(
+    numbers: Mapping[str, Any], known: Mapping[str, Any], needed: set[str], where: str, usual: list[str] | None = None
+) -> None:
     for key in numbers:
         if key not in known:
-            hint = meant(str(key), known) or f": its keys are {listed([*known])}"
+            hint = meant(str(key), known) or f": its keys are {listed(usual or [*known])}"
             raise ValueError(f"{shown(key)} is not a key of {where}{hint}.")
     if missing := [name for name in known if name in needed and name not in numbers]:
         raise ValueError(f"{where} needs {listed(missing)}.")
@@ -293,14 +296,15 @@ def _schemas() -> Iterator[dict[str, Any]]:
     }
 
 
-def _schema(kind: type[Checked]) -> dict[str, Any]:
+def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
     described = (kind.__doc__ or "").partition("\n")[0].replace("\\", "")
     tag = {name: {"const": value} for name, value in kind.tag.items()}
-    needed = [field.name for field in fields(kind) if field.default is MISSING]  # type: ignore[arg-type]
+    needed = [field.name for field in fields_of(kind) if field.default is MISSING]
     return {
         "type": "object",
         "description": described,
-        "properties": tag | {name: _schema_of(hint) for name, hint in _hints(kind).items()},
+        "properties": tag
+        | {name: _schema_of(hint) for name, hint in _hints(kind).items() if not (within and hint == Ends)},
         "required": [*tag, *needed],
         "additionalProperties": False,
     }
@@ -308,7 +312,11 @@ def _schema(kind: type[Checked]) -> dict[str, Any]:
 
 def _schema_of(hint: Any) -> dict[str, Any]:
     if _is_a(hint, Checked):
-        return _schema(hint)
+        return _schema(hint, within=True)
+    if hint == Ends:
+        return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
+    if hint is str:
+        return {"type": "string"}
     if any(_is_a(one, Restitution) for one in get_args(hint)):
         return {"anyOf": [_A_NUMBER, *map(_schema, Restitution.laws.values())]}
     if get_origin(hint) is Literal:

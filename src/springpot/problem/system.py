@@ -8,19 +8,27 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
-from springpot.machine.faults import listed, meant, nearest, shown
-from springpot.problem.parts import Mass, ThermalNoise
-from springpot.problem.parts.checks import plain
-from springpot.problem.parts.registration import Part, kind_of
+import numpy as np
+from numpy.typing import ArrayLike
+
+from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
+from springpot.problem.coordinates import Coordinates, Floats
+from springpot.problem.matrices import parts_of_matrices
+from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, ThermalNoise
+from springpot.problem.parts.checks import fields_of, plain
+from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Element, Part, kind_of
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
 
-__all__ = ["KINDS", "System", "checked_system", "kind_of", "owners_of", "system_of", "usual_names"]
+__all__ = ["KINDS", "System", "check_single", "checked_system", "kind_of", "owners_of", "system_of", "usual_names"]
 
 Kind = TypeVar("Kind")
 
 MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
+
+_ROUNDING = 1e-12
 
 OF_THE_WHOLE = {"damping": "power", "input": "power", "harvested": "power", "counted": "impact_rate"}
 """Names that no part may have, for the result of the whole system would have the same name as the part's."""
@@ -37,7 +45,7 @@ def owners_of(word: str) -> str:
     >>> owners_of("e"), owners_of("barier")
     ('; did you mean Barrier(restitution=...)?', '; did you mean Barrier(...)?')
     """
-    numbers = {kind: [*kind.numbers] for kind in KINDS.values()}
+    numbers = {kind: [own.name for own in fields_of(kind) if own.repr] for kind in KINDS.values()}
     name = nearest(word, [*KINDS, *(name for names in numbers.values() for name in names)])
     if not name:
         return ""
@@ -62,13 +70,14 @@ def usual_names(kinds: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True, init=False)
 class System:
-    """One mass on one coordinate x, with the parts that act on it.
+    """One mass on one coordinate x, or several, with the parts that act on them.
 
     Parameters
     ----------
     *parts
         The parts, of `springpot.problem.parts`.  With a `Mass` they are in SI units; without one, everything is per
-        unit mass.
+        unit mass.  Several masses have names, ``at=``; parts say which they are `between`, excitations which they are
+        `on`.
     **named
         More parts, with names of your own.  A part without one is called by its kind, with a number where there are
         several: ``barrier_1``, ``barrier_2``.
@@ -85,7 +94,8 @@ class System:
     TypeError
         If something is not a part.
     ValueError
-        If the parts do not fit together: two masses, walls that leave no room, a potential that lets the mass escape.
+        If the parts do not fit together: two masses of one name, walls that leave no room, a potential that lets a mass
+        escape.
 
     Examples
     --------
@@ -95,6 +105,15 @@ class System:
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
     >>> device.natural_frequency
     20.0
+
+    An instrument on a panel, which shakes:
+
+    >>> pair = System(
+    ...     Mass(5.0, at="panel"), Mass(0.4, at="box"), Spring(8e4, between=("ground", "panel")),
+    ...     Spring(900.0, between=("panel", "box")), WhiteNoise(2.0, on="panel"),
+    ... )
+    >>> pair.coordinates.elongations["spring_2"].tolist()
+    [-1.0, 1.0]
     """
 
     parts: tuple[Any, ...]
@@ -108,6 +127,48 @@ class System:
         object.__setattr__(self, "parts", (*parts, *named.values()))
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
+
+    @classmethod
+    def from_matrices(
+        cls,
+        mass: ArrayLike,
+        stiffness: ArrayLike,
+        damping: ArrayLike | None = None,
+        *,
+        names: Sequence[str] | None = None,
+    ) -> System:
+        """Masses, springs and dashpots from their matrices.
+
+        Each number off the diagonal is a spring or dashpot between two masses, and each sum of a row one to the ground;
+        those of 0 are left out.
+
+        Parameters
+        ----------
+        mass : array_like, shape (masses, masses)
+            Diagonal, in kg.
+        stiffness, damping : array_like, shape (masses, masses)
+            Symmetric, in N/m and N s/m.
+        names : sequence of str, optional
+            Of the masses; ``m1``, ``m2``, ... if they are left out.
+
+        Returns
+        -------
+        System
+            Without excitation: add it, and other parts, as ``System(*frame.parts, WhiteNoise(0.1, on="ground"))``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a matrix is not one, has another shape, is not symmetric, or that of the masses is not diagonal or
+            singular.
+
+        Examples
+        --------
+        >>> frame = System.from_matrices([[2.0, 0.0], [0.0, 1.0]], [[50.0, -20.0], [-20.0, 20.0]])
+        >>> frame.parts[2:]
+        (Spring(stiffness=30.0, between=('ground', 'm1')), Spring(stiffness=20.0, between=('m1', 'm2')))
+        """
+        return cls(*parts_of_matrices(mass, stiffness, damping, names))
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
@@ -137,14 +198,40 @@ class System:
         return bool(self.of(Mass))
 
     @property
+    def points(self) -> tuple[str, ...]:
+        """The names of its masses; ``("mass",)`` of a single one without a name."""
+        return tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """The points, their masses, and the row of numbers of each part."""
+        masses = np.array([mass.value for mass in self.of(Mass)] or [1.0])
+        elongations: dict[str, Floats] = {}
+        forces: dict[str, Floats] = {}
+        found = Coordinates(self.points, masses, elongations, forces)
+        for name, part in self.named():
+            if isinstance(part, Element):
+                elongations[name] = found.row(part.between)
+            elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise):
+                forces[name] = found.push(getattr(part, "on", "mass"))
+        return found
+
+    @property
     def mass(self) -> float:
-        """m in kg, which the ground accelerates; 1 without a `Mass`."""
+        """m in kg, which the ground accelerates; 1 without a `Mass`.
+
+        Raises
+        ------
+        NotCoveredError
+            If there are several masses, as for all that has one coordinate x.
+        """
+        check_single(self)
         return next((mass.value for mass in self.of(Mass)), 1.0)
 
     @property
     def inertia(self) -> float:
         """The mass, and what other parts add to the inertia of the motion, in kg; in units of the mass without one."""
-        whole: float = sum(part.inertia for part in self.parts) + (0.0 if self.has_mass else 1.0)
+        whole: float = self.mass + sum(part.inertia for part in self.parts if not isinstance(part, Mass))
         return whole
 
     @cached_property
@@ -152,7 +239,9 @@ class System:
         """The same motion with every part divided by the inertia; forces of the ground are forces on the mass."""
         share = self.mass / self.inertia
         return System(**{
-            name: part.per_mass(self.inertia, share) for name, part in self.named() if "inertia" not in part.powers
+            name: part.alone().per_mass(self.inertia, share)
+            for name, part in self.named()
+            if "inertia" not in part.powers
         })  # fmt: skip
 
     @cached_property
@@ -237,6 +326,26 @@ def checked_system(given: object, name: str = "system", wanted: str = "a System"
     return given
 
 
+def check_single(system: System) -> None:
+    """Refuse several masses, at the doors of what covers one.
+
+    Raises
+    ------
+    NotCoveredError
+        If there are several.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> check_single(System(Spring(80.0)))
+    """
+    if len(points := system.points) > 1:
+        raise NotCoveredError(
+            f"one mass is needed, and the system has {len(points)}, {listed(points)}: only `simulate` and "
+            "`theory.linear` take several."
+        )
+
+
 def system_of(model: object, name: str = "system") -> System:
     """A system, also from one part alone.
 
@@ -280,31 +389,80 @@ def _check_together(system: System) -> None:
         raise ValueError(f"a system must have at most {MOST_PARTS} parts, not {len(system.parts)}.")
     if (contacts := len(system.of(SoftStop))) > MOST_CONTACTS:
         raise ValueError(f"a system must have at most {MOST_CONTACTS} contacts, not {contacts}.")
-    if len(system.of(Mass)) > 1:
-        raise ValueError(
-            "a system must have one Mass at most, for it has one coordinate. Two equal masses that strike each other "
-            "are one coordinate: see 'Two structures that pound each other' in docs/gallery/plot_41_pounding.py."
-        )
     if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
-    _check_walls(system)
+    _check_ends(system)
     for name, part in system.named():
         if name in OF_THE_WHOLE:
             result = f"{name}_{OF_THE_WHOLE[name]}"
             raise ValueError(f"{name} cannot be the name of a part, for {result} is a result of the whole system.")
         if name == "barrier" and system.stops and not isinstance(part, Stop):
             raise ValueError("barrier cannot be the name of this part: results of all walls together are called so.")
-    if ends := system.potential.open_ends():
-        raise ValueError(
-            f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
-            "stiffening spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
-        )
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
     if system.of(ThermalNoise):
         for name, part in system.named():
             if not part.is_thermal:
                 raise ValueError(f"{name} cannot be combined with ThermalNoise, which has no matching noise for it.")
+    _check_walls(system)
+    if len(system.points) == 1:
+        _check_alone(system)
+    else:
+        _check_held(system)
+
+
+def _check_ends(system: System) -> None:
+    """That the masses have names where there are several, and every part is between, or on, one of them."""
+    masses, points = system.of(Mass), system.points
+    if len(masses) > 1 and not all(mass.at for mass in masses):
+        raise ValueError(
+            f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts "
+            "are between and excitations are on."
+        )
+    for point in points:
+        if points.count(point) > 1:
+            raise ValueError(f"{point} is the name of two masses: give one of them another name.")
+    for name, part in system.named():
+        if isinstance(part, Element):
+            _check_between(name, part, points)
+        elif isinstance(part, ParametricNoise) and len(points) > 1:
+            raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
+        elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
+            _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
+
+
+def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None:
+    known = [*dict.fromkeys([*(["mass"] if len(points) == 1 else []), *points, *(["ground"] if ground else [])])]
+    if on not in known:
+        near = meant(on, known) or "."
+        raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
+
+
+def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
+    known = ("ground", *points)
+    if part.between is None:
+        if len(points) > 1:
+            raise ValueError(f"{name} must say between which masses it acts, as between=({known[0]!r}, {known[1]!r}).")
+        return
+    for end in part.between:
+        if end not in known:
+            near = meant(end, known) or f"; there are {listed([*known])}."
+            raise ValueError(
+                f"{name} is between {part.between[0]!r} and {part.between[1]!r}, but {end!r} is no mass{near}"
+            )
+    if len(points) == 1 and part.between[0] != "ground":
+        raise ValueError(
+            f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground."
+        )
+
+
+def _check_alone(system: System) -> None:
+    """That the potential of one mass holds it, and that its numbers can be per unit mass."""
+    if ends := system.potential.open_ends():
+        raise ValueError(
+            f"the potential must hold the mass, but it falls without limit to the {' and '.join(ends)}. Add a "
+            "stiffening spring, as PolynomialSpring((0, 0, k3)), or a wall on that side."
+        )
     if system.inertia != 1.0:
         try:
             _ = system.per_unit_mass
@@ -312,17 +470,94 @@ def _check_together(system: System) -> None:
             raise ValueError(f"the parts divided by the mass must be as without one: {fault}") from None
 
 
+def _check_held(system: System) -> None:
+    """That the energy of several masses does not fall without limit where one, or some of them, move."""
+    springs = {name: part.linear_stiffness for name, part in system.named() if isinstance(part, Element)}
+    values, ways = np.linalg.eigh(system.coordinates.sum_of(springs))
+    falling = ways.T[values < -_ROUNDING * np.abs(values).max()]
+    for way in (*np.eye(len(values)), *falling):
+        if _along(system, way).open_ends():
+            moving = [point for point, share in zip(system.points, way, strict=True) if abs(share) > 1e-6]
+            raise ValueError(
+                f"the potential must hold the masses, but it falls without limit where {listed(moving)} "
+                f"move{'s' if len(moving) == 1 else ''}: add a stiffer spring, a stiffening one or walls."
+            )
+
+
+def _along(system: System, way: Floats) -> Potential:
+    """The potential along a line through the origin, without constant forces."""
+    coefficients, sizes = np.zeros(10), np.zeros(10)
+    contacts: list[Contact] = []
+    low, high = -math.inf, math.inf
+    for name, row in system.coordinates.elongations.items():
+        part, stretch = dict(system.named())[name], float(row @ way)
+        if stretch == 0.0:
+            continue
+        force = np.array([c * stretch ** (n + 1) for n, c in enumerate(part.force_coefficients())])
+        coefficients[: len(force)] += force
+        sizes[: len(force)] += np.abs(force)
+        if isinstance(part, Stop):
+            stop = part if stretch > 0.0 else part.mirrored()
+            place = stop.position / abs(stretch)
+            if (soft := stop.soft_stop) is not None:
+                stiffness = soft.stiffness * abs(stretch) ** (soft.exponent + 1.0)
+                contacts.append(Contact(place, stiffness, soft.exponent, side=stop.side))
+            elif stop.side == "above":
+                low = max(low, place)
+            else:
+                high = min(high, place)
+    coefficients[np.abs(coefficients) <= _ROUNDING * sizes] = 0.0
+    return Potential(tuple(coefficients.tolist()), tuple(contacts), low, high)
+
+
 def _check_walls(system: System) -> None:
-    walls = [(name, stop) for name, stop in system.stops.items() if not isinstance(stop, SoftStop)]
-    for name, wall in walls:
-        for other, before in walls:
+    """That no wall is hidden by another one, and that they leave room."""
+    places = ("ground", *system.points)
+    pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]] = {}  # name, as it stands, and between ends in order
+    for name, stop in system.stops.items():
+        first, second = stop.between or ("ground", system.points[0])
+        turned = places.index(first) > places.index(second)
+        pair, oriented = ((second, first), stop.mirrored()) if turned else ((first, second), stop)
+        pairs.setdefault(pair, []).append((name, stop, oriented))
+    for (first, second), stops in pairs.items():
+        _check_pair(stops, "x" if len(places) == 2 else f"x_{second}" + (f" - x_{first}" if first != "ground" else ""))
+    if len(pairs) > 2:
+        _check_rounds(pairs)
+
+
+def _check_pair(stops: list[tuple[str, Stop, Stop]], x: str) -> None:
+    walls = [each for each in stops if not isinstance(each[1], SoftStop)]
+    for name, stop, wall in walls:
+        for other, seen, before in walls:
             hidden = (before.position - wall.position) * wall.inwards >= 0.0
             if other != name and before.side == wall.side and hidden:
-                raise ValueError(f"{name} at {wall.position:g} must not lie behind {other}, at {before.position:g}: "
+                raise ValueError(f"{name} at {stop.position:g} must not lie behind {other}, at {seen.position:g}: "
                                  "it would never be struck.")  # fmt: skip
-    low, high = system.potential.low, system.potential.high
+    low = max((wall.position for _, _, wall in walls if wall.side == "above"), default=-math.inf)
+    high = min((wall.position for _, _, wall in walls if wall.side == "below"), default=math.inf)
     if not low < high:
-        raise ValueError(f"the walls must leave room: x >= {low:g} and x <= {high:g} cannot both hold.")
-    for name, stop in system.stops.items():
-        if isinstance(stop, SoftStop) and (stop.position <= low if stop.side == "above" else stop.position >= high):
+        raise ValueError(f"the walls must leave room: {x} >= {low:g} and {x} <= {high:g} cannot both hold.")
+    for name, stop, soft in stops:
+        if isinstance(soft, SoftStop) and (soft.position <= low if soft.side == "above" else soft.position >= high):
             raise ValueError(f"{name} at {stop.position:g} must not lie behind a wall: it is never touched.")
+
+
+def _check_rounds(pairs: dict[tuple[str, str], list[tuple[str, Stop, Stop]]]) -> None:
+    """That walls between several pairs leave room: around any round of masses the gaps must not add up to 0 or less."""
+    gaps: dict[tuple[str, str], tuple[float, tuple[str, ...]]] = {}  # the most that the second is ahead of the first
+    for (first, second), stops in pairs.items():
+        for name, _, wall in stops:
+            if not isinstance(wall, SoftStop):
+                way, most = (
+                    ((first, second), wall.position) if wall.side == "below" else ((second, first), -wall.position)
+                )
+                gaps[way] = min(gaps.get(way, (math.inf, ())), (most, (name,)))
+    ends = [*dict.fromkeys(end for way in gaps for end in way)]
+    for through in ends:
+        for first in ends:
+            for second in ends:
+                if (first, through) in gaps and (through, second) in gaps:
+                    (one, names), (other, more) = gaps[first, through], gaps[through, second]
+                    if first == second and one + other <= 0.0:
+                        raise ValueError(f"the walls must leave room: {listed([*names, *more])} cannot all hold.")
+                    gaps[first, second] = min(gaps.get((first, second), (math.inf, ())), (one + other, (*names, *more)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
-from springpot.problem.system import System
+from springpot.problem.system import System, check_single
 from springpot.studies.columns import scalars_of
 from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS
@@ -80,6 +80,7 @@ def of_system(device: System, place: str) -> dict[str, str]:
     >>> words["methods"]  # nothing dissipates, so no theory has an answer
     '"monte_carlo"'
     """
+    check_single(device)
     numbers = numbers_of(device)
     usable = [name for name in numbers if _varies(device, name)]
     heavy = {name for name, part in device.named() if "inertia" in part.powers}

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearization import Linearization, linearization
     from springpot.theory.methods.systems.path_integration import path_integration
+    from springpot.theory.normal_modes import Modes, modes
     from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
     from springpot.theory.solve import solve_all, solve_one
 
@@ -34,6 +35,7 @@ __all__ = [
     "LinearResponse",
     "Linearization",
     "MemoryClosure",
+    "Modes",
     "Moments",
     "NoConvergenceError",
     "NoStationaryStateError",
@@ -48,6 +50,7 @@ __all__ = [
     "linear",
     "linearization",
     "memory_closure",
+    "modes",
     "path_integration",
     "solve_all",
     "solve_one",
@@ -64,6 +67,7 @@ _PLACES = {
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearization": ("Linearization", "linearization"),
     "methods.systems.path_integration": ("path_integration",),
+    "normal_modes": ("Modes", "modes"),
     "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
     "solve": ("solve_all", "solve_one"),
 }

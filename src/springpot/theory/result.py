@@ -15,7 +15,9 @@ from springpot.theory.walls import about_walls
 __all__ = [
     "MOMENTS",
     "NEVER_STRUCK",
+    "OF_A_POINT",
     "OF_A_WALL",
+    "OF_ENDS",
     "ROUNDED",
     "Moments",
     "NoConvergenceError",
@@ -23,6 +25,8 @@ __all__ = [
     "NotCoveredError",
     "Result",
     "moments_of",
+    "moments_of_points",
+    "names_of_moments",
     "names_of_results",
     "no_answer",
 ]
@@ -40,6 +44,10 @@ MOMENTS = (
     "impact_speed_mean_square",
 )
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
+OF_A_POINT = ("x_mean", "x_mean_square", "v_mean_square")
+"""What there is of each of several masses, after its name."""
+OF_ENDS = ("elongation_mean", "elongation_mean_square")
+"""What there is of each part between two ends, where there are several masses."""
 OF_A_WALL = ("impact_rate", "impact_speed_mean")
 NEVER_STRUCK = 0.0, math.nan, math.nan
 """Rate, mean and mean square speed of the impacts on a wall without any."""
@@ -70,7 +78,8 @@ class Moments:
         Of the speed just before an impact, in m/s and m^2 s^-2; NaN without impacts.
     of_parts : dict
         ``<wall>_impact_rate`` and ``<wall>_impact_speed_mean`` of each wall and contact, by its name in the system;
-        ``harvested_power``, the mean power in the resistors of the circuits, in W (per kg without a `Mass`).
+        ``harvested_power``, the mean power in the resistors of the circuits, in W (per kg without a `Mass`).  Of
+        several masses all moments are here, by the names of points and parts, and those above are NaN.
     """
 
     amplitude_mean_square: float
@@ -97,7 +106,16 @@ def names_of_results(system: System) -> tuple[str, ...]:
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
     of_walls = (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL)
-    return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+    return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+
+
+def names_of_moments(system: System) -> Sequence[str]:
+    """Names of the moments of the one mass, or of each of several and of the parts between them."""
+    if len(system.points) == 1:
+        return MOMENTS
+    of_points = [f"{point}_{what}" for point in system.points for what in OF_A_POINT]
+    of_parts = [f"{name}_{what}" for name in system.coordinates.elongations for what in OF_ENDS]
+    return [*of_points, *of_parts]
 
 
 def moments_of(
@@ -134,6 +152,20 @@ def moments_of(
         impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
         of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(OF_A_WALL) for wall, hit in walls.items()} | power,
     )
+
+
+def moments_of_points(system: System, found: Mapping[str, float], harvested: float | None = None) -> Moments:
+    """The moments of several masses, from those of points and parts by name.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("a", "b")))
+    >>> moments_of_points(pair, {"a_x_mean": 2.0})["a_x_mean"]
+    2.0
+    """
+    power = {} if harvested is None else {"harvested_power": harvested}
+    return Moments(**dict.fromkeys(MOMENTS, math.nan), of_parts={**found, **power})
 
 
 @dataclass(frozen=True)
@@ -197,9 +229,11 @@ class Result:
         return {name: found[name] for name in names_of_results(self.system)}
 
     def __getattr__(self, name: str) -> float:
-        if name in MOMENTS or (not name.startswith("_") and name in names_of_results(self.system)):
+        if not name.startswith("_") and name in names_of_results(self.system):
             return self.moments[name]
-        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        of_first = f"{self.system.points[0]}_{name}"
+        near = f"; did you mean {of_first}?" if name in MOMENTS and of_first in names_of_results(self.system) else ""
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{near}")
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *names_of_results(self.system)})
@@ -214,7 +248,7 @@ class Result:
             None.  Without a stationary state every moment is None and ``statement`` says why.
         """
         if isinstance(self.stationary, str):
-            numbers = no_answer(self.stationary)
+            numbers = no_answer(self.stationary, names_of_moments(self.system))
         else:
             numbers = {name: None if math.isnan(value) else value for name, value in self.numbers.items()}
         return {**numbers, **self._more(), "assumptions": list(self.assumptions), "warnings": list(self.warnings)}
@@ -224,7 +258,7 @@ class Result:
         return {}
 
 
-def no_answer(statement: str) -> dict[str, object]:
+def no_answer(statement: str, names: Sequence[str] = MOMENTS) -> dict[str, object]:
     """Every moment as None, and the sentence that says why.
 
     Examples
@@ -232,4 +266,4 @@ def no_answer(statement: str) -> dict[str, object]:
     >>> no_answer("Nothing to say.")["statement"]
     'Nothing to say.'
     """
-    return {**dict.fromkeys(MOMENTS, None), "statement": statement}
+    return {**dict.fromkeys(names, None), "statement": statement}

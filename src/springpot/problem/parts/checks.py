@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Checked", "check_names", "coefficients", "plain", "put", "real", "signed"]
+__all__ = ["Checked", "check_names", "coefficients", "fields_of", "is_said", "plain", "put", "real", "signed"]
 
 
 class Checked:
@@ -26,15 +26,33 @@ class Checked:
     tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
     def __new__(cls, *_: object, **given: object) -> Self:
-        check_names(cls.__name__, given, [field.name for field in fields(cls)])  # type: ignore[arg-type]
+        own = fields_of(cls)
+        check_names(cls.__name__, given, [one.name for one in own], [one.name for one in own if one.repr])
         return super().__new__(cls)
 
 
-def check_names(title: str, given: Iterable[str], known: list[str]) -> None:
-    """Refuse an argument that is not known, with the one that was meant."""
+def fields_of(kind: type[Checked]) -> list[Field[Any]]:
+    """The fields of a kind of part or law; last what is said only where there are several masses, with ``repr=False``.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> [own.name for own in fields_of(Spring)]
+    ['stiffness', 'between']
+    """
+    return sorted(fields(kind), key=lambda own: not own.repr)  # type: ignore[arg-type]
+
+
+def is_said(own: Field[Any], part: object) -> bool:
+    """Whether a field is written: always, or where it is given."""
+    return own.repr or getattr(part, own.name) != own.default
+
+
+def check_names(title: str, given: Iterable[str], known: list[str], usual: list[str] | None = None) -> None:
+    """Refuse an argument that is not known, with the one that was meant, or the usual ones."""
     for name in given:
         if name not in known:
-            raise TypeError(f"{title} has no argument {shown(name)}{meant(name, known) or _all(known)}")
+            raise TypeError(f"{title} has no argument {shown(name)}{meant(name, known) or _all(usual or known)}")
 
 
 def _all(names: list[str]) -> str:
@@ -53,7 +71,8 @@ def plain(value: Any, *, free: bool = False) -> Any:
     {'law': 'power', 'restitution': 0.7, 'speed': 0.1, 'exponent': 0.25}
     """
     if isinstance(value, Checked):
-        return value.tag | {own.name: plain(getattr(value, own.name), free=free) for own in fields(value)}  # type: ignore[arg-type]
+        said = [own.name for own in fields_of(type(value)) if is_said(own, value)]
+        return value.tag | {name: plain(getattr(value, name), free=free) for name in said}
     if isinstance(value, tuple):
         return tuple(plain(item, free=free) for item in value)
     if free and isinstance(value, Free):

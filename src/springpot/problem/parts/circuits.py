@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from springpot.problem.parts.registration import Number, Part, Slopes
+from springpot.problem.parts.registration import Element, Number, Slopes
 
 __all__ = ["PiezoelectricCircuit"]
 
 
 @dataclass(frozen=True)
-class PiezoelectricCircuit(Part):
+class PiezoelectricCircuit(Element):
     """A piezoelectric element with a resistor across it.
 
     The element pulls on the mass with the force theta V, and Cp V' + V / R = theta x'.  The power V^2 / R is what a

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from springpot.problem.parts.checks import coefficients, put, signed
-from springpot.problem.parts.registration import Number, Part
+from springpot.problem.parts.registration import Element, Number
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
 
 @dataclass(frozen=True)
-class Dashpot(Part):
+class Dashpot(Element):
     """A linear damper: the force c v.
 
     Parameters
@@ -58,7 +58,7 @@ class Dashpot(Part):
 
 
 @dataclass(frozen=True)
-class PolynomialDashpot(Part):
+class PolynomialDashpot(Element):
     """A nonlinear damper: the force c1 v + c2 v abs(v) + c3 v^3.
 
     Parameters
@@ -84,6 +84,7 @@ class PolynomialDashpot(Part):
     coefficients: Annotated[tuple[float, ...], Number("c", "v", "N", "signed", per="m s-1")]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         put(self, coefficients=coefficients(self.coefficients, 3, "They belong to v, v|v| and v^3."))
         last = [c for c in self.coefficients if c != 0.0][-1]
         if last < 0.0:
@@ -113,7 +114,7 @@ class PolynomialDashpot(Part):
 
 
 @dataclass(frozen=True)
-class VanDerPol(Part):
+class VanDerPol(Element):
     """A damper that feeds small motions and damps large ones: the force mu (x^2 - l^2) v.
 
     Parameters
@@ -148,7 +149,7 @@ class VanDerPol(Part):
 
 
 @dataclass(frozen=True)
-class Friction(Part):
+class Friction(Element):
     """Dry (Coulomb) friction: a force of constant size against the velocity, which also holds the mass at rest.
 
     Parameters

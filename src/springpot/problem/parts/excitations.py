@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Self
 
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put, real
-from springpot.problem.parts.registration import Number, Part
+from springpot.problem.parts.registration import Number, Part, Point
 from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
 
 __all__ = [
@@ -27,9 +27,9 @@ __all__ = [
     "WhiteNoise",
 ]  # fmt: skip
 
-On = Literal["mass", "ground"]
-"""A force on the mass, or an acceleration a of the ground: x is then the displacement relative to the ground, and the
-force is -m a."""
+On = Point
+"""A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
+then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
 
 
@@ -38,8 +38,12 @@ class Excitation(Part, abstract=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if (on := getattr(self, "on", "mass")) not in ("mass", "ground"):
+        if not isinstance(on := getattr(self, "on", "mass"), str) or not on.isidentifier():
             raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")
+
+    def alone(self) -> Self:
+        """On the mass, whatever its name."""
+        return self if getattr(self, "on", "mass") in ("mass", "ground") else replace(self, on="mass")  # type: ignore[type-var]
 
     def words(self, name: str, unit: Units) -> str:
         """What it is, where it has a symbol in the equation; ``unit`` gives the units of its numbers."""
@@ -59,8 +63,8 @@ class WhiteNoise(Excitation):
     intensity : float
         q >= 0; its two-sided spectral density is q / (2 pi) per rad/s.  0 gives the free response.  Of a force it is in
         N^2 s; per unit mass, and of an acceleration of the ground, in m^2 s^-3.
-    on : {"mass", "ground"}
-        What it is: a force on the mass, or the acceleration of the ground.
+    on : str
+        A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
 
     Raises
     ------
@@ -82,7 +86,7 @@ class WhiteNoise(Excitation):
     on: On = "mass"
 
     @classmethod
-    def from_psd(cls, psd: float, psd_unit: DensityUnit, *, sides: Sides = 1) -> WhiteNoise:
+    def from_psd(cls, psd: float, psd_unit: DensityUnit, *, sides: Sides = 1, on: str = "") -> WhiteNoise:
         """The noise with a flat spectral density, as test equipment and standards state it.
 
         Parameters
@@ -93,6 +97,8 @@ class WhiteNoise(Excitation):
             Of the ground's acceleration in standard gravity or in m/s^2, or of a force on the mass.
         sides : {1, 2}
             1: the density is one-sided (positive frequencies only); 2: two-sided.
+        on : str
+            The mass on which the force acts, by its name, where there are several.
 
         Returns
         -------
@@ -109,7 +115,9 @@ class WhiteNoise(Excitation):
         'ground'
         """
         intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0)
-        return cls(intensity, "mass" if psd_unit == "N2/Hz" else "ground")
+        if psd_unit != "N2/Hz" and on not in ("", "ground"):
+            raise ValueError(f"on must be left out with a density in {psd_unit}, which is that of the ground.")
+        return cls(intensity, (on or "mass") if psd_unit == "N2/Hz" else "ground")
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -131,8 +139,8 @@ class ColoredNoise(Excitation):
         has q = 2 s2 tau.
     correlation_time : float
         tau > 0, in s.
-    on : {"mass", "ground"}
-        A force on the mass, or the acceleration of the ground.
+    on : str
+        A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
 
     Raises
     ------
@@ -174,8 +182,8 @@ class KanaiTajimiNoise(Excitation):
         zg in (0, 1] of the filter.
     intensity : float
         qg > 0 of the white noise; at low frequency the filter passes it as it is.
-    on : {"ground", "mass"}
-        The acceleration of the ground, or a force on the mass.
+    on : str
+        The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
 
     Raises
     ------
@@ -223,6 +231,8 @@ class Constant(Excitation):
     ----------
     force : float
         In N; per unit mass in m/s^2.
+    on : str
+        The mass on which it acts, by its name, where there are several.
 
     Raises
     ------
@@ -239,6 +249,11 @@ class Constant(Excitation):
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
 
     force: Annotated[float, Number("F", "force", "N", "signed", "It is constant, in N.")]
+    on: On = field(default="mass", repr=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_on_mass(self.on)
 
     def force_coefficients(self) -> tuple[float, ...]:
         """Minus the force."""
@@ -259,8 +274,8 @@ class Harmonic(Excitation):
         F >= 0, in N; per unit mass, and of the ground, in m/s^2.
     frequency : float
         nu > 0, in rad/s.
-    on : {"mass", "ground"}
-        A force on the mass, or the acceleration of the ground.
+    on : str
+        A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
 
     Raises
     ------
@@ -298,8 +313,8 @@ class RecordedExcitation(Excitation):
         Increasing, in s; at least two.
     values : tuple of float
         One for each time, in N; per unit mass, and of the ground, in m/s^2.
-    on : {"ground", "mass"}
-        The acceleration of the ground, or a force on the mass.
+    on : str
+        The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
 
     Raises
     ------
@@ -358,6 +373,8 @@ class Force(Excitation):
         f(t, x, v) in N, of the time since the start of the run in s, x in m and v in m/s; per unit mass in m/s^2.
     share : float
         Factor on it.
+    on : str
+        The mass on which it acts, by its name, where there are several; x and v are those of this mass.
 
     Raises
     ------
@@ -383,11 +400,13 @@ class Force(Excitation):
     share: Annotated[
         float, Number("×", "the function times", "1", "signed", "It is a factor on the function.", mass=1.0)
     ] = 1.0
+    on: On = field(default="mass", repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise TypeError(f"function must be a function f(t, x, v), not {shown(self.function)}.")
         super().__post_init__()
+        _check_on_mass(self.on)
 
     @property
     def has_function(self) -> bool:
@@ -410,8 +429,8 @@ class PoissonImpulses(Excitation):
     mean_square : float
         Mean square of an impulse, above 0, in (N s)^2; per unit mass, and of the ground, in m^2/s^2.  White noise with
         the same second moments has q = rate * mean_square.
-    on : {"mass", "ground"}
-        A force on the mass, or the acceleration of the ground.
+    on : str
+        A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
 
     Raises
     ------
@@ -516,6 +535,11 @@ class ThermalNoise(Excitation):
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         return f"noise of every dissipator ({name}) at kT = {self.temperature:.6g} {unit('temperature')}"
+
+
+def _check_on_mass(on: str) -> None:
+    if on == "ground":
+        raise ValueError("on must be the name of a mass here, not 'ground': it is a force.")
 
 
 def _numbers(values: object, name: str) -> tuple[float, ...]:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import listed
-from springpot.problem.parts.checks import Checked, put
+from springpot.machine.faults import listed, shown
+from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Number", "Part", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers",
-    "unit_times",
+    "Element", "Ends", "Number", "Part", "Point", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass",
+    "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
@@ -26,6 +26,11 @@ of its own, taken from the motion, fed in or of either sign; fed in, with a mean
 Range = Literal["positive", "unsigned", "signed", "share", "order", "exponent"]
 Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
+
+Ends = tuple[str, str] | None
+"""The two masses between which a part acts, or the ground and a mass; not given, the ground and the one mass."""
+Point = Annotated[str, "the name of a mass"]
+_NAMES = (Ends, Point)
 
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
 _WORD = re.compile(r"([A-Za-z]+)(?:\^(-?[a-z]+)|(-?\d+))?")
@@ -222,7 +227,8 @@ def stated_numbers(kind: type) -> dict[str, Any]:
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
-        plain = get_origin(hint) in (Literal, Callable) or (isinstance(hint, type) and issubclass(hint, Checked))
+        part_or_law = isinstance(hint, type) and issubclass(hint, Checked)
+        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or part_or_law
         if not said and not plain and get_origin(hint) is not ClassVar:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."
@@ -302,10 +308,16 @@ class Part(Checked):
         if wrong := {*powers} - {*get_args(Power)}:
             raise TypeError(f"{cls.__name__}.powers must be of {listed(get_args(Power))}, not {listed(sorted(wrong))}.")
         cls.numbers = stated_numbers(cls)
+        cls.__repr__ = Part.__repr__  # type: ignore[method-assign]  # a dataclass does not replace one of the class itself
         Part.kinds[kind_of(cls)] = cls
 
     def __post_init__(self) -> None:
         check(self)
+
+    def __repr__(self) -> str:
+        """As a call; what is said only where there are several masses stands there where it is given."""
+        said = (f"{own.name}={getattr(self, own.name)!r}" for own in fields_of(type(self)) if is_said(own, self))
+        return f"{type(self).__qualname__}({', '.join(said)})"
 
     # what a part may have beside; a part that does not say so has none of it
 
@@ -350,6 +362,10 @@ class Part(Checked):
     def slopes(self, p: Any) -> Slopes:
         """The derivative of the modulus by each of its numbers that is in it."""
         return [(number, slope) for number, slope in ((self.linear_stiffness, 1.0), (self.linear_damping, p)) if number]
+
+    def alone(self) -> Self:
+        """The same part where there is one mass, which needs no name."""
+        return self
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -396,6 +412,43 @@ class Part(Checked):
             return lambda value: value * share**power
         divisor = mass**power
         return lambda value: value / divisor
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element(Part, abstract=True):
+    """A part with two ends: its displacement is that of the second end less that of the first, its elongation.
+
+    Attributes
+    ----------
+    between : tuple of str, optional
+        The names of the two masses, or ``"ground"`` and that of a mass.  It is not needed where there is one mass.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> Spring(80.0, between=("panel", "box")).between
+    ('panel', 'box')
+    """
+
+    between: Ends = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.between is not None:
+            put(self, between=_ends(self.between))
+
+    def alone(self) -> Self:
+        """Without its ends."""
+        return self if self.between is None else replace(self, between=None)
+
+
+def _ends(given: object) -> tuple[str, str]:
+    if not isinstance(given, tuple | list) or len(given) != 2 or not all(isinstance(end, str) for end in given):
+        raise TypeError(f"between must be the names of two ends, as ('ground', 'box'), not {shown(given)}.")
+    first, second = given
+    if first == second:
+        raise ValueError(f"between must be two different ends, not {first!r} twice.")
+    return first, second
 
 
 _OF_A_POWER = {"stored": "force_coefficients", "inertia": "inertia"}

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import signed
-from springpot.problem.parts.registration import Number, Part, Slopes
+from springpot.problem.parts.registration import Element, Number, Part, Slopes
 from springpot.problem.parts.springs import Spring
 
 __all__ = ["FractionalMaxwell", "Maxwell", "Springpot", "resonance"]
@@ -18,7 +18,7 @@ _ROUNDS, _SETTLED = 500, 1e-14  # of the resonance
 
 
 @dataclass(frozen=True)
-class Springpot(Part):
+class Springpot(Element):
     """The element with power-law memory: a force C D^alpha x.
 
     Parameters
@@ -90,7 +90,7 @@ _IN_SERIES = {
 
 
 @dataclass(frozen=True)
-class FractionalMaxwell(Part):
+class FractionalMaxwell(Element):
     """A springpot and a spring in series: the arm of the fractional Zener model.
 
     Parameters
@@ -123,6 +123,7 @@ class FractionalMaxwell(Part):
     spring: Annotated[Spring, {"stiffness": Number("k", "spring", "N m-1")}]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not isinstance(self.springpot, Springpot):
             raise TypeError(f"springpot must be a Springpot, not {shown(self.springpot)}.")
         if not isinstance(self.spring, Spring):
@@ -131,6 +132,11 @@ class FractionalMaxwell(Part):
             raise ValueError(f"springpot must have an order and a coefficient above 0, not {shown(self.springpot)}.")
         if not self.spring.stiffness > 0.0:
             raise ValueError(f"spring must have a positive stiffness in a series, not {self.spring.stiffness:g}.")
+        for name, part in (("springpot", self.springpot), ("spring", self.spring)):
+            if part.between is not None:
+                raise ValueError(
+                    f"{name} must be without between in a series: FractionalMaxwell(..., between=...) has it."
+                )
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -148,7 +154,7 @@ class FractionalMaxwell(Part):
 
 
 @dataclass(frozen=True)
-class Maxwell(Part):
+class Maxwell(Element):
     """A spring and a dashpot in series.
 
     Parameters

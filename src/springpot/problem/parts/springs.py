@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from springpot.problem.parts.checks import coefficients, put, signed
-from springpot.problem.parts.registration import Number, Part
+from springpot.problem.parts.registration import Element, Number
 
 __all__ = ["PolynomialSpring", "Spring"]
 
@@ -15,7 +15,7 @@ _MOST_POWERS = 9
 
 
 @dataclass(frozen=True)
-class Spring(Part):
+class Spring(Element):
     """A linear spring: the restoring force k x.
 
     Parameters
@@ -52,7 +52,7 @@ class Spring(Part):
 
 
 @dataclass(frozen=True)
-class PolynomialSpring(Part):
+class PolynomialSpring(Element):
     """A nonlinear spring: the restoring force k1 x + k2 x^2 + k3 x^3 + ...
 
     Parameters
@@ -78,6 +78,7 @@ class PolynomialSpring(Part):
     coefficients: Annotated[tuple[float, ...], Number("k", "x", "N", "signed", per="m")]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         put(self, coefficients=coefficients(self.coefficients, _MOST_POWERS, _POWERS))
 
     @property

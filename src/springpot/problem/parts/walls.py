@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, cast
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, put
-from springpot.problem.parts.registration import Number, Part, check, kind_of, stated_numbers
+from springpot.problem.parts.registration import Element, Number, check, kind_of, stated_numbers
 
 __all__ = [
     "Barrier", "Contact", "PowerRestitution", "Restitution", "RestitutionLaw", "Side", "SoftStop", "Stop",
@@ -108,7 +108,7 @@ class PowerRestitution(Restitution):
         return f"min(1, {self.restitution:.6g} (v / {self.speed:.6g})^-{self.exponent:g})"
 
 
-class Stop(Part, abstract=True):
+class Stop(Element, abstract=True):
     """A wall or a contact.
 
     Attributes
@@ -133,7 +133,7 @@ class Stop(Part, abstract=True):
     def mirrored(self) -> Self:
         """The same in the mirror, x -> -x."""
         other: Side = "below" if self.side == "above" else "above"
-        return replace(self, position=-self.position, side=other)  # type: ignore[type-var]
+        return replace(self, position=-self.position, side=other)  # type: ignore[call-arg]
 
 
 class SoftStop(Stop, abstract=True):

@@ -58,7 +58,7 @@ def resonances(stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales
     return sorted(cut for cut in cuts if start <= cut <= high + _FAR)
 
 
-def integral(density: Callable[[float], float], cuts: list[float]) -> float:
+def integral(density: Callable[[float], float], cuts: list[float], within: float = 0.0) -> float:
     """The integral of a density over all frequencies, positive and negative, of an even function of w.
 
     Parameters
@@ -67,6 +67,8 @@ def integral(density: Callable[[float], float], cuts: list[float]) -> float:
         Of one frequency w > 0.
     cuts : list of float
         Of `resonances`.
+    within : float
+        An error that does not matter.
 
     Raises
     ------
@@ -87,12 +89,12 @@ def integral(density: Callable[[float], float], cuts: list[float]) -> float:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", integrate.IntegrationWarning)  # of rounding, which the error below bounds
         pieces = [
-            integrate.quad(of_logarithm, start, end, epsabs=0.0, epsrel=1e-10, limit=400)
+            integrate.quad(of_logarithm, start, end, epsabs=within / len(cuts), epsrel=1e-10, limit=400)
             for start, end in itertools.pairwise(cuts)
             if end - start > 1e-14 * max(1.0, abs(start))
         ]
     value, error = math.fsum(value for value, _ in pieces), math.fsum(error for _, error in pieces)
-    if not error <= _MOST_ERROR * value:
+    if not error <= max(_MOST_ERROR * value, within):
         raise NoConvergenceError(
             "an integral over frequency did not settle: the resonance is too narrow, or too far off."
         )

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from springpot.machine.faults import listed, shown
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import (
     ColoredNoise,
     Constant,
@@ -16,6 +20,7 @@ from springpot.problem.parts import (
     FractionalMaxwell,
     Harmonic,
     KanaiTajimiNoise,
+    Mass,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
@@ -27,71 +32,111 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.frequencies import integral, resonances
-from springpot.theory.result import Moments, Result, moments_of
+from springpot.theory.result import OF_A_POINT, OF_ENDS, Moments, Result, moments_of, moments_of_points
 
 __all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments"]
 
 FloatArray = NDArray[np.float64]
+Density = Callable[[float], float]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
+_LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
+_EQUAL = 1e-9  # frequencies that are one, and what a damper sees of a mode that it does not damp
+_ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Companion:
-    """A linear system per unit mass: what its spectra are made of.
+    """A linear system: what its spectra are made of, per unit mass of one coordinate, or in SI units of several.
 
     Parameters
     ----------
-    stiffness, damping : float
-        Of springs and dashpots, per unit mass.
+    coordinates : Coordinates
+        Its points, from which the rows of its parts follow.
+    mass, stiffness, damping : float, or ndarray of shape (points, points)
+        Of springs and dashpots; numbers where there is one coordinate.
     elements : tuple
-        Elements with memory, per unit mass: each has ``modulus(p)``.
+        Elements with memory: each has ``modulus(p)``.
     circuits : tuple of Circuit
     noises : tuple
         Stationary noises, each with ``density(w)``.
     temperature : float
-        kT per unit mass of matched noise; 0 without.
+        kT of matched noise; 0 without.
     harmonics : tuple of Harmonic
-    force : float
-        Constant force per unit mass.
+    force : float, or ndarray of shape (points,)
+        Constant force.
     parametric : float
-        Intensity of the noise that multiplies x, per unit mass.
+        Intensity of the noise that multiplies x.
     """
 
-    stiffness: float
-    damping: float
+    coordinates: Coordinates
+    mass: Any
+    stiffness: Any
+    damping: Any
     elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
     circuits: tuple[PiezoelectricCircuit, ...]
     noises: tuple[WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
-    force: float
+    force: Any
     parametric: float
 
+    @property
+    def is_single(self) -> bool:
+        """Whether there is one coordinate: its matrices are numbers, and every row and push is 1."""
+        return len(self.coordinates.points) == 1
+
+    def row(self, part: Element) -> FloatArray:
+        """What a part sees of the coordinates."""
+        return self.coordinates.row(part.between)
+
+    def push(self, part: Any) -> FloatArray:
+        """The forces of an excitation per unit of it."""
+        return self.coordinates.push(part.on)
+
+    def along(self, part: Element, number: Any) -> Any:
+        """A number of a part, or one for each frequency, in the equations of motion."""
+        return number if self.is_single else _wide(np.asarray(number)) * np.outer(self.row(part), self.row(part))
+
     def dissipative(self, w: FloatArray) -> NDArray[np.complex128]:
-        """Force over displacement of dampers, memory and circuits at frequencies w."""
+        """Force over displacement of dampers, memory and circuits at frequencies w; of several a matrix for each."""
         p = 1j * np.asarray(w, float)
-        found = self.damping * p
+        found = self.damping * (p if self.is_single else _wide(p))
         for element in (*self.elements, *self.circuits):
-            found = found + element.modulus(p)
+            found = found + self.along(element, element.modulus(p))
         return np.asarray(found)
 
     def dynamic_stiffness(self, w: FloatArray) -> NDArray[np.complex128]:
-        """Force over displacement, D(w) = k - w^2 + ..., per unit mass."""
-        return np.asarray(self.stiffness - np.asarray(w, float) ** 2 + self.dissipative(w))
+        """Force over displacement, D(w) = k - m w^2 + ..."""
+        square = np.asarray(w, float) ** 2
+        return np.asarray(
+            self.stiffness - (square if self.is_single else _wide(square) * self.mass) + self.dissipative(w)
+        )
+
+    def nearest(self, w: FloatArray) -> NDArray[np.complex128]:
+        """The eigenvalue of D(w) per mass that is nearest to 0, which it passes at a resonance."""
+        if self.is_single:
+            return self.dynamic_stiffness(w)
+        values = np.linalg.eigvals(self.per_mass(self.dynamic_stiffness(w)))
+        place = np.abs(values).argmin(axis=-1)
+        return np.asarray(np.take_along_axis(values, place[..., None], axis=-1)[..., 0])
+
+    def per_mass(self, matrix: Any) -> Any:
+        """A matrix divided by the masses from both sides, symmetric as before."""
+        root = np.linalg.inv(np.linalg.cholesky(np.atleast_2d(self.mass)))
+        return root @ np.atleast_2d(matrix) @ root.T
 
     def force_density(self, w: float) -> float:
-        """Two-sided spectral density of all noise that does not multiply x, per rad/s."""
+        """Two-sided spectral density of all noise that does not multiply x, per rad/s; of one coordinate."""
         found = self.noise_density(w)
         if self.temperature > 0.0 and w == 0.0:
-            pots = (each.springpot if isinstance(each, FractionalMaxwell) else each for each in self.elements)
-            fractional = any(isinstance(pot, Springpot) and pot.remembers for pot in pots)
-            return math.inf if fractional else self.force_density(1e-150)  # unbounded at low frequency
+            return math.inf if any(map(_is_fractional, self.elements)) else self.force_density(1e-150)
         if self.temperature > 0.0:
             found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
         return found
@@ -100,23 +145,40 @@ class Companion:
         """The same without matched noise."""
         return math.fsum(noise.density(w) for noise in self.noises)
 
+    def sources(self, w: float) -> list[tuple[FloatArray, float]]:
+        """Each noise of several masses: its push, and its two-sided spectral density per rad/s."""
+        found = [(self.push(noise), noise.density(w)) for noise in self.noises]
+        if not self.temperature > 0.0:
+            return found
+        hot = self.temperature / math.pi
+        sizes, ways = np.linalg.eigh(self.damping)
+        found += [(way, hot * float(size)) for size, way in zip(sizes, ways.T, strict=True)]
+        for element in (*self.elements, *self.circuits):
+            small = max(w, 1e-150)
+            loss = complex(element.modulus(1j * small)).imag / small
+            found.append((self.row(element), math.inf if w == 0.0 and _is_fractional(element) else hot * loss))
+        return found
+
+    @property
+    def groups(self) -> list[tuple[FloatArray, Density]]:
+        """The noises but matched noise: their pushes and densities, all in one of one coordinate."""
+        if self.is_single:
+            return [(np.ones(1), self.noise_density)] if self.noises else []
+        return [(self.push(noise), noise.density) for noise in self.noises]
+
     @property
     def scales(self) -> list[float]:
         """Frequencies around which something changes."""
-        stiff = self.stiffness
-        found = [math.sqrt(stiff), self.damping, stiff / self.damping if self.damping > 0.0 else 0.0]
-        for element in self.elements:
-            match element:
-                case Springpot(order=order, coefficient=c) if c > 0.0:
-                    found.append(c ** (1.0 / (2.0 - order)))
-                    found.append(min(_power_of(stiff / c, 1.0 / order), math.sqrt(stiff)))
-                case FractionalMaxwell(springpot=pot, spring=spring):
-                    found += [math.sqrt(stiff + spring.stiffness), pot.coefficient ** (1.0 / (2.0 - pot.order))]
-                    found.append(_power_of(spring.stiffness / pot.coefficient, 1.0 / pot.order))
-                case Maxwell(stiffness=k, coefficient=c):
-                    found += [math.sqrt(stiff + k), k / c]
-        for circuit in self.circuits:
-            found += [1.0 / circuit.time, math.sqrt(stiff + circuit.coupling**2 / circuit.capacitance)]
+        squares, rates = self._squares(self.stiffness), self._squares(self.damping)
+        found = [
+            *map(math.sqrt, squares),
+            *rates,
+            *(square / rate for square in squares for rate in rates if rate > 0.0),
+        ]
+        for element in (*self.elements, *self.circuits):
+            share = self._share(element)
+            for square in squares:
+                found += _scales_of(element, square, share)
         for noise in self.noises:
             if isinstance(noise, ColoredNoise):
                 found.append(1.0 / noise.correlation_time)
@@ -124,11 +186,56 @@ class Companion:
                 found.append(noise.frequency)
         return [scale for scale in found if scale > 0.0]
 
+    def _squares(self, matrix: Any) -> list[float]:
+        """Eigenvalues per mass; the number itself of one coordinate."""
+        if self.is_single:
+            return [matrix]
+        values = np.linalg.eigvalsh(self.per_mass(matrix))
+        return [float(value) for value in values if value > _LOOSE * np.abs(values).max()]
+
+    def _share(self, part: Element) -> float:
+        """One over the mass that moves where both ends of a part are free."""
+        return 1.0 if self.is_single else float(self.row(part) @ np.linalg.solve(self.mass, self.row(part)))
+
     @property
     def dissipates(self) -> bool:
         """Whether anything takes energy from the motion."""
-        pots = [e for e in self.elements if not isinstance(e, Springpot) or e.dissipates]
-        return self.damping > 0.0 or bool(pots) or bool(self.circuits)
+        return bool(np.any(np.asarray(self.damping) > 0.0)) or bool(self.lossy)
+
+    @property
+    def lossy(self) -> list[Element]:
+        """The elements and circuits that take energy."""
+        return [each for each in (*self.elements, *self.circuits) if not isinstance(each, Springpot) or each.dissipates]
+
+
+def _wide(numbers: Any) -> Any:
+    """Numbers before a matrix each."""
+    return numbers[..., None, None]
+
+
+def _is_fractional(element: Element) -> bool:
+    """Whether the matched noise of an element is unbounded at low frequency."""
+    pot = element.springpot if isinstance(element, FractionalMaxwell) else element
+    return isinstance(pot, Springpot) and pot.remembers
+
+
+def _scales_of(element: Element, stiff: float, share: float) -> list[float]:
+    """Frequencies around which an element beside a spring changes what it does, all per mass."""
+    match element:
+        case Springpot(order=order, coefficient=c) if c > 0.0:
+            c *= share
+            return [c ** (1.0 / (2.0 - order)), min(_power_of(stiff / c, 1.0 / order), math.sqrt(stiff))]
+        case FractionalMaxwell(springpot=pot, spring=spring):
+            return [
+                math.sqrt(stiff + spring.stiffness * share),
+                (pot.coefficient * share) ** (1.0 / (2.0 - pot.order)),
+                _power_of(spring.stiffness / pot.coefficient, 1.0 / pot.order),
+            ]
+        case Maxwell(stiffness=k, coefficient=c):
+            return [math.sqrt(stiff + k * share), k / c]
+        case PiezoelectricCircuit():
+            return [1.0 / element.time, math.sqrt(stiff + element.coupling**2 / element.capacitance * share)]
+    return []
 
 
 def _power_of(base: float, power: float) -> float:
@@ -145,20 +252,25 @@ class LinearResponse(Result):
     The parameters are those of `springpot.theory.result.Result`, and the linear system per unit mass.
     """
 
-    companion: Companion
+    companion: Companion = field(compare=False)
 
-    def frequency_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+    def frequency_response(self, frequency: ArrayLike, of: str = "", on: str = "") -> NDArray[np.complex128]:
         """Displacement over force, in m/N (s^2 in a system without a `Mass`).
 
         Parameters
         ----------
         frequency : array_like
             w in rad/s.
+        of : str
+            The point whose displacement it is, or the part with two ends whose elongation it is; needed where there
+            are several masses.
+        on : str
+            The point on which the force acts, or ``"ground"`` for its acceleration; needed where there are several.
 
         Raises
         ------
-        TypeError
-            If a frequency is not a number.
+        TypeError, ValueError
+            If a frequency is not a number, or there is no such point or part.
 
         Examples
         --------
@@ -168,15 +280,55 @@ class LinearResponse(Result):
         -1.25j
         """
         w = real_array(frequency, "frequency")
-        return np.asarray(1.0 / (self.system.inertia * self.companion.dynamic_stiffness(w)))
+        row, push = self._row(of), self._push(on)
+        if self.companion.is_single:
+            return np.asarray(float(push[0]) / (self.system.inertia * self.companion.dynamic_stiffness(w)))
+        return np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(w)) @ push @ row)
 
-    def spectrum(self, frequency: ArrayLike) -> FloatArray:
+    def spectrum(self, frequency: ArrayLike, of: str = "") -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
 
         Parameters
         ----------
         frequency : array_like
             In rad/s, of either sign.
+        of : str
+            The point whose displacement it is, or the part with two ends whose elongation it is; needed where there
+            are several masses.
+
+        Raises
+        ------
+        NoStationaryStateError
+            If there is no stationary state.
+        TypeError, ValueError
+            If a frequency is not a number, or there is no such point or part.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0))
+        >>> float(sp.theory.linear(device).spectrum(1.0).round(4))
+        0.1592
+        """
+        moments, row = self.moments, self._row(of)
+        w = np.abs(real_array(frequency, "frequency"))
+        if not self.companion.is_single:
+            return np.asarray(_quadratic(self.companion, w, row[None, :])[..., 0, 0].real)
+        force = np.vectorize(self.companion.force_density, otypes=[float])(w)
+        force = force + self.companion.parametric * moments.x_mean_square / (2.0 * math.pi)
+        return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
+
+    def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Two-sided spectral and cross-spectral densities of the displacements of all points, in m^2 s per rad.
+
+        Parameters
+        ----------
+        frequency : array_like
+            In rad/s, of either sign.
+
+        Returns
+        -------
+        ndarray, shape (..., points, points)
 
         Raises
         ------
@@ -189,14 +341,90 @@ class LinearResponse(Result):
         --------
         >>> import springpot as sp
         >>> device = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0))
-        >>> float(sp.theory.linear(device).spectrum(1.0).round(4))
-        0.1592
+        >>> sp.theory.linear(device).spectral_matrix(1.0).real.round(4).tolist()
+        [[0.1592]]
         """
-        moments = self.moments
-        w = np.abs(real_array(frequency, "frequency"))
-        force = np.vectorize(self.companion.force_density, otypes=[float])(w)
-        force = force + self.companion.parametric * moments.x_mean_square / (2.0 * math.pi)
-        return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
+        w = real_array(frequency, "frequency")
+        if self.companion.is_single:
+            return _wide(self.spectrum(w)).astype(complex)  # type: ignore[no-any-return]
+        _ = self.moments
+        found = _quadratic(self.companion, np.abs(w), np.eye(len(self.system.points)))
+        return np.asarray(np.where(_wide(w) < 0.0, found.conj(), found))
+
+    def covariance(self, of: Literal["x", "v"] = "x") -> FloatArray:
+        """Covariances of the displacements, or of the velocities, of all points at one time.
+
+        Parameters
+        ----------
+        of : {"x", "v"}
+
+        Returns
+        -------
+        ndarray, shape (points, points)
+            In m^2, or m^2 s^-2.
+
+        Raises
+        ------
+        NoStationaryStateError
+            If there is no stationary state.
+        ValueError
+            If ``of`` is another word.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> chain = sp.System(
+        ...     sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(1.0, between=("ground", "a")),
+        ...     sp.Spring(1.0, between=("a", "b")), sp.Dashpot(0.2, between=("a", "b")), sp.ThermalNoise(1.0),
+        ... )
+        >>> sp.theory.linear(chain).covariance().round(9).tolist()
+        [[1.0, 1.0], [1.0, 2.0]]
+        """
+        if of not in ("x", "v"):
+            raise ValueError(f"of must be 'x' or 'v', not {shown(of)}.")
+        moments, points = self.moments, self.system.points
+        if self.companion.is_single:
+            square = moments.x_mean_square - moments.x_mean**2 if of == "x" else moments.v_mean_square
+            return np.array([[square]])
+        means = np.array([moments[f"{point}_x_mean"] if of == "x" else 0.0 for point in points])
+        squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
+        found, size, seen = np.diag(squares), np.sqrt(squares), _Seen(self.companion)
+        for one, other in itertools.combinations(range(len(points)), 2):
+            if not size[one] * size[other] > 0.0:
+                continue
+            row = np.zeros(len(points))
+            row[one], row[other] = 0.5 / size[one], 0.5 / size[other]  # the mean square is half of 1 + the correlation
+            mean, x_square, v_square = seen.motion(row, 1e-16, velocity=of == "v")
+            both = x_square - mean**2 if of == "x" else v_square
+            found[one, other] = found[other, one] = (2.0 * both - 1.0) * size[one] * size[other]
+        return np.asarray(found)
+
+    def _row(self, of: str) -> FloatArray:
+        coordinates, known = self.system.coordinates, self.system.points
+        if of in known or (not of and len(known) == 1):
+            return coordinates.push(of or known[0])
+        if of in coordinates.elongations:
+            return coordinates.elongations[of]
+        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}, not {shown(of)}.")
+
+    def _push(self, on: str) -> FloatArray:
+        known = self.system.points
+        if on in (*known, "ground") or (not on and len(known) == 1):
+            return self.system.coordinates.push(on or known[0])
+        raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}, not {shown(on)}.")
+
+
+def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray[np.complex128]:
+    """The spectral densities of what rows see, between each other, of several masses."""
+    found = np.zeros((*w.shape, len(rows), len(rows)), complex)
+    for place in np.ndindex(w.shape):
+        response = rows @ np.linalg.inv(companion.dynamic_stiffness(w[place]))
+        for push, density in companion.sources(float(w[place])):
+            seen = response @ push
+            both = np.outer(seen, seen.conj())
+            found[place] += np.where(np.abs(both) > 0.0, density * both.real, 0.0)  # not infinity times 0
+            found[place] += 1j * both.imag * (density if math.isfinite(density) else 0.0)
+    return found
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -260,20 +488,26 @@ def companion_of(system: System) -> Companion:
     NotCoveredError
         If there is a wall, a contact or something nonlinear.
     """
-    unit = system.per_unit_mass
+    several = len(system.points) > 1
+    unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
-    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Spring | PolynomialSpring | elements | sources | PoissonImpulses
+    memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    kinds = Mass | Spring | PolynomialSpring | memory | sources | PoissonImpulses
     check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
+    at = unit.coordinates
+    elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
+    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.points)))
     return Companion(
-        stiffness=unit.stiffness,
-        damping=unit.damping,
+        coordinates=at,
+        mass=_reduced(np.diag(at.masses)),
+        stiffness=_reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
+        damping=_reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
         elements=unit.of(Springpot, FractionalMaxwell, Maxwell),
         circuits=unit.of(PiezoelectricCircuit),
         noises=unit.of(*_NOISES),
         temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
         harmonics=unit.of(Harmonic),
-        force=sum(part.force for part in unit.of(Constant)),
+        force=force if several else float(force[0]),
         parametric=sum(noise.intensity for noise in unit.of(ParametricNoise)),
     )
 
@@ -281,61 +515,175 @@ def companion_of(system: System) -> Companion:
 check_covered = companion_of
 
 
+def _reduced(matrix: FloatArray) -> Any:
+    """A matrix, or the number itself of one coordinate."""
+    return float(matrix[0, 0]) if matrix.size == 1 else matrix
+
+
 def linear_moments(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
     springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
-    static = companion.stiffness + sum(spring.coefficient for spring in springs)
-    if not static > 0.0:
-        return "There is no stationary state: no spring pulls the mass back, so that it wanders without end."
-    if not companion.dissipates:
-        return "There is no stationary state: nothing dissipates energy."
-    if static != companion.stiffness:  # a springpot of order 0 is a spring
+    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
+    if statement := _endless(companion, static):
+        return statement
+    if np.any(static != companion.stiffness):  # a springpot of order 0 is a spring
         kept = tuple(e for e in companion.elements if e not in springs)
         return linear_moments(system, replace(companion, stiffness=static, elements=kept))
-    cuts = resonances(companion.dynamic_stiffness, companion.scales)
-
-    def mean_square(density: Callable[[float], float], power: int = 0) -> float:
-        def response(w: float) -> float:
-            factor = w**power / abs(complex(companion.dynamic_stiffness(np.array([w]))[0]))
-            return density(w) * factor * factor
-
-        return integral(response, cuts)
-
-    x_mean = companion.force / static
-    x_square = companion.temperature / static  # matched noise shares its energy out evenly
-    v_square, power = companion.temperature, 0.0
+    seen, power = _Seen(companion), 0.0
     if companion.noises:
-        x_square += mean_square(companion.noise_density)
-        v_square += mean_square(companion.noise_density, 1)
-        power += _power(companion, mean_square, companion.noise_density)
+        power += seen.power(companion.groups)
     for force in companion.harmonics:
-        nu = force.frequency
-        response = 0.5 * force.amplitude**2 / abs(complex(companion.dynamic_stiffness(np.array([nu]))[0])) ** 2
-        x_square += response
-        v_square += response * nu**2
-        power += sum(response * _voltage_square(circuit, nu) / circuit.resistance for circuit in companion.circuits)
-    x_square += x_mean**2
+        power += seen.power_of_harmonic(force)
+    harvests = companion.circuits and companion.temperature == 0.0
+    if not companion.is_single:
+        return moments_of_points(system, _of_points(system, seen), harvested=power if harvests else None)
+    x_mean, x_square, v_square = seen.motion(np.ones(1))
     if companion.parametric > 0.0:
-        x_unit = mean_square(lambda w: 1.0 / (2.0 * math.pi))
-        v_unit = mean_square(lambda w: 1.0 / (2.0 * math.pi), 1)
+        unit = [(np.ones(1), lambda w: 1.0 / (2.0 * math.pi))]
+        x_unit, v_unit = seen.mean_square(np.ones(1), unit), seen.mean_square(np.ones(1), unit, 1)
         if not companion.parametric * x_unit < 1.0:
             return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
         x_square = x_square / (1.0 - companion.parametric * x_unit)
         fed = companion.parametric * x_square
         v_square += fed * v_unit
-        power += fed * _power(companion, mean_square, lambda w: 1.0 / (2.0 * math.pi))
-    harvests = companion.circuits and companion.temperature == 0.0
+        power += fed * seen.power(unit)
     return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
 
 
-def _power(
-    companion: Companion, mean_square: Callable[[Callable[[float], float]], float], density: Callable[[float], float]
-) -> float:
-    """Mean of V^2 / R of all circuits, per unit mass."""
-    return math.fsum(
-        mean_square(lambda w, circuit=circuit: density(w) * _voltage_square(circuit, w)) / circuit.resistance  # type: ignore[misc]
-        for circuit in companion.circuits
-    )
+def _of_points(system: System, seen: _Seen) -> dict[str, float]:
+    """The results of several masses."""
+    found: dict[str, float] = {}
+    points, at = system.points, system.coordinates
+    for point in points:
+        names = (f"{point}_{name}" for name in OF_A_POINT)
+        found |= zip(names, seen.motion(at.push(point)), strict=True)
+    means = np.array([found[f"{point}_x_mean"] for point in points])
+    sizes = np.sqrt([found[f"{point}_x_mean_square"] for point in points])
+    for name, row in at.elongations.items():
+        ends = [point for point, g in zip(points, row, strict=True) if g]
+        within = _ELONGATION * float(np.abs(row) @ sizes) ** 2
+        square = found[f"{ends[0]}_x_mean_square"] if len(ends) == 1 else seen.motion(row, within, velocity=False)[1]
+        of_ends = float(row @ means), square
+        found |= {f"{name}_{what}": value for what, value in zip(OF_ENDS, of_ends, strict=True)}
+    return found
+
+
+def _endless(companion: Companion, static: Any) -> str:
+    """Why there is no stationary state, in one sentence; empty if there is one."""
+    end = "There is no stationary state: {}.".format
+    if companion.is_single:
+        if not static > 0.0:
+            return end("no spring pulls the mass back, so that it wanders without end")
+        return "" if companion.dissipates else end("nothing dissipates energy")
+    squares, ways = np.linalg.eigh(companion.per_mass(static))
+    if loose := _loose(companion, squares, ways):
+        fate = "it wanders" if len(loose) == 1 else "they wander"
+        return end(f"no spring pulls {listed(loose)} back, so that {fate} without end")
+    if not companion.dissipates:
+        return end("nothing dissipates energy")
+    free = _undamped(companion, squares, ways)
+    return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
+
+
+def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[str]:
+    """The points that no spring pulls back."""
+    still = squares <= _LOOSE * np.abs(squares).max()
+    if not still.any():
+        return []
+    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
+    shapes = np.abs(root.T @ ways[:, still]).max(axis=1)
+    points = companion.coordinates.points
+    return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
+
+
+def _undamped(companion: Companion, squares: FloatArray, ways: FloatArray) -> float | None:
+    """The natural frequency of a mode that moves nothing which dissipates; None if there is none."""
+    sizes, dashpots = np.linalg.eigh(companion.damping)
+    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
+    rows += [companion.row(element) for element in companion.lossy]
+    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
+    seen = np.array(rows) @ root.T
+    seen = seen / np.linalg.norm(seen, axis=1)[:, None] @ ways
+    frequencies = np.sqrt(squares)
+    start = 0
+    for stop in range(1, len(squares) + 1):
+        if stop == len(squares) or frequencies[stop] - frequencies[start] > _EQUAL * frequencies[stop]:
+            alike = seen[:, start:stop]  # of equal frequency: any sum of them is a mode
+            if np.linalg.matrix_rank(alike, tol=_EQUAL) < stop - start:
+                return float(frequencies[start])
+            start = stop
+    return None
+
+
+class _Seen:
+    """What rows of numbers see of the motion: means and mean squares, by integrals over frequency."""
+
+    def __init__(self, companion: Companion) -> None:
+        self.companion = companion
+        self.cuts = resonances(companion.nearest, companion.scales)
+        self._inverses: dict[float, NDArray[np.complex128]] = {}
+
+    def size(self, w: float, row: FloatArray, push: FloatArray) -> float:
+        """The size of a force per displacement that a row sees."""
+        if self.companion.is_single:
+            return abs(complex(self.companion.dynamic_stiffness(np.array([w]))[0]))
+        if w not in self._inverses:
+            self._inverses[w] = np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(np.array(w))), complex)
+        response = abs(complex(row @ self._inverses[w] @ push))
+        return 1.0 / response if response > 0.0 else math.inf
+
+    def mean_square(
+        self, row: FloatArray, groups: list[tuple[FloatArray, Density]], power: int = 0, within: float = 0.0
+    ) -> float:
+        """Of what a row sees of the displacement, or with ``power=1`` of the velocity, under noises."""
+
+        def response(w: float) -> float:
+            found = 0.0
+            for push, density in groups:
+                factor = w**power / self.size(w, row, push)
+                found += density(w) * factor * factor
+            return found
+
+        return integral(response, self.cuts, within)
+
+    def motion(self, row: FloatArray, within: float = 0.0, velocity: bool = True) -> tuple[float, float, float]:
+        """Mean and mean square of the displacement that a row sees, and mean square of its velocity, 0 if not asked."""
+        own = self.companion
+        if own.is_single:
+            x_mean, x_square, v_square = own.force / own.stiffness, own.temperature / own.stiffness, own.temperature
+        else:  # matched noise shares its energy out evenly
+            soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
+            x_mean = float(soft @ own.force)
+            x_square, v_square = own.temperature * float(soft @ row), own.temperature * float(light @ row)
+        if own.noises:
+            x_square += self.mean_square(row, own.groups, within=within)
+            v_square += self.mean_square(row, own.groups, 1) if velocity else 0.0
+        for force in own.harmonics:
+            nu = force.frequency
+            response = 0.5 * force.amplitude**2 / self.size(nu, row, own.push(force)) ** 2
+            x_square += response
+            v_square += response * nu**2
+        return x_mean, x_square + x_mean**2, v_square
+
+    def power(self, groups: list[tuple[FloatArray, Density]]) -> float:
+        """Mean of V^2 / R of all circuits under noises."""
+
+        def weighted(density: Density, circuit: PiezoelectricCircuit) -> Density:
+            return lambda w: density(w) * _voltage_square(circuit, w)
+
+        found = []
+        for circuit in self.companion.circuits:
+            volts = [(push, weighted(density, circuit)) for push, density in groups]
+            found.append(self.mean_square(self.companion.row(circuit), volts) / circuit.resistance)
+        return math.fsum(found)
+
+    def power_of_harmonic(self, force: Harmonic) -> float:
+        """The same under a harmonic force."""
+        own, nu, found = self.companion, force.frequency, 0.0
+        for circuit in own.circuits:
+            response = 0.5 * force.amplitude**2 / self.size(nu, own.row(circuit), own.push(force)) ** 2
+            found += response * _voltage_square(circuit, nu) / circuit.resistance
+        return found
 
 
 def _voltage_square(circuit: PiezoelectricCircuit, w: float) -> float:
