@@ -24,7 +24,6 @@ from springpot.simulation.estimate.few_events import Watched, error_of_unseen
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.options import DEFAULTS, Options, Requests
@@ -353,7 +352,8 @@ def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], second
         "start_residual": None if adapted is None else adapted.residual,
         "start_residual_se": None if adapted is None else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
-        "collapses": int(rows[:, COLUMNS.index("collapses")].sum()),
+        **{name: int(column.sum()) for name, column in zip(simulation.parts.columns, rows.T, strict=True)
+           if name in ("collapses", "halts")},
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
         "versions": dict(_versions()),
