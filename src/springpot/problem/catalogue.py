@@ -104,7 +104,8 @@ _SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring, "where": 
 _STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop"), "where": _is_one}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {
-    "when": "with dashpots, arms, circuits or springpots of an order above 0", "of": _with("damping"),
+    "when": "with dashpots, arms, circuits or springpots of an order above 0",
+    "of": _with("damping"),
 }
 _FORCES: dict[str, Any] = {**_DAMPING, "where": _is_one}  # fmt: skip
 _CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}

@@ -376,7 +376,9 @@ def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
             near = meant(end, known) or f"; there are {listed([*known])}."
             raise ValueError(f"{name} is between {end!r}, which is no mass{near}")
     if len(points) == 1 and part.between[0] != "ground":
-        raise ValueError(f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground.")
+        raise ValueError(
+            f"{name} must be between ('ground', {points[0]!r}), in this order: x is measured from the ground."
+        )
 
 
 def _check_motion(system: System) -> None:

@@ -230,7 +230,11 @@ def stated_numbers(kind: type) -> dict[str, Any]:
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
-        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or (isinstance(hint, type) and issubclass(hint, Checked))
+        plain = (
+            hint in _NAMES
+            or get_origin(hint) in (Literal, Callable)
+            or (isinstance(hint, type) and issubclass(hint, Checked))
+        )
         if not said and not plain and get_origin(hint) is not ClassVar:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."

@@ -19,6 +19,7 @@ from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.lowering.walls import Soft
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
@@ -153,7 +154,7 @@ def _read(simulation: Simulation, rows: Floats) -> Samples:
 
 
 def _balance(
-    parts: Parts,
+    parts: Parts | PartsOfSeveral,
     column: dict[str, Floats],
     damped: Floats,
     taken: dict[str, tuple[Floats, Floats]],
@@ -258,7 +259,7 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
     return {**found, "harvested_power": harvested} if found else {}
 
 
-def _of_contacts(parts: Parts, column: dict[str, Floats], time: float) -> dict[str, Floats]:
+def _of_contacts(parts: Parts | PartsOfSeveral, column: dict[str, Floats], time: float) -> dict[str, Floats]:
     if not isinstance(parts.wall, Soft):
         return {}
     return {"contact_share": column["contacts' time"] / time, "contact_penetration": column["contacts' depth"]}

@@ -1,7 +1,7 @@
 """Impacts between several masses: straight flight with the earliest impact first, and the repair of a drift.
 
-An impact changes the velocities along the row of its wall only, by the mass matrix's inverse: the momentum of all masses
-is unchanged, and so is what the row does not see.
+An impact changes the velocities along the row of its wall only, by the inverse of the mass matrix: the momentum of all
+masses is unchanged, and so is what the row does not see.
 """
 
 from __future__ import annotations
@@ -124,9 +124,9 @@ def _given_along(size, q, x, struck):
 def fly(size, q, x, v, left, since, hits, limits, lane, weight):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
 
-    It begins at the time ``since`` after the middle between two kicks.  Before that middle the kick has given the masses
-    more of the springs' impulse than they have by then, after it less: an impact takes the velocity without this, else
-    each changes the energy at random, which heats a motion with little damping.
+    It begins at the time ``since`` after the middle between two kicks.  Before that middle the kick has given the
+    masses more of the springs' impulse than they have by then, after it less: an impact takes the velocity without
+    this, else each changes the energy at random, which heats a motion with little damping.
     """
     events, end, n = 0, since + left, size.points
     while True:

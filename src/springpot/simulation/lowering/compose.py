@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -178,7 +178,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         return compose_several(plan)
     motion, settings, parts_of_step = plan.motion, plan.settings, 2 if halved else 1
     unit, scales = motion.unit, motion.scales
-    position, velocity = settings.initial_position, settings.initial_velocity
+    position, velocity = cast(float | None, settings.initial_position), cast(float, settings.initial_velocity)
     if position is None:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)

@@ -158,6 +158,16 @@ class PartsOfSeveral:
         return None
 
     @property
+    def frequency(self) -> float:
+        """Of a spring that is followed exactly: there is none."""
+        return math.nan
+
+    @property
+    def wall_position(self) -> float:
+        """Of a single wall, for observers."""
+        return math.nan
+
+    @property
     def wall(self) -> None:
         """The walls are rigid and have sums of their own."""
         return None
@@ -228,15 +238,13 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     )  # fmt: skip
 
     def of(kind: Any) -> kernel.Numbers:
-        return kernel.Numbers(
-            kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers)
-        )
+        return kernel.Numbers(kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers))
 
     kind = np.dtype(_precision(plan, noises, given)).type
     fed = 0.5 * float(np.trace(noises @ np.diag(1.0 / masses) @ noises.T)) if len(noises) else 0.0
     left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
     power = unit_mass * units.speed**2 / units.time
-    x0, v0 = plan.motion.start_of(settings)
+    x0, v0 = start_of(plan)
     whole = PartsOfSeveral(
         size=kernel.Size(
             len(masses), len(rows), len(rows), len(walls), len(noises), len(given), int(memories.count.sum())
@@ -275,7 +283,8 @@ def _check_covered(plan: Plan) -> None:
             )
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(
-                f"{name} has a restitution that depends on the speed, which several masses do not have yet: give a number."
+                f"{name} has a restitution that depends on the speed, which several masses do not have yet: give a "
+                "number."
             )
 
 
@@ -294,7 +303,7 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
 
 def _units(plan: Plan) -> tuple[Units, float]:
     """Powers of two near the largest length, the shortest time and the usual mass of the motion."""
-    scales, (x0, v0) = plan.motion.scales, plan.motion.start_of(plan.settings)
+    scales, (x0, v0) = plan.motion.scales, start_of(plan)
     walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
     longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
     masses = plan.system.coordinates.masses
@@ -327,6 +336,13 @@ def _jumps(g: Floats, masses: Floats) -> tuple[Floats, Floats]:
     return reduced[:, None] * g / masses, reduced
 
 
+def start_of(plan: Plan) -> tuple[Floats, Floats]:
+    """x(0) and x'(0) in the order of the points, in m and m/s."""
+    both = plan.settings.initial_position, plan.settings.initial_velocity
+    x0, v0 = (np.array([given[point] for point in plan.system.points]) for given in both)  # type: ignore[index]
+    return x0, v0
+
+
 def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
     begin = np.concatenate([[0], np.cumsum((rows != 0.0).sum(axis=1))]).astype(np.int64)
     return begin, np.nonzero(rows)[1].astype(np.int64), rows[rows != 0.0]
@@ -339,7 +355,7 @@ def _memories(
     tables: dict[Any, tuple[int, Any, ExponentialSum]] = {}
     begin, count, table = (np.zeros(len(totals), np.int64) for _ in range(3))
     near = np.zeros((len(totals), GROUP, 5))
-    powers, weights, modes, histories = [np.zeros(0)], [np.zeros(0)], 0, []
+    powers, weights, modes, histories = list[Any]([np.zeros(0)]), list[Any]([np.zeros(0)]), 0, []
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
@@ -423,7 +439,7 @@ def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
     def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
         return np.array(numbers, np.int64)
 
-    def begins(arrays: Sequence[Floats]) -> npt.NDArray[np.int64]:
+    def begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
         return whole([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)])
 
     return kernel.Sources(
@@ -453,8 +469,8 @@ def _readings(
 ) -> Iterator[Reading]:
     """Every result but the balance of energy.
 
-    ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a quarter
-    of what the noise brings in it.
+    ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
+    quarter of what the noise brings in it.
     """
     system = plan.system
     for point, lack in zip(parts.points, lacking, strict=True):

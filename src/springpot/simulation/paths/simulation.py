@@ -16,7 +16,8 @@ from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.random import key_words, start_normals
 from springpot.simulation.kernel.watching import BATCHES, HEADER, Observer, Observers
-from springpot.simulation.lowering.compose import Floats, Parts, PartsOfSeveral, compose
+from springpot.simulation.lowering.compose import Floats, Parts, compose
+from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings

@@ -36,7 +36,6 @@ from springpot.problem.system import System
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
-from springpot.simulation.plan.settings import Settings
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
@@ -64,12 +63,15 @@ class Modes:
     temperature : ndarray, shape (modes,)
         Mean modal energy by a balance of what excitation feeds in and dampers take out, in J; of a mode that nothing
         damps, or that nothing moves, that of all together.
+    excited : bool
+        Whether anything feeds energy in.
     """
 
     frequency: Floats
     rate: Floats
     shapes: Floats
     temperature: Floats
+    excited: bool
 
     def spread(self, row: Floats) -> float:
         """Standard deviation of an elongation, about; modes that stretch no spring do not count."""
@@ -125,7 +127,9 @@ def _modes(system: System, instead: Mapping[str, float]) -> Modes:
     """The modes, with the stiffness of some springs given."""
     coordinates = system.coordinates
     root = 1.0 / np.sqrt(coordinates.masses)
-    rows = [(name, part, coordinates.elongations[name] * root) for name, part in system.named() if isinstance(part, Element)]
+    rows = [
+        (name, part, coordinates.elongations[name] * root) for name, part in system.named() if isinstance(part, Element)
+    ]
 
     def matrix(numbers: Mapping[str, float]) -> Floats:
         size = len(root)
@@ -145,15 +149,20 @@ def _modes(system: System, instead: Mapping[str, float]) -> Modes:
         if remembers:
             w = w or _alone(rows)
             for _ in range(_ROUNDS):
-                values, shapes = np.linalg.eigh(matrix({name: linear(name, part, 1j * w).real for name, part, _ in rows}))
+                values, shapes = np.linalg.eigh(
+                    matrix({name: linear(name, part, 1j * w).real for name, part, _ in rows})
+                )
                 new = math.sqrt(max(float(values[i]), 0.0))
                 if abs(new - w) <= 1e-10 * w or new == 0.0:
                     break
                 w = 0.5 * (w + new)
             frequency[i], moved[:, i] = w if new > 0.0 else 0.0, shapes[:, i]
         p = 1j * max(frequency[i], 1e-9 * max(frequency.max(), 1e-300))
-        rate[i] = moved[:, i] @ matrix({name: linear(name, part, p).imag / p.imag for name, part, _ in rows}) @ moved[:, i]
-    return Modes(frequency, rate, root[:, None] * moved, _temperatures(system, frequency, rate, root[:, None] * moved))
+        rate[i] = (
+            moved[:, i] @ matrix({name: linear(name, part, p).imag / p.imag for name, part, _ in rows}) @ moved[:, i]
+        )
+    temperature, excited = _temperatures(system, frequency, rate, root[:, None] * moved)
+    return Modes(frequency, rate, root[:, None] * moved, temperature, excited)
 
 
 def _alone(rows: Any) -> float:
@@ -166,16 +175,16 @@ def _alone(rows: Any) -> float:
     return max(rates, default=0.0)
 
 
-def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> Floats:
+def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, bool]:
     if thermal := system.of(ThermalNoise):
-        return np.full(len(rate), thermal[0].temperature)
+        return np.full(len(rate), thermal[0].temperature), True
     fed = np.zeros(len(rate))
     for name, row in system.coordinates.forces.items():
         part = next(part for own, part in system.named() if own == name)
         fed += (row @ shapes) ** 2 * [_density(part, w) for w in frequency]
     whole = float(fed.sum()) / float(rate.sum()) if rate.sum() > 0.0 else 0.0
     damped = rate > _UNDAMPED * frequency
-    return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole)
+    return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole), bool(fed.any())
 
 
 def _density(part: Any, w: float) -> float:
@@ -256,7 +265,7 @@ class MotionOfSeveral(Motion):
         """Why there is no stationary state; empty if there is one."""
         if self.recorded:
             return "a record has a beginning and an end"
-        if not any(self.modes.temperature > 0.0) and not self.system.of(Harmonic):
+        if not self.modes.excited:
             return "without excitation the motion dies out"
         if free := self._unheld():
             return f"nothing holds {listed(free)}, which no spring or wall keeps near the ground"
@@ -274,16 +283,16 @@ class MotionOfSeveral(Motion):
         rows = self.system.coordinates.elongations
         springs = [
             rows[name] for name, part in self.system.named()
-            if isinstance(part, Element) and (any(part.force_coefficients()) or (isinstance(part, Springpot) and part.order == 0.0))
+            if isinstance(part, Element) and (any(part.force_coefficients()) or part.modulus(0.0) != 0.0)
         ]  # fmt: skip
         free = linalg.null_space(np.array(springs).reshape(-1, len(self.system.points)))
         if not free.shape[1]:
             return []
-        walls = [(rows[name], part.inwards) for name, part in self.system.named() if isinstance(part, Barrier)]
-        closing = np.array([-inwards * row @ free for row, inwards in walls]).reshape(-1, free.shape[1])
+        walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Barrier)]
+        closing = np.array(walls).reshape(-1, free.shape[1])
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
-            if room.success and -room.fun > 1e-9:
+            if room.x is not None and float(direction @ room.x) > 1e-9:
                 away = np.abs(free @ room.x)
                 return [point for point, far in zip(self.system.points, away, strict=True) if far > 1e-6 * away.max()]
         return []
@@ -318,12 +327,6 @@ class MotionOfSeveral(Motion):
         """x'(0) of each mass."""
         return _by_point({} if given is None else given, "initial_velocity", self.system.points)
 
-    def start_of(self, settings: Settings) -> tuple[Floats, Floats]:
-        """x(0) and x'(0) in the order of the points."""
-        both = settings.initial_position, settings.initial_velocity
-        x0, v0 = (np.array([given[point] for point in self.system.points]) for given in both)  # type: ignore[index]
-        return x0, v0
-
     def _nearest_to_rest(self) -> Floats:
         """The least change from 0 that puts every elongation before its wall (Lawson and Hanson, chapter 23)."""
         walls = [(name, part) for name, part in self.system.named() if isinstance(part, Barrier)]
@@ -339,7 +342,7 @@ class MotionOfSeveral(Motion):
         left = np.append(inward.T @ dual, least / unit @ dual - 1.0)
         if not abs(left[-1]) > 1e-9:
             raise ValueError(f"the walls must leave room: {listed([name for name, _ in walls])} cannot all be kept.")
-        return -unit * left[:-1] / left[-1]
+        return np.asarray(-unit * left[:-1] / left[-1])
 
 
 def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
@@ -352,7 +355,8 @@ def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float
             near = meant(point, points) if isinstance(point, str) else ""
             raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}'}.")
     return {
-        point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST) for point in points
+        point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
+        for point in points
     }
 
 
@@ -374,7 +378,11 @@ def _scales(system: System, modes: Modes) -> Scales:
     }
     fastest = [*(_modes(system, bent).frequency if bent else held)]
     dampers = sum(
-        (part.linear_damping * np.outer(row, row) for part, row in elements if isinstance(part, Dashpot | PolynomialDashpot)),
+        (
+            part.linear_damping * np.outer(row, row)
+            for part, row in elements
+            if isinstance(part, Dashpot | PolynomialDashpot)
+        ),
         np.zeros((len(masses), len(masses))),
     )
     fastest.append(float(np.linalg.eigvals(dampers / masses[:, None]).real.max()))

@@ -177,8 +177,9 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
     """For each wall that is misplaced, it seems, or of which few impacts were seen."""
     system = simulation.motion.system
     rates = {name: values[f"{name}_impact_rate"] for name in simulation.motion.touched}
-    moments = [values.get(name) for name in ("x_mean", "x_mean_square", "v_mean_square")]
-    odd = {} if None in moments else about_walls(system, *cast(list[float], moments), rates)
+    odd = {}
+    if "x_mean" in values:
+        odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
     yield from odd.values()
     yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
 

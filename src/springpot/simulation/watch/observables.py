@@ -26,7 +26,17 @@ from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.watch.distributions import SKETCHED
 
-__all__ = ["COUNTED", "EXTREMES", "OF_A_POINT", "OF_A_WALL", "PARTS_OF_ERROR", "extremes", "faster_than", "is_taken", "mean_of"]
+__all__ = [
+    "COUNTED",
+    "EXTREMES",
+    "OF_A_POINT",
+    "OF_A_WALL",
+    "PARTS_OF_ERROR",
+    "extremes",
+    "faster_than",
+    "is_taken",
+    "mean_of",
+]
 
 Floats = npt.NDArray[np.float64]
 
