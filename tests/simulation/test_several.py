@@ -135,7 +135,7 @@ def test_a_chain_with_springpots(on: str, intensity: float) -> None:
     """By quadrature of the spectra."""
     exact = {
         f"{point}_{of}_mean_square": value
-        for of, each in (("x", x), ("v", v))
+        for of, each in zip("xv", OF_CHAIN[on], strict=True)
         for point, value in zip("abcd", each, strict=True)
     }
     run = sp.simulate(chain(sp.WhiteNoise(intensity, on=on)), paths=2048, duration=450.0, window=(150.0, 450.0))

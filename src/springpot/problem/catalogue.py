@@ -95,7 +95,9 @@ def _are_several(system: System) -> bool:
 
 
 _ONE: dict[str, Any] = {"where": _is_one}
-_SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _are_several}
+_SEVERAL: dict[str, Any] = {
+    "when": "of each of several masses", "where": _are_several, "dimensions": ("point",),
+}  # fmt: skip
 _ENDS: dict[str, Any] = {
     "when": "of each part with two ends, of several masses", "of": lambda part: isinstance(part, Element),
     "where": _are_several,
