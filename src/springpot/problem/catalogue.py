@@ -16,7 +16,8 @@ from springpot.problem.system import System
 
 __all__ = ["CATALOGUE", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
 
-_OF, _AT = "<part>_", "<point>_"
+_OF = "<part>_"
+_AT = "<point>_"
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Quantity:
     Attributes
     ----------
     name : str
-        Of a part it begins with ``<part>_``, which stands for the part's name, of one of several masses with
+        Of a part it begins with ``<part>_``, which stands for the part's name, and of one of several masses with
         ``<point>_``.
     unit : str
         In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.
@@ -57,10 +58,10 @@ class Quantity:
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
         owners = [name for name, part in system.named() if self.of(part)] if self.where(system) else []
-        if self.name.startswith(_OF):
-            yield from (name + self.name[len(_OF) - 1 :] for name in owners)
-        elif self.name.startswith(_AT) and owners:
+        if self.name.startswith(_AT) and self.where(system):
             yield from (point + self.name[len(_AT) - 1 :] for point in system.points)
+        elif self.name.startswith(_OF):
+            yield from (name + self.name[len(_OF) - 1 :] for name in owners)
         elif owners:
             yield self.name
 
@@ -72,6 +73,14 @@ def _with(*powers: str) -> Callable[[Part], bool]:
 def _balances(system: System) -> bool:
     """Whether the balance of energy is a check, and no definition of what is fed in."""
     return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
+
+
+def _is_single(system: System) -> bool:
+    return len(system.points) == 1
+
+
+def _is_several(system: System) -> bool:
+    return len(system.points) > 1
 
 
 def _has_spring(part: Part) -> bool:
@@ -86,57 +95,43 @@ def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
 
 
-def _is_one(system: System) -> bool:
-    return len(system.points) == 1
-
-
-def _are_several(system: System) -> bool:
-    return len(system.points) > 1
-
-
-_ONE: dict[str, Any] = {"where": _is_one}
-_SEVERAL: dict[str, Any] = {
-    "when": "of each of several masses", "where": _are_several, "dimensions": ("point",),
-}  # fmt: skip
-_ENDS: dict[str, Any] = {
-    "when": "of each part with two ends, of several masses", "of": lambda part: isinstance(part, Element),
-    "where": _are_several,
-}  # fmt: skip
-_SPRINGS: dict[str, Any] = {"when": "with springs", "of": _has_spring, "where": _is_one}
-_STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop"), "where": _is_one}
+_SPRINGS: dict[str, Any] = {"when": "with springs and one mass", "of": _has_spring}
+_STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {
-    "when": "with dashpots, arms, circuits or springpots of an order above 0",
-    "of": _with("damping"),
-}
-_FORCES: dict[str, Any] = {**_DAMPING, "where": _is_one}  # fmt: skip
+    "when": "with dashpots, arms, circuits or springpots of an order above 0", "of": _with("damping"),
+}  # fmt: skip
 _CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
 _SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
-_END: dict[str, Any] = {"controlled": False, "where": _is_one}
-_END_OF_SPRINGS: dict[str, Any] = {**_SPRINGS, "controlled": False}
+_SINGLE: dict[str, Any] = {"when": "with one mass", "where": _is_single}
+_END: dict[str, Any] = {**_SINGLE, "controlled": False}
+_SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_several}
 _END_OF_SEVERAL: dict[str, Any] = {**_SEVERAL, "controlled": False}
 _ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
 
 CATALOGUE = (
-    Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_ONE),
-    Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle", **_ONE),
-    Quantity("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle", **_ONE),
-    Quantity("<point>_x_mean", "m", "mean displacement of the mass", r"\langle x\rangle", **_SEVERAL),
-    Quantity("<point>_x_mean_square", "m2", "its mean square displacement", r"\langle x^2\rangle", **_SEVERAL),
-    Quantity("<point>_v_mean_square", "m2 s-2", "its mean square velocity", r"\langle v^2\rangle", **_SEVERAL),
-    Quantity("<part>_elongation_mean", "m", "mean displacement of the part's second end less that of the first",
-             r"\langle u\rangle", **_ENDS),
-    Quantity("<part>_elongation_mean_square", "m2", "its mean square", r"\langle u^2\rangle", **_ENDS),
+    Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_SINGLE),
+    Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle", **_SINGLE),
+    Quantity("v_mean_square", "m2 s-2", "mean square velocity", r"\langle v^2\rangle", **_SINGLE),
     Quantity("amplitude_mean_square", "m2", "mean square of the amplitude of the linear springs' motion",
-             r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS),
+             r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS, where=_is_single),
+    Quantity("<point>_x_mean", "m", "mean displacement of the mass", r"\langle x_i\rangle", **_SEVERAL),
+    Quantity("<point>_x_mean_square", "m2", "mean square displacement of the mass", r"\langle x_i^2\rangle", **_SEVERAL),
+    Quantity("<point>_v_mean_square", "m2 s-2", "mean square velocity of the mass", r"\langle v_i^2\rangle", **_SEVERAL),
+    Quantity("<part>_elongation_mean", "m", "mean displacement between the part's two ends",
+             r"\langle x_i - x_j\rangle", "of each part with two ends, with several masses",
+             lambda part: isinstance(part, Element), _is_several),
+    Quantity("<part>_elongation_mean_square", "m2", "mean square of the displacement between the part's two ends",
+             r"\langle (x_i - x_j)^2\rangle", "of each part with two ends, with several masses",
+             lambda part: isinstance(part, Element), _is_several),
     Quantity("impact_rate", "s-1", "impacts per unit time, on all walls and contacts together", **_STOPS),
     Quantity("impact_speed_mean", "m s-1", "mean speed before an impact", r"\langle |v^-|\rangle", **_STOPS),
     Quantity("impact_speed_mean_square", "m2 s-2", "mean square of the speed before an impact",
              r"\langle (v^-)^2\rangle", **_STOPS),
     Quantity("damping_force_mean", "N", "mean force of springpots, dashpots, arms and circuits together",
-             r"\langle F\rangle", **_FORCES, controlled=False),
+             r"\langle F\rangle", **_DAMPING, controlled=False),
     Quantity("damping_power", "W", "power that they take from the motion", r"\langle F v\rangle", **_DAMPING),
-    Quantity("damping_virial", "J", "their virial", r"\langle F x\rangle", **_FORCES, controlled=False),
+    Quantity("damping_virial", "J", "their virial", r"\langle F x\rangle", **_DAMPING, controlled=False),
     Quantity("<part>_power", "W", "power that the part feeds in, or, of a damper, takes", r"\langle F v\rangle",
              "of excitations but white noise and impulses, and of nonlinear dampers", _with("taken", "fed", "work")),
     Quantity("input_power", "W", "power that all excitations feed in"),
@@ -157,16 +152,16 @@ CATALOGUE = (
     Quantity("<part>_impact_speed_mean", "m s-1", "mean speed before an impact on it", r"\langle |v^-|\rangle",
              **_STOP),
     Quantity("<part>_impact_speed_mean_square", "m2 s-2", "mean square speed before an impact on it",
-             r"\langle (v^-)^2\rangle", "of each wall, of several masses", _with("stop"), _are_several),
+             r"\langle (v^-)^2\rangle", "of each wall, with several masses", _with("stop"), _is_several),
     Quantity("x_mean_end", "m", "mean displacement at the end of the run", **_END),
     Quantity("x_mean_square_end", "m2", "mean square displacement at the end of the run", **_END),
     Quantity("v_mean_square_end", "m2 s-2", "mean square velocity at the end of the run", **_END),
     Quantity("<point>_x_mean_end", "m", "mean displacement of the mass at the end of the run", **_END_OF_SEVERAL),
-    Quantity("<point>_x_mean_square_end", "m2", "its mean square displacement at the end of the run",
+    Quantity("<point>_x_mean_square_end", "m2", "mean square displacement of the mass at the end of the run",
              **_END_OF_SEVERAL),
-    Quantity("<point>_v_mean_square_end", "m2 s-2", "its mean square velocity at the end of the run",
+    Quantity("<point>_v_mean_square_end", "m2 s-2", "mean square velocity of the mass at the end of the run",
              **_END_OF_SEVERAL),
-    Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END_OF_SPRINGS),
+    Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
                when="`slowest_counted_impact=`", **_ASKED)
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
@@ -196,11 +191,11 @@ CATALOGUE = (
 
 @cache
 def _entry(name: str) -> Quantity | None:
-    """The entry of that name, or the one of parts with the longest ending."""
+    """The entry of that name, or the one of parts or points with the longest ending."""
     known = {entry.name: entry for entry in CATALOGUE}
-    ends = {entry.name[entry.name.index(">") + 1 :]: entry for entry in CATALOGUE if entry.name.startswith((_OF, _AT))}
-    longest = max((end for end in ends if name.endswith(end)), key=len, default="")
-    return known.get(name) or ends.get(longest)
+    endings = {entry.name.partition(">")[2]: entry for entry in reversed(CATALOGUE) if entry.name.startswith((_OF, _AT))}
+    found = max((ending for ending in endings if name.endswith(ending)), key=len, default="")
+    return known.get(name) or endings.get(found)
 
 
 def unit_of(name: str, heavy: bool = False) -> str:
