@@ -160,6 +160,89 @@ def test_thermal_noise_of_springpots_of_different_orders() -> None:
     check(sp.simulate(system, paths=1280, duration=300.0, window=(100.0, 300.0), step=0.02), exact, 0.003)
 
 
+def test_a_soft_contact_between_two_masses_obeys_boltzmanns_law() -> None:
+    """By quadrature over both displacements; touches are those of the density there."""
+    ends = GROUND_A, A_B, GROUND_B
+    pair = sp.System(
+        *masses(a=1.0, b=0.5), *(sp.Spring(k, between=e) for k, e in zip((2.0, 1.0, 0.5), ends, strict=True)),
+        *(sp.Dashpot(c, between=e) for c, e in zip((0.2, 0.1, 0.1), ends, strict=True)),
+        sp.ThermalNoise(0.6), gap=sp.Contact(-0.3, 20.0, 1.5, between=A_B),
+    )  # fmt: skip
+    x, y = np.linspace(-5.0, 5.0, 1001)[:, None], np.linspace(-7.0, 7.0, 1401)[None, :]
+    depth = np.maximum(-0.3 - (y - x), 0.0)
+    weight = np.exp(-(x**2 + 0.5 * (y - x) ** 2 + 0.25 * y**2 + 20.0 * depth**2.5 / 2.5) / 0.6)
+    weight /= weight.sum()
+    at_place = weight[np.abs(y - x + 0.3) < 0.0051].sum() / 0.01  # per length of y - x
+    exact = {
+        "a_x_mean_square": float((weight * x**2).sum()), "b_x_mean_square": float((weight * y**2).sum()),
+        "a_v_mean_square": 0.6, "b_v_mean_square": 1.2, "gap_force_mean": float((weight * 20.0 * depth**1.5).sum()),
+        "gap_impact_rate": float(at_place * np.sqrt(0.6 * 3.0 / (2.0 * np.pi))),
+        "gap_impact_speed_mean": float(np.sqrt(0.5 * np.pi * 0.6 * 3.0)),
+    }  # fmt: skip
+    run = sp.simulate(pair, paths=1280, duration=400.0, window=(50.0, 400.0))
+    check(run, exact, 0.003)
+    assert run["gap_power"].value == 0.0
+
+
+def response(w: Any, on: str) -> Any:
+    """|x|^2 of both masses of `linear_pair` per unit of force, or of the ground's acceleration."""
+    w = np.atleast_1d(w)
+    m, k, c = np.diag([1.0, 0.5]), np.array([[3.0, -1.0], [-1.0, 1.5]]), np.array([[0.3, -0.1], [-0.1, 0.2]])
+    force = {"b": np.array([0.0, 1.0]), "ground": -np.diag(m)}[on]
+    matrix = k - w[:, None, None] ** 2 * m + 1j * w[:, None, None] * c
+    return np.abs(np.linalg.solve(matrix, np.broadcast_to(force[:, None], (len(w), 2, 1)))[..., 0]) ** 2
+
+
+def linear_pair(*more: object) -> sp.System:
+    ends = GROUND_A, A_B, GROUND_B
+    return sp.System(
+        *masses(a=1.0, b=0.5), *(sp.Spring(k, between=e) for k, e in zip((2.0, 1.0, 0.5), ends, strict=True)),
+        *(sp.Dashpot(c, between=e) for c, e in zip((0.2, 0.1, 0.1), ends, strict=True)), *more,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        sp.ColoredNoise(1.0, 0.4, on="b"), sp.KanaiTajimiNoise(2.0, 0.5, 0.5, on="ground"),
+        sp.Harmonic(0.5, 1.3, on="ground"), sp.PoissonImpulses(2.0, 0.5, on="b"),
+    ],
+)  # fmt: skip
+def test_other_excitation_of_a_linear_pair(noise: Any) -> None:
+    """By quadrature of the spectrum."""
+    if isinstance(noise, sp.Harmonic):
+        x, v = (0.5 * noise.amplitude**2 * response(noise.frequency, noise.on)[0] * noise.frequency**n for n in (0, 2))
+    else:
+        w = np.linspace(-60.0, 60.0, 60001)
+        density = np.array([noise.density(one) for one in w])[:, None] * response(w, noise.on) * (w[1] - w[0])
+        x, v = density.sum(axis=0), (w[:, None] ** 2 * density).sum(axis=0)
+    exact = {
+        f"{p}_{q}_mean_square": float(value)
+        for q, each in (("x", x), ("v", v))
+        for p, value in zip("ab", each, strict=True)
+    }
+    run = sp.simulate(linear_pair(noise), paths=1280, duration=400.0, window=(100.0, 400.0), step=0.03)
+    check(run, exact, 0.002)
+    assert abs(run["input_power"].value - run["damping_power"].value) < 4.0 * run["damping_power"].error + 1e-3
+
+
+def test_a_record_shakes_the_ground() -> None:
+    """All paths alike: an integration of the equations of motion."""
+    from scipy import integrate
+
+    time = np.linspace(0.0, 20.0, 201)
+    record = np.sin(1.1 * time) * np.exp(-0.1 * time)
+    m, k, c = np.diag([1.0, 0.5]), np.array([[3.0, -1.0], [-1.0, 1.5]]), np.array([[0.3, -0.1], [-0.1, 0.2]])
+    found = integrate.solve_ivp(
+        lambda t, s: [*s[2:], *np.linalg.solve(m, -k @ s[:2] - c @ s[2:] - np.diag(m) * np.interp(t, time, record))],
+        (0.0, 20.0), np.zeros(4), rtol=1e-9, atol=1e-12, t_eval=time, max_step=0.1,
+    )  # fmt: skip
+    shaken = linear_pair(sp.RecordedExcitation(tuple(time), tuple(record), on="ground"))
+    run = sp.simulate(shaken, paths=1, step=0.01, record=1, record_every=10)
+    assert run.settings.duration == 20.0
+    assert np.abs(run.record[0, :, :, 0] - found.y[:2].T).max() < 1e-3 * np.abs(found.y[:2]).max()
+
+
 # --- conservation ---------------------------------------------------------------------------------------------------
 
 FREE = masses(a=1.0, b=0.3)
@@ -238,6 +321,33 @@ def test_a_heavy_mass_that_is_held_is_the_ground() -> None:
         assert abs(held[name].value - alone[name].value) < 0.5 * alone[name].error
     for name in ("damping_power", "energy_residual"):
         assert abs(held[name].value - alone[name].value) < 0.5 * alone[name].error
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers"),
+    [
+        (sp.Friction, (0.2,)), (sp.PolynomialDashpot, ((0.1, 0.2, 0.1),)), (sp.VanDerPol, (0.3, 1.0)),
+        (sp.Contact, (-0.4, 30.0, 1.5, 0.2)), (sp.Maxwell, (1.0, 0.5)), (sp.FractionalMaxwell, (sp.Springpot(0.5, 1.0),
+        sp.Spring(2.0))),
+    ],
+)  # fmt: skip
+def test_parts_between_a_mass_and_one_that_is_held(kind: Any, numbers: tuple[Any, ...]) -> None:
+    """Scaled by a mass that is not 1, and with the same normals as one mass on the ground."""
+
+    def parts(**k: Any) -> list[Any]:
+        return [sp.Spring(1.0, **k), sp.Dashpot(0.1, **k), kind(*numbers, **k)]
+
+    one = sp.System(sp.Mass(1.5), *parts(), sp.WhiteNoise(1.0))
+    two = sp.System(
+        *masses(a=1.5, b=1e6), *parts(between=("b", "a")), sp.WhiteNoise(1.0, on="a"), sp.Spring(1e6, between=GROUND_B)
+    )
+    given: dict[str, Any] = {"paths": 512, "duration": 150.0, "window": (50.0, 150.0), "step": 0.02, "start": "rest"}
+    alone, held = sp.simulate(one, **given), sp.simulate(two, **given)
+    names = {f"a_{name}": name for name in ("x_mean_square", "v_mean_square")}
+    names |= {name: name for name in alone if name in held and not name.startswith("energy_residual")}
+    for name, other in names.items():
+        assert abs(held[name].value - alone[other].value) <= alone[other].error + 0.003 * abs(alone[other].value), name
+    assert abs(held["energy_residual"].value) < 4.0 * held["energy_residual"].error + 0.005
 
 
 def test_a_symmetric_pair_has_decoupled_modes() -> None:
@@ -359,7 +469,7 @@ def test_what_is_not_there_is_said(given: dict[str, Any], sentence: str) -> None
     ("part", "sentence"),
     [
         (sp.Barrier(-0.5, sp.PowerRestitution(0.7, 0.1, 0.25), between=A_B), "push has a restitution that depends on"),
-        (sp.VanDerPol(0.1, 1.0, between=A_B), "push cannot be simulated in a system of several masses yet"),
+        (sp.PiezoelectricCircuit(0.1, 1.0, 1.0, between=A_B), "push cannot be simulated in a system of several masses"),
     ],
 )
 def test_parts_without_a_law_are_named(part: Any, sentence: str) -> None:

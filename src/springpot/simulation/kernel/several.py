@@ -22,9 +22,10 @@ from numba.extending import intrinsic
 
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.forces import cubic, nonic
-from springpot.simulation.kernel.lanes import ENTRY, GROUP, INLINE, LANES, f64, lesser, stack_array, typed
+from springpot.simulation.kernel.lanes import ENTRY, GROUP, INLINE, LANES, f64, lesser, no, stack_array, typed, yes
 from springpot.simulation.kernel.questions import Forcing, supply, wake
 from springpot.simulation.kernel.random import draw
+from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
     HITS,
@@ -39,17 +40,17 @@ from springpot.simulation.kernel.several_impacts import (
     put_in,
     repair,
 )
-from springpot.simulation.kernel.sources import Filtered, Harmonic, Table
+from springpot.simulation.kernel.sources import Filtered, Harmonic, Poisson, Table
 
 __all__ = [
-    "FILTERED", "HARMONIC", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES", "MOST_STATES",
-    "MOST_WALLS", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
+    "FILTERED", "HARMONIC", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
+    "MOST_STATES", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
 ]  # fmt: skip
 
-MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES = 16, 12, 16, 12
+MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, 12, 12
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources
-FILTERED, HARMONIC, TABLE = 0, 1, 2  # kinds of sources
+FILTERED, HARMONIC, TABLE, POISSON = 0, 1, 2, 3  # kinds of sources
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
 _lane = stack_array(LANES)
@@ -63,7 +64,7 @@ _normals = stack_array(MOST_NOISES * GROUP * LANES)
 _four = stack_array(GROUP * LANES)
 _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
-_of_sources = stack_array(MOST_SOURCES * LANES)
+_of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS) * LANES)
 _hits = stack_array(HITS * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
 
@@ -89,7 +90,7 @@ class Sources(NamedTuple):
     newest: Any  # (4 sources,)
     start_begin: Any  # (sources + 1,)
     start: Any  # (all, most)
-    wave: Any  # (2 sources,) impulse and turn
+    wave: Any  # (2 sources,) impulse and turn, or rate and size
     table_begin: Any  # (sources + 1,)
     table: Any
 
@@ -146,7 +147,7 @@ def _clear(size, sums, zero):
     _set(sums.u, size.gauged, zero)
     _set(sums.uu, size.gauged, zero)
     _set(sums.power, 1, zero)
-    _set(sums.works, size.sources, zero)
+    _set(sums.works, size.sources + size.dampers, zero)
 
 
 @njit(**INLINE)
@@ -209,6 +210,11 @@ def _harmonic(f, i):
 
 
 @njit(**INLINE)
+def _poisson(f, i):
+    return Poisson(f.word[i], 1, f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]))
+
+
+@njit(**INLINE)
 def _wake_sources(size, f, first, stream, k0, k1, forcing):
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
@@ -225,6 +231,8 @@ def _supply_sources(size, f, group, first, stream, k0, k1, forcing):
             supply(_filtered(f, i), i, group, first, stream, k0, k1, forcing)
         elif f.kind[i] == HARMONIC:
             supply(_harmonic(f, i), i, group, first, stream, k0, k1, forcing)
+        elif f.kind[i] == POISSON:
+            supply(_poisson(f, i), i, group, first, stream, k0, k1, forcing)
         else:
             supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, first, stream, k0, k1, forcing)
 
@@ -409,8 +417,9 @@ def several(
     ``q`` and ``exact`` are the numbers in the precision of the sweep and in double precision.  ``start`` has x and v at
     time 0 of one path, or of each.  The other arguments are those of `springpot.simulation.kernel.block.block`; written
     are ``record``, (paths, points in time, masses, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of the
-    masses; of u and u^2 of the gauged elongations; of the power of dampers and memory, and of the works of the sources;
-    HITS sums of each wall; energies at the ends of the window; x and v at the end; twice the limits on events.
+    masses; of u and u^2 of the gauged elongations; of the power of linear dampers and memory, and of the works of
+    sources and nonlinear dampers; HITS sums of each wall and contact; energies at the ends of the window; x and v at
+    the end; twice the limits on events.
     """
     n, zero = size.points, q.zero
     z, h, d = _modes(zero), _by_step(zero), _increments(zero)
@@ -436,7 +445,7 @@ def several(
     for number in range(blocks):
         path_0 = first + number * LANES
         _clear(size, sums, 0.0)
-        _set(hits, HITS * size.walls, 0.0)
+        _set(hits, HITS * (size.walls + size.contacts), 0.0)
         _set(limits, 2, 0.0)
         _set(z, size.modes, zero)
         _set(h, GROUP * size.rows, zero)
@@ -471,12 +480,15 @@ def several(
                 marked = step == low - 1 or step == high - 1 or step == steps - 1
                 shown = marked or record.shape[0] > 0
                 weight = one if within else zero
+                damp_before(size, q, s, hits, forcing, weight, no())
                 _gather(size, q, j, g, given, s)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
+                press(size, q, s, hits, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _stretch(size, q, s, d, j, weight, terms)
+                damp_later(size, q, s, d, j, hits, forcing, weight, yes())
                 if shown:
                     for i in range(n * LANES):
                         s.seen_v[i] = s.v[i]
@@ -487,6 +499,7 @@ def several(
                                 size, exact, now_x, now_v, s, d, j, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0,
                             )  # fmt: skip
+                touch(size, q, s, d, j, hits, f64(weight))
                 if within:
                     _see(size, s, terms)
                 if marked:
@@ -524,7 +537,7 @@ def several(
                 _add(sums.u, terms.u, size.gauged)
                 _add(sums.uu, terms.uu, size.gauged)
                 _add(sums.power, terms.power, 1)
-                _add(sums.works, terms.works, size.sources)
+                _add(sums.works, terms.works, size.sources + size.dampers)
         for lane in range(LANES):
             row, column = number * LANES + lane, 0
             column = _write(out, row, column, sums.x, n, lane)
@@ -533,8 +546,8 @@ def several(
             column = _write(out, row, column, sums.u, size.gauged, lane)
             column = _write(out, row, column, sums.uu, size.gauged, lane)
             column = _write(out, row, column, sums.power, 1, lane)
-            column = _write(out, row, column, sums.works, size.sources, lane)
-            column = _write(out, row, column, hits, HITS * size.walls, lane)
+            column = _write(out, row, column, sums.works, size.sources + size.dampers, lane)
+            column = _write(out, row, column, hits, HITS * (size.walls + size.contacts), lane)
             column = _write(out, row, column, energy_first, 1, lane)
             column = _write(out, row, column, energy_last, 1, lane)
             column = _write(out, row, column, x_end, n, lane)

@@ -13,6 +13,7 @@ from numba import njit
 from springpot.simulation.kernel.forces import Cubic, Nonic, nonic
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64
 from springpot.simulation.kernel.restitution import Fixed, rebound
+from springpot.simulation.kernel.soft_contacts import force_of_contact
 
 __all__ = [
     "CUBIC", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "Numbers", "Size", "cubic_of", "energy_of", "fly",
@@ -34,6 +35,8 @@ class Size(NamedTuple):
     walls: int
     noises: int  # white
     sources: int  # other excitation
+    dampers: int  # nonlinear ones
+    contacts: int
     modes: int  # of all memories
 
 
@@ -66,6 +69,13 @@ class Numbers(NamedTuple):
     jump: Any  # (walls * points,) change of the velocities per unit of change of the elongation's velocity
     reduced: Any  # (walls,) reduced mass
     mass: Any  # (points * points,)
+    damper_at: Any  # (dampers,) number of the elongation
+    damper_kind: Any
+    damper: Any  # (3 dampers,) two numbers of its law, per unit of reduced mass, and that; of a contact its number, chi
+    turn: Any  # (dampers * points,) as jump
+    cross: Any  # (dampers * rows,) change of the elongations' velocities per unit of change of its own
+    contact_at: Any  # (contacts,) number of the elongation
+    contact: Any  # (5 contacts,) as of `springpot.simulation.kernel.soft_contacts.Soft`
 
 
 @njit(**INLINE)
@@ -101,6 +111,12 @@ def energy_of(size, q, x, v):
         for k in range(10):
             power *= u
             energy += q.spring[10 * e + k] * power / ((k + 1.0) * q.step)
+    for c in range(size.contacts):
+        u, e = 0.0, q.contact_at[c]
+        for p in range(q.row_begin[e], q.row_begin[e + 1]):
+            u += q.row[p] * x[q.row_at[p]]
+        depth, force = force_of_contact(q.contact, c, u, 1.0)
+        energy += force * depth / (q.contact[5 * c + 3] + 1.0)
     return energy
 
 

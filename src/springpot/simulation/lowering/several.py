@@ -20,25 +20,29 @@ from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
     Constant,
+    Contact,
     Dashpot,
     FractionalMaxwell,
+    Friction,
     Harmonic,
     KanaiTajimiNoise,
     Mass,
     Maxwell,
+    PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
     RecordedExcitation,
     Spring,
     Springpot,
     ThermalNoise,
+    VanDerPol,
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop
+from springpot.simulation.kernel import forces, several_dampers, sources
 from springpot.simulation.kernel import several as kernel
-from springpot.simulation.kernel import sources
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
@@ -54,8 +58,9 @@ __all__ = ["PartsOfSeveral", "compose_several"]
 Floats = npt.NDArray[np.float64]
 
 _COVERED = (
-    Barrier, ColoredNoise, Constant, Dashpot, FractionalMaxwell, Harmonic, KanaiTajimiNoise, Mass, Maxwell,
-    PolynomialSpring, RecordedExcitation, Spring, Springpot, ThermalNoise, WhiteNoise,
+    Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, KanaiTajimiNoise, Mass,
+    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, Spring, Springpot, ThermalNoise,
+    VanDerPol, WhiteNoise,
 )  # fmt: skip
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
@@ -80,7 +85,9 @@ class PartsOfSeveral:
     taken_at_once : float
         What dampers and memory take of it within the kicks that bring it; the sums of a run do not have it.
     named : tuple of Named
-        The sources, in the order of their works.
+        Sources and nonlinear dampers, in the order of their works.
+    moved : tuple of float
+        The mass in which the work of each is counted, in that of the kernel.
     points, gauged, walls : tuple of str
         Names in the columns.
     readings : tuple of Reading
@@ -100,6 +107,7 @@ class PartsOfSeveral:
     expected_power: float
     taken_at_once: float
     named: tuple[Named, ...]
+    moved: tuple[float, ...]
     points: tuple[str, ...]
     gauged: tuple[str, ...]
     walls: tuple[str, ...]
@@ -119,7 +127,7 @@ class PartsOfSeveral:
             **{f"u of {row}": length for row in self.gauged},
             **{f"u^2 of {row}": length**2 for row in self.gauged},
             "power": energy / time,
-            **{f"work of {source.name}": energy for source in self.named},
+            **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
             **{
                 f"{wall} {name}": factor
                 for wall in self.walls
@@ -223,6 +231,10 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
     at = np.array([place_of[name] for name, _ in walls], np.int64)
     jump, reduced = _jumps(g[at], masses)
+    touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
+    dampers = [*_dampers(totals, g, masses, [(n, name, contact) for n, name, contact in touched])]
+    turned = np.array([each.row for each in dampers], np.int64)
+    turn, _ = _jumps(g[turned], masses)
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
     wide = np.zeros((len(masses), (len(masses) + 3) // 4 * 4))
     wide[:, : len(masses)] = solve
@@ -235,6 +247,10 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
         np.array([wall.restitution for _, wall in walls], float), jump.ravel(), reduced, mass.ravel(),
+        turned, np.array([each.kind for each in dampers], np.int64),
+        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
+        np.array([n for n, _, _ in touched], np.int64),
+        np.array([_numbers_of(contact) for _, _, contact in touched], float).ravel(),
     )  # fmt: skip
 
     def of(kind: Any) -> kernel.Numbers:
@@ -245,9 +261,18 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
     power = unit_mass * units.speed**2 / units.time
     x0, v0 = start_of(plan)
+    names = *(name for name, _ in walls), *(name for _, name, _ in touched)
     whole = PartsOfSeveral(
         size=kernel.Size(
-            len(masses), len(rows), len(rows), len(walls), len(noises), len(given), int(memories.count.sum())
+            len(masses),
+            len(rows),
+            len(rows),
+            len(walls),
+            len(noises),
+            len(given),
+            len(dampers),
+            len(touched),
+            int(memories.count.sum()),
         ),
         sweep=of(kind),
         exact=of(np.float64),
@@ -259,14 +284,16 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         history=history,
         expected_power=power * fed,
         taken_at_once=power * (fed - left),
-        named=tuple(each.named for each in given),
+        named=(*(each.named for each in given), *(each.named for each in dampers)),
+        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers)),
         points=coordinates.points,
         gauged=tuple(f"row {n}" for n in range(len(rows))),
-        walls=tuple(name for name, _ in walls),
-        struck={name: f"{name} impacts" for name, _ in walls},
+        walls=names,
+        struck={name: f"{name} impacts" for name in names},
     )
     _check_sizes(whole)
-    lacking = 0.25 * units.speed**2 * step * np.diag(solve @ noises.T @ noises @ solve)
+    drawn = np.vstack([math.sqrt(step) * noises, *(_drawn(each.law) * each.row for each in given)])
+    lacking = 0.25 * units.speed**2 * ((solve @ drawn.T) ** 2).sum(axis=1)
     return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
 
 
@@ -277,7 +304,7 @@ def replace_arrays(parts: Any, kind: Any) -> Any:
 
 def _check_covered(plan: Plan) -> None:
     for name, part in plan.system.named():
-        if not isinstance(part, _COVERED) and not (isinstance(part, PolynomialDashpot) and part.is_linear):
+        if not isinstance(part, _COVERED):
             raise NotCoveredError(
                 f"{name} cannot be simulated in a system of several masses yet: {part.said} has no law for them."
             )
@@ -292,9 +319,10 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
     size = parts.size
     for what, count, most in (
         ("masses", size.points, kernel.MOST_POINTS), ("pairs of ends", size.rows, kernel.MOST_ROWS),
-        ("walls", size.walls, kernel.MOST_WALLS), ("sources of white noise", size.noises, kernel.MOST_NOISES),
-        ("sources of other noise", size.sources, kernel.MOST_SOURCES),
-        ("memory modes", size.modes, kernel.MOST_MODES),
+        ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
+        ("sources of white noise", size.noises, kernel.MOST_NOISES),
+        ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
+        ("nonlinear dampers", size.dampers, kernel.MOST_DAMPERS), ("memory modes", size.modes, kernel.MOST_MODES),
         ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
@@ -378,6 +406,51 @@ def _memories(
 
 
 @dataclass(frozen=True, eq=False)
+class _Damper:
+    """A nonlinear damper, or the dissipation of a contact.
+
+    Attributes
+    ----------
+    named : Named
+    row, kind : int
+        The number of its elongation, and the kind of its law.
+    numbers : tuple of float
+        As the kernel has them.
+    """
+
+    named: Named
+    row: int
+    kind: int
+    numbers: tuple[float, float, float]
+
+
+def _dampers(
+    totals: Sequence[Lowered], g: Floats, masses: Floats, touched: Sequence[tuple[int, str, Contact]]
+) -> Iterator[_Damper]:
+    _, reduced = _jumps(g, masses)
+    for n, total in enumerate(totals):
+        mass = float(reduced[n])
+        for named in total.forces:
+            match law := named.make(0, 0, 1):
+                case forces.CoulombDamper():
+                    yield _Damper(named, n, several_dampers.COULOMB, (law.impulse / mass, 0.0, mass))
+                case forces.PowerDamper():
+                    yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
+                case forces.VanDerPolDamper():
+                    yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+    for c, (n, name, contact) in enumerate(touched):
+        if contact.dissipation > 0.0:
+            mass = float(reduced[n])
+            named = Named(name, lambda word, place, parts: None, 0, "nothing")
+            yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
+
+
+def _numbers_of(contact: Contact) -> tuple[float, ...]:
+    away = 1.0 if contact.side == "above" else -1.0
+    return contact.position, away, contact.stiffness, contact.exponent, contact.dissipation
+
+
+@dataclass(frozen=True, eq=False)
 class _Given:
     """A source of excitation: its law in the kernel, its name, and the row on which it acts."""
 
@@ -400,7 +473,7 @@ def _excitation(
         if more.white > 0.0:
             white.append(math.sqrt(more.white) * row)
         constant -= sum(more.springs[:1]) * row
-        given += [(named, row) for named in more.forces]
+        given += [(replace(named, does="feeds"), row) for named in more.forces]
     for thermal in plan.system.of(ThermalNoise):
         warm = lower(thermal.per_mass(unit_mass), "", units, step).temperature
         name = plan.system.name_of(thermal)
@@ -414,6 +487,13 @@ def _excitation(
     return np.array(white).reshape(-1, g.shape[1]), [*_placed(given)], constant
 
 
+def _drawn(law: Any) -> float:
+    """Standard deviation of what a source draws anew for the impulse of each step."""
+    if isinstance(law, sources.Poisson):
+        return law.size * math.sqrt(law.rate)
+    return float(law.newest[0]) if isinstance(law, sources.Filtered) else 0.0
+
+
 def _placed(given: Sequence[tuple[Named, Floats]]) -> Iterator[_Given]:
     """Each source with its own counter words and its place among the states; those of one part are numbered."""
     word, place, count = kernel.MOST_NOISES, 0, dict[str, int]()
@@ -425,7 +505,10 @@ def _placed(given: Sequence[tuple[Named, Floats]]) -> Iterator[_Given]:
 
 
 def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
-    kinds = {sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE}
+    kinds = {
+        sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
+        sources.Poisson: kernel.POISSON,
+    }  # fmt: skip
     laws = [each.law for each in given]
     filters = [law if isinstance(law, sources.Filtered) else None for law in laws]
     pairs = [np.zeros((0, 20)) if law is None else law.pairs for law in filters]
@@ -434,7 +517,7 @@ def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
     wide = max((start.shape[1] for start in starts), default=0)
     starts = [np.pad(start, ((0, 0), (0, wide - start.shape[1]))) for start in starts]
     newest = [np.zeros(4) if law is None else law.newest for law in filters]
-    waves = [(law.impulse, law.turn) if isinstance(law, sources.Harmonic) else (0.0, 0.0) for law in laws]
+    waves = [tuple(law[2:]) if isinstance(law, sources.Harmonic | sources.Poisson) else (0.0, 0.0) for law in laws]
 
     def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
         return np.array(numbers, np.int64)
@@ -459,7 +542,7 @@ def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
 
 def _precision(plan: Plan, noises: Floats, given: Sequence[_Given]) -> str:
     """Of the sweep: double without noise, since one path is the answer then, and its last digits may be wanted."""
-    is_random = len(noises) > 0 or any(isinstance(each.law, sources.Filtered) for each in given)
+    is_random = len(noises) > 0 or any(isinstance(each.law, sources.Filtered | sources.Poisson) for each in given)
     single = is_random and plan.settings.precision == "float32" and plan.settings.memory_tolerance >= SINGLE_PRECISION
     return "float32" if single else "float64"
 
@@ -487,8 +570,12 @@ def _readings(
             yield Reading(f"{name}_impact_rate", {f"{name} impacts": 1.0}, "time")
             yield Reading(f"{name}_impact_speed_mean", {f"{name} speeds": 1.0}, f"{name} impacts")
             yield Reading(f"{name}_impact_speed_mean_square", {f"{name} squares": 1.0}, f"{name} impacts")
-            yield Reading(f"{name}_power", {f"{name} loss": 1.0}, "time")
+            lost = {f"work of {name}": -1.0} if f"work of {name}" in parts.columns else {f"{name} loss": 1.0}
+            yield Reading(f"{name}_power", lost, "time")
             yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
+    for name, part in system.named():
+        if isinstance(part, Friction | PolynomialDashpot | VanDerPol) and f"work of {name}" in parts.columns:
+            yield Reading(f"{name}_power", {f"work of {name}": -1.0}, "time")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", {"power": 1.0}, added=parts.taken_at_once)
     for point in parts.points:

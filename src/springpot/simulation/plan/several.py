@@ -21,17 +21,21 @@ from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
+    Contact,
     Dashpot,
+    Friction,
     Harmonic,
     KanaiTajimiNoise,
+    PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
     Springpot,
     ThermalNoise,
+    VanDerPol,
     WhiteNoise,
 )
 from springpot.problem.parts.registration import Element
-from springpot.problem.parts.walls import slow_restitution
+from springpot.problem.parts.walls import Stop, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
@@ -42,7 +46,7 @@ __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
 
 Floats = npt.NDArray[np.float64]
 
-_ROUNDS = 60  # of frequencies that depend on themselves
+_ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, and of the size of the motion
 _FAR = 3.0  # standard deviations at which a spring is taken for its fastest motion
 _RIGID = 1e-9  # of the largest frequency: a motion that stretches no spring
 _UNDAMPED = 1e-12  # of the frequency
@@ -73,6 +77,10 @@ class Modes:
     temperature: Floats
     excited: bool
 
+    def speed(self, row: Floats) -> float:
+        """Standard deviation of an elongation's velocity, about."""
+        return math.sqrt(float(((row @ self.shapes) ** 2 * self.temperature).sum()))
+
     def spread(self, row: Floats) -> float:
         """Standard deviation of an elongation, about; modes that stretch no spring do not count."""
         held = self.frequency > _RIGID * max(float(self.frequency.max()), 1e-300)
@@ -94,9 +102,9 @@ def modes_of(system: System) -> Modes:
     [0.618034, 1.618034]
     """
     found = _modes(system, {})
-    if any(_is_bent(part) for part in system.of(Element)):
-        for _ in range(20):
-            found = _modes(system, _mean_stiffness(system, found))
+    if any(_is_bent(part) or _is_rough(part) for part in system.of(Element)):
+        for _ in range(_ROUNDS_OF_SIZE):
+            found = _modes(system, _means(system, found))
     return found
 
 
@@ -114,17 +122,36 @@ def _stiffness_at(part: Any, spread: float) -> float:
     return whole
 
 
-def _mean_stiffness(system: System, modes: Modes) -> dict[str, float]:
-    rows = system.coordinates.elongations
-    return {
-        name: _stiffness_at(part, modes.spread(rows[name]))
-        for name, part in system.named()
-        if isinstance(part, Element) and _is_bent(part)
-    }
+def _is_rough(part: Any) -> bool:
+    return isinstance(part, Friction | VanDerPol) or (isinstance(part, PolynomialDashpot) and not part.is_linear)
 
 
-def _modes(system: System, instead: Mapping[str, float]) -> Modes:
-    """The modes, with the stiffness of some springs given."""
+def _damping_at(part: Any, spread: float, speed: float) -> float:
+    """Power over the mean square velocity, for a normal one, of what a damper does beside its linear part."""
+    match part:
+        case Friction():
+            return math.sqrt(2.0 / math.pi) * part.force / max(speed, 1e-300)
+        case VanDerPol():
+            return float(part.coefficient * (spread**2 - part.length**2))
+        case PolynomialDashpot():
+            _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+            return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
+    return 0.0
+
+
+def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
+    """What nonlinear parts add to the mean stiffness and damping at the size of a motion."""
+    found = {}
+    for name, part in system.named():
+        if isinstance(part, Element) and (_is_bent(part) or _is_rough(part)):
+            row = system.coordinates.elongations[name]
+            spread, speed = modes.spread(row), modes.speed(row)
+            found[name] = _stiffness_at(part, spread) - part.linear_stiffness, _damping_at(part, spread, speed)
+    return found
+
+
+def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
+    """The modes, with more stiffness and damping of some parts."""
     coordinates = system.coordinates
     root = 1.0 / np.sqrt(coordinates.masses)
     rows = [
@@ -136,10 +163,10 @@ def _modes(system: System, instead: Mapping[str, float]) -> Modes:
         return sum((numbers[name] * np.outer(row, row) for name, _, row in rows), np.zeros((size, size)))
 
     def linear(name: str, part: Any, p: complex) -> complex:
-        more = instead[name] - part.linear_stiffness if name in instead else 0.0
-        return complex(part.modulus(p)) + more
+        stiffness, damping = more.get(name, (0.0, 0.0))
+        return complex(part.modulus(p)) + stiffness + damping * p
 
-    still = {name: instead.get(name, part.linear_stiffness) for name, part, _ in rows}
+    still = {name: more.get(name, (0.0, 0.0))[0] + part.linear_stiffness for name, part, _ in rows}
     values, shapes = np.linalg.eigh(matrix(still))
     frequency, rate = np.sqrt(np.maximum(values, 0.0)), np.zeros(len(root))
     moved = shapes.copy()
@@ -182,7 +209,8 @@ def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Float
     for name, row in system.coordinates.forces.items():
         part = next(part for own, part in system.named() if own == name)
         fed += (row @ shapes) ** 2 * [_density(part, w) for w in frequency]
-    whole = float(fed.sum()) / float(rate.sum()) if rate.sum() > 0.0 else 0.0
+    # where nothing dissipates, what is fed in within a radian
+    whole = float(fed.sum()) / (float(rate.sum()) if rate.sum() > 0.0 else max(float(frequency.max()), 1e-300))
     damped = rate > _UNDAMPED * frequency
     return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole), bool(fed.any())
 
@@ -190,6 +218,8 @@ def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Float
 def _density(part: Any, w: float) -> float:
     """Power that a force of unit modal mass feeds in at a frequency."""
     match part:
+        case PoissonImpulses():
+            return 0.5 * float(part.intensity)
         case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
             return math.pi * float(part.density(w))
         case RecordedExcitation():  # as noise that is white up to this frequency
@@ -269,8 +299,8 @@ class MotionOfSeveral(Motion):
             return "without excitation the motion dies out"
         if free := self._unheld():
             return f"nothing holds {listed(free)}, which no spring or wall keeps near the ground"
-        walls = self.system.of(Barrier)
-        lossy = any(wall.dissipates for wall in walls)
+        walls = self.system.of(Stop)
+        lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
         damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)
         if not lossy and not (damped.any() if walls else damped.all()):
             return "nothing dissipates the energy of some motion, so it grows without limit"
@@ -288,7 +318,7 @@ class MotionOfSeveral(Motion):
         free = linalg.null_space(np.array(springs).reshape(-1, len(self.system.points)))
         if not free.shape[1]:
             return []
-        walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Barrier)]
+        walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
         closing = np.array(walls).reshape(-1, free.shape[1])
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
@@ -372,7 +402,7 @@ def _scales(system: System, modes: Modes) -> Scales:
     held = modes.frequency[modes.frequency > _RIGID * max(float(modes.frequency.max()), 1e-300)]
     elements = [(part, rows[name]) for name, part in system.named() if isinstance(part, Element)]
     bent = {
-        name: max(_curvature(part, modes.spread(rows[name])), part.linear_stiffness)
+        name: (max(_curvature(part, modes.spread(rows[name])) - part.linear_stiffness, 0.0), 0.0)
         for name, part in system.named()
         if isinstance(part, Element) and _is_bent(part)
     }
@@ -387,6 +417,9 @@ def _scales(system: System, modes: Modes) -> Scales:
     )
     fastest.append(float(np.linalg.eigvals(dampers / masses[:, None]).real.max()))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
+    fastest += [
+        _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
+    ]
     largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
@@ -409,6 +442,13 @@ def _scales(system: System, modes: Modes) -> Scales:
         mean=0.0,
         guessed=True,
     )
+
+
+def _rate_in(contact: Contact, row: Floats, masses: Floats, speed: float) -> float:
+    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
+    reduced, power = 1.0 / float((row**2 / masses).sum()), contact.exponent + 1.0
+    depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
+    return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
 
 
 def _curvature(part: Any, spread: float) -> float:
