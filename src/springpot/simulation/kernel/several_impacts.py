@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.kernel.forces import Cubic, Nonic, nonic
+from springpot.simulation.kernel.forces import Cubic, Nonic, cubic, nonic
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64
 from springpot.simulation.kernel.restitution import Fixed, rebound
 from springpot.simulation.kernel.soft_contacts import force_of_contact
@@ -67,6 +67,7 @@ class Numbers(NamedTuple):
     place: Any
     restitution: Any
     jump: Any  # (walls * points,) change of the velocities per unit of change of the elongation's velocity
+    along: Any  # (walls * rows,) change of the elongations' velocities per unit of change of the wall's
     reduced: Any  # (walls,) reduced mass
     mass: Any  # (points * points,)
     damper_at: Any  # (dampers,) number of the elongation
@@ -127,11 +128,15 @@ def _given_along(size, q, x, struck):
     for i in range(size.points):
         given += q.constant[i] * q.jump[struck * size.points + i]
     for e in range(size.rows):
-        u, along = 0.0, 0.0
+        along = q.along[struck * size.rows + e]
+        if q.spring_kind[e] == 0 or along == 0.0:
+            continue
+        u = 0.0
         for p in range(q.row_begin[e], q.row_begin[e + 1]):
             u += q.row[p] * x[q.row_at[p]]
-            along += q.row[p] * q.jump[struck * size.points + q.row_at[p]]
-        if along != 0.0:
+        if q.spring_kind[e] == CUBIC:
+            given += cubic(cubic_of(q, e), u) * along
+        else:
             given += nonic(nonic_of(q, e), u) * along
     return given / q.step
 

@@ -246,7 +246,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
-        np.array([wall.restitution for _, wall in walls], float), jump.ravel(), reduced, mass.ravel(),
+        np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(), reduced, mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
