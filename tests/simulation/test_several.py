@@ -350,6 +350,24 @@ def test_parts_between_a_mass_and_one_that_is_held(kind: Any, numbers: tuple[Any
     assert abs(held["energy_residual"].value) < 4.0 * held["energy_residual"].error + 0.005
 
 
+def test_impacts_on_a_lossy_wall_have_a_bound_on_the_bias_of_the_step() -> None:
+    coarse, fine = (
+        sp.simulate(thermal_pair(restitution=0.5), paths=2000, duration=100.0, step=h) for h in (0.04, 0.005)
+    )
+    one, other = coarse["gap_impact_rate"], fine["gap_impact_rate"]
+    assert one.step_bias is not None
+    assert other.step_bias is not None
+    assert 0.01 * one.value < one.step_bias < 0.1 * one.value
+    assert abs(one.value - other.value) < one.step_bias + other.step_bias + 3.0 * np.hypot(one.error, other.error)
+    assert any("misses slow impacts" in sentence for sentence in coarse.warnings)
+
+
+def test_more_paths_are_added_to_a_run() -> None:
+    given: dict[str, Any] = {"duration": 20.0, "step": 0.05}
+    longer = sp.extend(simulated(thermal_pair(), paths=100, **given), paths=200)
+    assert longer.path_sums.tobytes() == simulated(thermal_pair(), paths=200, **given).path_sums.tobytes()
+
+
 def test_a_symmetric_pair_has_decoupled_modes() -> None:
     """Noise on both masses alike moves the sum only: the elongation between them stays 0."""
     pair = sp.System(

@@ -223,6 +223,11 @@ class Motion:
             return StruckWalls()
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
+    @property
+    def struck_alone(self) -> dict[str, StruckWalls]:
+        """Each wall as slow impacts see it, by its name, where its results have biases of their own: none has."""
+        return {}
+
     def press_on(self, wall: Barrier) -> float:
         """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""
         direction = {"above": 1.0, "below": -1.0}[wall.side]

@@ -37,6 +37,9 @@ class NumericalScheme(Protocol):
         Whether the step leaves the stationary law of a dashpot, white noise and elastic walls as it is, however long.
     only_paper : bool
         Whether it covers the paper's problem only.
+    impact_bias : float
+        Bound on the relative step bias of impact rates and mean speeds, over the square of the step, which is in units
+        of the shortest time scale; beside what slow impacts that are missed leave.
     """
 
     order: ClassVar[int]
@@ -45,6 +48,7 @@ class NumericalScheme(Protocol):
     family: ClassVar[Family]
     keeps_the_law: ClassVar[bool]
     only_paper: ClassVar[bool]
+    impact_bias: ClassVar[float] = 0.0
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
         """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
@@ -129,12 +133,14 @@ class Grunwald(NumericalScheme):
 class Straight(Splitting):
     """That of several masses: straight flight and impacts in it, between kicks of springs, memory and noise.
 
-    At a step of 0.1 over the highest frequency, moments are off by less than 0.15 %, and impact rates by 0.3 %.
+    At a step of 0.1 over the highest frequency moments are off by less than 0.15 %, at 0.4 by 0.4 %; impact rates and
+    speeds by 0.075 times the square of that step.
     """
 
     default_step: ClassVar[float] = 0.1
     coarsest_step: ClassVar[float] = 0.2
     keeps_the_law: ClassVar[bool] = False
+    impact_bias: ClassVar[float] = 0.1
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
         raise NotImplementedError("its constants are those of every elongation")

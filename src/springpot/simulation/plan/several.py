@@ -274,6 +274,34 @@ class MotionOfSeveral(Motion):
         return StruckWalls()
 
     @cached_property
+    def struck_alone(self) -> dict[str, StruckWalls]:
+        """Each rigid wall: the noise along its row, and how the springs press on it at most."""
+        rows = self.system.coordinates.elongations
+        return {
+            name: StruckWalls(
+                slow_restitution(part), self._intensity_along(rows[name]),
+                max(part.inwards * part.position, 0.0) * self.scales.fastest_rate**2,
+            )
+            for name, part in self.system.named()
+            if isinstance(part, Barrier)
+        }  # fmt: skip
+
+    def _intensity_along(self, row: Floats) -> float:
+        """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        turned, thermal = row / coordinates.masses, self.system.of(ThermalNoise)
+        white = sum(
+            parts[name].intensity * float(turned @ force) ** 2
+            for name, force in coordinates.forces.items()
+            if isinstance(parts[name], WhiteNoise)
+        )
+        warm = sum(
+            2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
+            for name, own in (coordinates.elongations.items() if thermal else ())
+        )
+        return float(white + warm)
+
+    @cached_property
     def modes(self) -> Modes:
         """At the guessed size of the motion."""
         return modes_of(self.system)

@@ -160,7 +160,13 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:
     """Of a step that misses more than MOST_MISSED of the impacts."""
     motion, step, rate = simulation.motion, simulation.settings.step, values.get("impact_rate", 0.0)
-    bound = impact_biases(motion, step, dict(values)).get("impact_rate", 0.0)
+    bounds = impact_biases(motion, step, dict(values))
+    for name in motion.struck_alone:
+        bound, rate_of_wall = (found.get(f"{name}_impact_rate", 0.0) for found in (bounds, values))
+        if bound > MOST_MISSED * rate_of_wall > 0.0:
+            yield say("slow_impacts_of_some_wall", low=_low(bound, rate_of_wall), step=step)
+            return
+    bound = bounds.get("impact_rate", 0.0)
     if not bound > 0.0 or not rate > 0.0:
         return
     missed = missed_impacts(motion.struck, step, values["impact_speed_mean_square"])
@@ -169,8 +175,11 @@ def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Mess
         high = per_cent(missed / (1.0 - missed))
         yield say("slow_impacts", low=per_cent(missed), high=high, step=step, order=order)
     elif not motion.struck.crowded and bound > MOST_MISSED * rate:
-        low = f"may be {per_cent(bound / rate)} too low" if bound < rate else "is far too low"
-        yield say("slow_impacts_of_some_wall", low=low, step=step)
+        yield say("slow_impacts_of_some_wall", low=_low(bound, rate), step=step)
+
+
+def _low(bound: float, rate: float) -> str:
+    return f"may be {per_cent(bound / rate)} too low" if bound < rate else "is far too low"
 
 
 def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Iterator[Message]:
