@@ -404,10 +404,12 @@ def test_a_refused_argument_is_named_as_its_flag(
         ("give another name, or overwrite=True to replace it.", "give another name, or --overwrite to replace it."),
         ("With rtol= the error is bounded.", "With --rtol the error is bounded."),
         ("quantities does not name these results.", "--quantities does not name these results."),
+        ("barrier must be true.", "--barrier must be true."),
+        ("barrier at -6 m is far away: check position.", "barrier at -6 m is far away: check position."),  # a part
     ],
 )
 def test_arguments_become_flags(library: str, command: str) -> None:
-    assert cli.commands.in_flags(library) == command
+    assert cli.flags.in_flags(library) == command
 
 
 def test_reproduce_prints_what_it_wrote(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"a_": values["a"], "b_": values["b"], "sum": values["a"] + values["b"]}
 
-    model = Approximation(space, quantities, lambda values: values["a"] * values["b"], 1e-4)
+    model = Approximation(space, quantities, lambda values: values["a"] * values["b"])
     limits = [Limit("a_", 2.0, False), Limit("b_", 3.0, False), Limit("sum", 6.0, False)]
     places = np.random.default_rng(1).random((16, 2))
     found = search(model, limits, places, 1)
@@ -47,7 +47,7 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
 
 def test_a_search_without_an_answer_in_places_goes_round_them() -> None:
     space = Space({"a": Free(2.0, "a", 1.0, 10.0)})
-    model = Approximation(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q", 1e-4)
+    model = Approximation(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q")
     found = search(model, [Limit("q", 4.0, False)], np.linspace(0.0, 1.0, 9)[:, None], 1)
     assert found.cost == pytest.approx(4.0, rel=1e-4)
 
@@ -78,7 +78,7 @@ def test_the_least_damper_is_that_of_the_closed_form() -> None:
 def test_limits_that_exclude_each_other_are_found_out_in_few_steps() -> None:
     """a > 5 and b > 5 with a b < 10: of two numbers it took over 300 steps, each of which may be a second of theory."""
     space = Space({"a": Free(5.0, "a", 1.0, 10.0), "b": Free(5.0, "b", 1.0, 10.0)})
-    model = Approximation(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, "a", 1e-4)
+    model = Approximation(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, "a")
     limits = [Limit("a_", 5.0, False), Limit("b_", 5.0, False), Limit("ab", 10.0, True)]
     found = search(model, limits, np.random.default_rng(1).random((16, 2)), 1)
     assert found.excess == pytest.approx(math.log(25.0 / 10.0) / 3.0, rel=0.01)

@@ -73,7 +73,7 @@ def designed(
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"rate": theory(values["C"])}
 
-    model = Approximation(space, quantities, "C", 1e-4)
+    model = Approximation(space, quantities, "C")
     random = np.random.default_rng(seed)
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
@@ -81,7 +81,7 @@ def designed(
             raise OutOfTimeError
         rate, error = truth(found.values["C"]), 0.4 * rtol
         value = rate * (1.0 + error * random.standard_normal())
-        return Simulated({"rate": RoundValue(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
+        return ({"rate": RoundValue(found.u, model.at(found.u)["rate"], value, error * value, 0.0)}, ())
 
     places = np.linspace(0.0, 1.0, 9)[:, None]
     return rounds(DesignTask(model, (Limit("rate", limit, True),), places, 1, 0.95, rtol, 0.02, exact=False), measure)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import struct
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from websockets.sync.client import ClientConnection, connect
 
-from springpot.explorer.frames import unpack
 from tests.explorer.conftest import Server
 
 
@@ -33,6 +35,14 @@ def numbers(
 def link(paths: int = 640, *, more: str = "", **given: float) -> str:
     """What stands behind the address of the page for the paper's oscillator with these numbers."""
     return "&".join(f"{name}={value}" for name, value in numbers(**given).items()) + f"&paths={paths}{more}"
+
+
+def unpack(frame: bytes) -> tuple[int, int, list[npt.NDArray[np.float32]]]:
+    """The inverse of `springpot.explorer.frames.pack`: kind, generation, arrays."""
+    kind, generation, count = struct.unpack_from("<3I", frame)
+    sizes = struct.unpack_from(f"<{count}I", frame, 12)
+    numbers = np.frombuffer(frame, "<f4", offset=12 + 4 * count)
+    return kind, generation, np.split(numbers, np.cumsum(sizes)[:-1])
 
 
 class Tab:

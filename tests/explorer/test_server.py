@@ -178,13 +178,15 @@ def test_a_thousand_hostile_messages_hurt_nobody(server: Server) -> None:
             assert (refused, closed) == (len(handfuls), len(huge))
             return refused, closed
 
-        throw(hostile_messages(200))  # what is imported and cached on the way is no leak
-        before = server.memory()
-        refused, closed = throw(hostile_messages(1000))
-        assert refused > 40
-        assert closed > 100
-        time.sleep(0.5)
-        assert server.memory() - before < 15.0
+        grown = []
+        for _ in range(3):  # a leak grows each time; what is imported and cached on the way does so once
+            before = server.memory()
+            refused, closed = throw(hostile_messages(1000))
+            assert refused > 40
+            assert closed > 100
+            time.sleep(0.5)
+            grown.append(server.memory() - before)
+        assert min(grown) < 5.0
         assert server.process.poll() is None
         while True:  # what has come in meanwhile: of its own question only
             try:

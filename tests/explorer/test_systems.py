@@ -18,7 +18,7 @@ from springpot.explorer.examples import examples
 from springpot.explorer.motion import marks, record, voltages
 from springpot.explorer.protocol import Problem, parse
 from springpot.explorer.question import Opened, question_of
-from springpot.explorer.sliders import Size, changed, described_parts, numbers, sliders
+from springpot.explorer.sliders import changed, described_parts, numbers, sliders
 from springpot.explorer.views import labels, sizes, view_of
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
@@ -50,8 +50,7 @@ def asked(**numbers: float) -> Problem:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_every_number_of_a_system_has_a_slider_around_it(file: Path) -> None:
     system = sp.read_system(file)
-    size = sizes(system)
-    found = sliders(system, Size(size["frequency"], size["length"]))
+    found = sliders(system, sizes(system))
     assert {one.name: one.value for one in found} == numbers(system)
     assert changed(system, numbers(system)) == system
     for one in found:
@@ -76,7 +75,7 @@ def test_every_kind_of_part_has_its_sliders() -> None:
         sp.PoissonImpulses(2.0, 0.1), sp.ParametricNoise(0.1),
         sp.Friction(0.0), sp.Force(abs),
     )  # fmt: skip
-    found = {one.name: one for one in sliders(system, Size(6.0, 0.1))}
+    found = {one.name: one for one in sliders(system, {"frequency": 6.0, "length": 0.1})}
     assert found["fractional_maxwell-springpot-order"].value == 0.5
     assert found["friction-force"].end > 0.0
     assert (found["dashpot-coefficient"].begin, found["dashpot-coefficient"].end) == (0.1, 0.9)

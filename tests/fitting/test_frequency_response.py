@@ -10,8 +10,11 @@ import pytest
 
 import springpot as sp
 from springpot.fitting.likelihood import slopes
+from springpot.fitting.spectral_density import response
+from springpot.fitting.state_space import state_space
 from springpot.fitting.transfer import ResponseLikelihood, response_of
-from springpot.machine.faults import FileError
+from springpot.machine.faults import FileError, NotCoveredError
+from tests.problem.inerters import inerter
 
 F = np.geomspace(0.5, 20.0, 41)
 DEVICE = sp.System(
@@ -48,6 +51,27 @@ def test_derivatives_are_those_of_differences(of: Any, on: Any) -> None:
     theta = np.array([float(number) for number in own.coordinates.free])
     differences = slopes(own.residuals, theta, own.coordinates.free)
     assert np.abs(own.jacobian(theta) - differences).max() < 1e-6 * np.abs(differences).max()
+
+
+def test_the_ground_accelerates_the_mass_and_not_an_inerter(monkeypatch: pytest.MonkeyPatch) -> None:
+    inertance = sp.free("b", 3.0, (0.5, 9.0))
+    device = sp.System(*DEVICE.parts[:3], inerter(monkeypatch)(inertance), sp.WhiteNoise(0.5, on="ground"))
+    linear, w = sp.theory.linear(device), 2.0 * np.pi * F
+    exact = linear.frequency_response(w)
+    assert np.allclose(response_of(device, F, "x", "mass")[0], exact, rtol=1e-12)
+    assert np.allclose(response_of(device, F, "x", "ground")[0], -device.mass * exact, rtol=1e-12)
+    whole = 1.0 + w**2 * device.mass * exact
+    assert np.allclose(response_of(device, F, "a", "ground")[0], whole, rtol=1e-9)
+    assert np.allclose(response(device, "x")(F), 2.0 * 0.5 * np.abs(device.mass * exact) ** 2, rtol=1e-9)
+    assert np.allclose(response(device, "a")(F), 2.0 * 0.5 * np.abs(whole) ** 2, rtol=1e-9)
+    for of, on in (("x", "mass"), ("v", "ground"), ("a", "ground")):
+        own = ResponseLikelihood(device, measured(device, 1, of=of, on=on))
+        assert "b" in own.coordinates.names
+        theta = np.array([float(number) for number in own.coordinates.free])
+        differences = slopes(own.residuals, theta, own.coordinates.free)
+        assert np.abs(own.jacobian(theta) - differences).max() < 1e-6 * np.abs(differences).max()
+    with pytest.raises(NotCoveredError, match="where the mass is all of the inertia"):
+        state_space(device, "a", 0.01, 10.0)
 
 
 def test_a_fit_gives_back_its_numbers() -> None:

@@ -121,7 +121,7 @@ def test_what_the_simulation_adds_is_a_tenth_at_most_or_said() -> None:
     assert told
     assert int(told[1]) > 10
     fine = sp.fit(struck(W, Q), exactly(-0.5, names), seed=2)
-    likelihood, best = fine._solved()
+    likelihood, best = fine._likelihood, fine._best
     assert isinstance(likelihood, MomentsLikelihood)
     assert float(likelihood.added(best.u).max()) < 0.1
     assert "The simulation adds" not in fine.report()

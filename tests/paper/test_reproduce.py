@@ -147,7 +147,7 @@ def test_transient_of_the_run_from_rest():
 
 
 def test_errata_page_has_every_erratum_and_the_gap():
-    gap = Gap(0.5, 1.0, 2.296, 2.12, 0.01, 2.13, 0.01, 1.88, 2.38)
+    gap = Gap(0.5, 1.0, 2.296, Estimate(2.12, 0.01), Estimate(2.13, 0.01), 1.88, 2.38)
     trend = [(Oscillator(omega, Springpot(0.7, 0.2)), Estimate(1.0, 0.01)) for omega in (0.3, 3.0)]
     text = pages.errata_page([gap], trend, "Settings.")
     assert [int(n) for n in re.findall(r"^## (\d)\.", text, flags=re.MULTILINE)] == [1, 2, 3, 4, 5, 6, 7]
@@ -162,9 +162,9 @@ def test_errata_page_has_every_erratum_and_the_gap():
 def test_gaps_are_measured():
     (gap,) = montecarlo.gaps([(1.0, 1.0)], paths=256, duration=40.0, step=0.02)
     assert gap.formula == pytest.approx(1.0)
-    assert abs(gap.rest - 1) < 4 * gap.rest_se
-    assert abs(gap.adapted - 1) < 4 * gap.adapted_se
-    assert (gap.twice_x + gap.twice_v) / 2 == pytest.approx(gap.adapted, rel=1e-6)
+    assert abs(gap.rest.value - 1) < 4 * gap.rest.error
+    assert abs(gap.adapted.value - 1) < 4 * gap.adapted.error
+    assert (gap.twice_x + gap.twice_v) / 2 == pytest.approx(gap.adapted.value, rel=1e-6)
 
 
 def test_unknown_part(tmp_path):

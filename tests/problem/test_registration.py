@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Annotated, get_args
+from dataclasses import fields
+from typing import get_args
 
 import pytest
 
 import springpot as sp
 from springpot.problem.parts.registration import Number, Part, Power, in_words
-from springpot.problem.parts.walls import Restitution
+from springpot.problem.parts.walls import Restitution, SoftStop
 from springpot.problem.system import KINDS
+from tests.problem.inerters import inerter
 from tests.problem.test_numbers import SMOOTH, SOFT, WARM
 
 EXAMPLES: tuple[Part, ...] = (*SMOOTH.parts, *SOFT.parts, *WARM.parts, sp.Force(lambda t, x, v: -x))
@@ -64,12 +65,25 @@ def _order(part: Part) -> list[str]:
     return [name for number, _ in part.slopes(1.0) for name, value in _values(part).items() if value == number]
 
 
+_YES_OR_NO = ("is_linear", "remembers", "dissipates", "is_thermal", "is_odd")
+
+
 def test_what_a_class_forgets_is_named_when_it_is_made() -> None:
     with pytest.raises(TypeError, match="Half must state glyph and is_odd, as every part does"):
 
         class Half(Part):
             said, powers = "half", ("damping",)
             is_linear, remembers, dissipates, is_thermal = True, False, True, True
+
+    whole = {"said": "half", "glyph": "spring", **dict.fromkeys(_YES_OR_NO, False), "__annotations__": {}}
+    for family, powers, words in (
+        (Part, ("inertia",), "must state inertia"),
+        (Part, ("stored",), "must state force_coefficients"),
+        (SoftStop, ("stop",), "must state soft_stop"),
+        (Part, ("lost",), "powers must be of inertia, stored, .* not lost"),
+    ):
+        with pytest.raises(TypeError, match=words):
+            type("Half", (family,), {**whole, "powers": powers})
 
     with pytest.raises(TypeError, match=r"Bare\.stiffness must say its symbol, words and unit"):
 
@@ -89,33 +103,17 @@ def test_what_a_class_forgets_is_named_when_it_is_made() -> None:
 
 def test_a_part_may_add_to_the_inertia(monkeypatch: pytest.MonkeyPatch) -> None:
     """An inerter: the ground accelerates the mass alone."""
-    monkeypatch.setattr(Part, "kinds", dict(Part.kinds))
-
-    @dataclass(frozen=True)
-    class Inerter(Part):
-        said, glyph, powers = "inerter", "mass", ("inertia",)
-        is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
-
-        inertance: Annotated[float, Number("b", "inertance", "kg")]
-
-        @property
-        def inertia(self) -> float:
-            return self.inertance
-
-        def term(self) -> str:
-            return f" + {self.inertance:g} x''"
-
-    monkeypatch.setitem(KINDS, "inerter", Inerter)
-    device = sp.System(sp.Mass(2.0), Inerter(3.0), sp.Spring(80.0), sp.Dashpot(1.5), sp.WhiteNoise(0.5, on="ground"))
+    part = inerter(monkeypatch)
+    device = sp.System(sp.Mass(2.0), part(3.0), sp.Spring(80.0), sp.Dashpot(1.5), sp.WhiteNoise(0.5, on="ground"))
     assert (device.mass, device.inertia, device.natural_frequency) == (2.0, 5.0, 4.0)
     assert sp.explain(device).startswith("2 x'' + 3 x'' + 80 x + 1.5 x' = -m w(t)")
     found = sp.theory.exact(device)
     assert found.x_mean_square == pytest.approx(4.0 * 0.5 / (2.0 * 1.5 * 80.0))
     assert found.v_mean_square == pytest.approx(4.0 * 0.5 / (2.0 * 1.5 * 5.0))
-    per_mass = sp.System(Inerter(1.5), sp.Spring(40.0))
+    per_mass = sp.System(part(1.5), sp.Spring(40.0))
     assert per_mass.natural_frequency == pytest.approx(4.0)
     record = sp.RecordedExcitation((0.0, 1.0), (0.0, 2.0))
-    (pushed,) = sp.System(sp.Mass(2.0), Inerter(3.0), sp.Spring(1.0), record).per_unit_mass.of(sp.RecordedExcitation)
+    (pushed,) = sp.System(sp.Mass(2.0), part(3.0), sp.Spring(1.0), record).per_unit_mass.of(sp.RecordedExcitation)
     assert pushed.values == pytest.approx((0.0, -0.8))
     assert math.isclose(float(device.potential.force(1.0)), 16.0)
 

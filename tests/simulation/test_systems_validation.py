@@ -43,7 +43,7 @@ def check(system: sp.System, exact: dict[str, float], *, sharp: float = 0.005, *
     [
         ((SPRING, DUFFING, *WALLS), -0.5, 1.2, duffing),
         ((SPRING, *WALLS), -0.5, 1.2, lambda x: 0.5 * x * x),
-        ((SPRING, sp.Barrier(0.3), sp.Barrier(1.5, side="below")), 0.3, 1.5, lambda x: 0.5 * x * x),
+        ((SPRING, sp.Barrier(0.3, side="above"), sp.Barrier(1.5, side="below")), 0.3, 1.5, lambda x: 0.5 * x * x),
         ((SPRING, sp.Barrier(-1.5), sp.Barrier(-0.3, side="below")), -1.5, -0.3, lambda x: 0.5 * x * x),
         ((SPRING, DUFFING, sp.Constant(-1.0), sp.Barrier(-0.5)), -0.5, 6.0, lambda x: duffing(x) + x),
         ((sp.Spring(-1.0), sp.PolynomialSpring((0, 0, 1.0)), WALLS[0]), -0.5, 6.0,

@@ -24,7 +24,7 @@ from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
 from springpot.studies.question import PARAMETERS, Method, Study, read_study
 from springpot.studies.tasks import check_some, task_at, tasks
-from springpot.studies.template import TEMPLATE
+from springpot.studies.template import OF_OSCILLATORS, TEMPLATE
 from springpot.theory.result import MOMENTS
 from tests.studies.samples import DEVICE, RUNS, THEORY, given, write_toml
 
@@ -399,7 +399,8 @@ def test_a_study_survives_its_document(tmp_path: Path) -> None:
 
 
 def example() -> dict[str, Any]:
-    return tomllib.loads(TEMPLATE.format(name='"example"', file="f", store="s", picture="p", table="t"))
+    places = {"file": "f", "store": "s", "picture": "p", "table": "t"}
+    return tomllib.loads(TEMPLATE.format(name='"example"', **places, **OF_OSCILLATORS))
 
 
 def test_the_example_is_a_study() -> None:

@@ -79,7 +79,7 @@ def test_a_zarr_reader_sees_a_flipped_byte(copy: Path) -> None:
 def test_every_chunk_is_one_tasks_and_has_a_checksum(whole: Path) -> None:
     """The metadata are those of Zarr itself: no other reader needs springpot to decode a chunk."""
     root = zarr.open_group(whole, mode="r", use_consolidated=False)
-    widths = {"numbers": 2 + len(columns_of("exact", STUDY.base)), "sentences": SENTENCES}
+    widths = {"numbers": 2 + len(columns_of("exact", STUDY.system)), "sentences": SENTENCES}
     for method in STUDY.methods:
         for name, width in widths.items():
             array = root[f"theory/{method}/{name}"]

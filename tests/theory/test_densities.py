@@ -8,7 +8,7 @@ import pytest
 from springpot.machine.faults import per_cent
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, envelope, exact, fokker_planck, memory_closure
-from springpot.theory.methods.memory_closure.quadrature import panel_rule
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import NotCoveredError
 from tests.sizes import validation
 

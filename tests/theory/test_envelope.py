@@ -15,7 +15,7 @@ from springpot.theory.methods.envelope.balance import balance
 from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
 from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
-from springpot.theory.methods.memory_closure.quadrature import panel_rule
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
 from tests.sizes import validation

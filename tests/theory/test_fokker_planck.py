@@ -95,12 +95,14 @@ def test_the_answer_does_not_depend_on_the_grid(c, r, position):
     """Third grids, finer in every respect, and twice the range of speeds: the estimate bounds the error."""
     asked = oscillator(c, r, position)
     result, problem = fokker_planck(asked), problem_of(asked)
-    finest = moments(problem, solve(problem, Grid(spacing=0.15, nodes=12, panel=0.35, decay=24.0, reach=8.0)))
+    units = problem_and_units(Dimensionless.of(asked))[1]
+    grid = Grid(spacing=0.15, nodes=12, panel=0.35, decay=24.0, reach=8.0)
+    finest = units.moments(asked, *moments(problem, solve(problem, grid)))
     for name in MOMENTS:
         gap = abs(getattr(result, name) / getattr(finest, name) - 1)
         assert gap < 1e-6, name
         assert gap <= result.error_estimate
-    rate = moments(problem, solve(problem, COARSE)).impact_rate
+    rate = units.moments(asked, *moments(problem, solve(problem, COARSE))).impact_rate
     assert result.impact_rate_error == pytest.approx(abs(rate / result.impact_rate - 1), rel=1e-6)
 
 

@@ -10,7 +10,7 @@ import pytest
 import springpot as sp
 from springpot.evidence.reliability import trust, warnings_of
 from springpot.theory import NoConvergenceError, NotCoveredError, linear, path_integration, solve_one
-from springpot.theory.methods.systems.chain import Chain, Stop, grid_over, make_chain
+from springpot.theory.methods.systems.chain import Chain, grid_over, make_chain
 from tests.sizes import validation
 
 SPRING, DASHPOT = sp.Spring(1.0), sp.Dashpot(0.3)
@@ -27,7 +27,7 @@ def noise(tau: float) -> sp.ColoredNoise:
 
 def test_the_chain_keeps_constants_and_the_noise() -> None:
     grid = grid_over(2.0, 0.0, 5.0, 4.0, (True, False), (7, 12, 13))
-    stop = Stop(0.0, False, lambda v: np.full_like(v, 0.7))
+    stop = sp.Barrier(0.0, 0.7)
     chain = make_chain(grid, 0.1, 0.5, lambda y, x, v: y - x - 0.2 * v, [stop])
     y, x, v = grid.places
     start = np.zeros(y.size)
@@ -42,7 +42,7 @@ def test_the_chain_keeps_constants_and_the_noise() -> None:
 def test_an_impact_in_a_step() -> None:
     """From x = 0.02 at v = -1 the mass is at r (0.1 - 0.02) after a step of 0.1, with the speed r."""
     grid = grid_over(1.0, 0.0, 1.0, 1.5, (True, False), (3, 41, 41))
-    stop = Stop(0.0, False, lambda v: np.full_like(v, 0.5))
+    stop = sp.Barrier(0.0, 0.5)
     chain = make_chain(grid, 0.1, 1.0, lambda y, x, v: np.zeros_like(x), [stop])
     y, x, v = grid.places
     near = int(np.argmin((y - 0.0) ** 2 + (x - 0.02) ** 2 + (v + 1.0) ** 2))

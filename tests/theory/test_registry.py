@@ -92,6 +92,13 @@ def test_every_method_has_a_row_in_the_readme_and_its_color_in_both_looks() -> N
     assert set(COLORS) == set(re.findall(r"--method-(\w+): ", style))
 
 
+def test_every_method_looks_unlike_the_others_and_each_averaging_without_its_color() -> None:
+    looks = {name: (method.color, method.dash) for name, method in registry.METHODS.items()}
+    assert len(set(looks.values())) == len(looks)
+    averagings = [dash for name, (_, dash) in looks.items() if name.startswith("averaging")]
+    assert len(set(averagings)) == len(averagings) == 4
+
+
 def test_what_a_method_does_not_cover_it_says_without_solving() -> None:
     """The same sentence as when it is asked to solve; and what has an answer is covered."""
     refused = 0

@@ -16,7 +16,8 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from springpot.cli.commands import app, in_flags
+from springpot.cli.commands import app
+from springpot.cli.flags import in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
 from springpot.cli.terminal import say, warnings_as_sentences
 from springpot.machine.faults import FileError

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import App, Group, Parameter
+from cyclopts import App, Parameter
 
 from springpot.cli.flags import (
     AS_USUAL,
@@ -19,14 +18,17 @@ from springpot.cli.flags import (
     STANDARD,
     Flags,
     OscillatorFile,
+    Overwrite,
     PageFile,
     RunSettings,
     SystemFile,
     Threads,
+    in_flags,
+    monte_carlo,
     problem_of,
-    with_flags,
+    written,
 )
-from springpot.cli.tables import gap, is_number, names, plain, print_estimates, sentences
+from springpot.cli.tables import gap, is_number, plain, print_estimates
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 from springpot.machine.faults import Stopped, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
@@ -35,9 +37,8 @@ from springpot.machine.places import place_for
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-__all__ = ["OUTPUT", "app", "in_flags", "simulate", "warn"]
+__all__ = ["app", "place_of", "tell", "warn"]
 
-OUTPUT = Group("Output", sort_key=9)
 Schema = Annotated[bool, Parameter(negative="", help="Print the JSON schema of such a file, and nothing else.")]
 
 
@@ -83,14 +84,13 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
 
     Example: springpot theory --order 0.7 --coefficient 0.2 --natural-frequency 3
     """
-    problem = problem_of(file, flags)
+    system = problem_of(file, flags)
     with leave_at_once():
         from springpot.evidence.explanation import equation
         from springpot.evidence.recommendation import all_methods
         from springpot.problem.catalogue import unit_of_result
         from springpot.theory.result import names_of_results
 
-    system = problem
     dicts = all_methods(system)
     if json_:
         print_json({"system": system.to_dict(), **dicts})
@@ -104,18 +104,16 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     rows = [
         [name, *(f"{answer[name]:.5g}" if is_number(answer.get(name)) else "" for answer in shown.values()), unit]
         for name, unit in units.items()
-        if name in names(shown)
+        if any(is_number(answer.get(name)) for answer in shown.values())
     ]
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
     for statement in dict.fromkeys(silent.values()):
         print(f"{', '.join(name for name, reason in silent.items() if reason == statement)}: {statement}")
     print(f"* recommended here: {best}" if best else why_none)
     # warnings of the other methods: --json prints them
-    for sentence in sentences(answers.get(str(best), {}), "warnings"):
-        warn(f"{best}: {sentence}")
+    warn(*(f"{best}: {sentence}" for sentence in answers.get(str(best), {}).get("warnings", ())))
     if not best:
-        for sentence in dict.fromkeys(each for answer in shown.values() for each in sentences(answer, "warnings")):
-            warn(sentence)
+        warn(*dict.fromkeys(each for answer in shown.values() for each in answer.get("warnings", ())))
     return 0
 
 
@@ -148,17 +146,13 @@ def compare(
     /,
     *,
     flags: Flags = STANDARD,
-    rtol: Annotated[float, Parameter(group=MONTE_CARLO, help="Total relative error of Monte Carlo.")] = 0.01,
-    seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of Monte Carlo.")] = 1,
+    rtol: Annotated[float, monte_carlo("Total relative error of Monte Carlo.")] = 0.01,
+    seed: Annotated[Whole, monte_carlo("Seed of Monte Carlo.")] = 1,
     threads: Annotated[Threads, Parameter(group=MONTE_CARLO)] = None,
     max_time: Annotated[
-        float | None,
-        Parameter(group=MONTE_CARLO, help="Seconds after which Monte Carlo stops and keeps what it has reached."),
+        float | None, monte_carlo("Seconds after which Monte Carlo stops and keeps what it has reached.")
     ] = None,
-    plot: Annotated[
-        str | None,
-        Parameter(metavar="FILE", help="PNG file for the densities and spectra of theory and Monte Carlo."),
-    ] = None,
+    plot: Annotated[str | None, written("PNG file for the densities and spectra of theory and Monte Carlo.")] = None,
     json_: Json = False,
 ) -> int:
     """Compare theory with Monte Carlo: the gap of each method in per cent and in standard errors.
@@ -171,16 +165,13 @@ def compare(
         from springpot.evidence.comparison import observe
         from springpot.evidence.reliability import warnings_of
 
-    if plot is not None:
-        check_picture(plot, "plot")
+    check_picture(plot)
     with Bar("simulating", first="finding the stationary start") as bar:
         observed = observe(problem, seed=seed, threads=threads, progress=bar) if plot is not None else None
         result = set_side_by_side(problem, rtol=rtol, max_time=max_time, seed=seed, threads=threads, progress=bar)
-    for sentence in result.simulation.warnings:
-        warn(sentence)
+    warn(*result.simulation.warnings)
     if result.recommended:
-        for sentence in warnings_of(result.answers[result.recommended]):
-            warn(f"{result.recommended}: {sentence}")
+        warn(*(f"{result.recommended}: {sentence}" for sentence in warnings_of(result.answers[result.recommended])))
     if observed is not None and plot is not None:
         from springpot.figures.comparison import plot_comparison
         from springpot.figures.style import save
@@ -194,13 +185,11 @@ def compare(
     table = [
         ["", "Monte Carlo +- standard error", *(f"{name} *" if name == result.recommended else name for name in gaps)]
     ]
-    units = result.simulation.units
     for name in result.moments:
-        value, error = result.simulation[name].value, result.simulation[name].error
-        if not math.isfinite(value):
-            continue
-        cells = [gap(gaps[method].get(name)) for method in gaps]
-        table.append([name, with_error(value, error, units[name]), *cells])
+        own = result.simulation[name]
+        if math.isfinite(own.value):
+            cells = [gap(gaps_of_method.get(name)) for gaps_of_method in gaps.values()]
+            table.append([name, with_error(own.value, own.error, own.unit), *cells])
     print_table(table)
     for name, statement in result.statements.items():
         print(f"{name}: {statement}")
@@ -217,74 +206,12 @@ def simulate(
     /,
     *,
     flags: Flags = STANDARD,
-    rtol: Annotated[
-        float | None,
-        Parameter(
-            group=MONTE_CARLO,
-            help="Total relative error to reach, such as 0.01.  Paths, duration, step, window and start are then "
-            "chosen; of this group only --quantities, --max-time, --seed and --threads can be given with it.",
-        ),
-    ] = None,
-    quantities: Annotated[
-        list[str] | None,
-        Parameter(
-            group=MONTE_CARLO,
-            negative="",
-            consume_multiple=True,
-            metavar="NAME ...",
-            help="With --rtol: the results that must reach it; amplitude_mean_square if not given.",
-        ),
-    ] = None,
-    max_time: Annotated[
-        float | None,
-        Parameter(
-            group=MONTE_CARLO,
-            help="With --rtol: seconds after which the run stops and keeps what it has reached.",
-        ),
-    ] = None,
     settings: RunSettings = AS_USUAL,
-    distributions: Annotated[
-        bool,
-        Parameter(
-            group=MONTE_CARLO,
-            negative="",
-            help="Also print quantiles of x, v, amplitude and impact speed, and of the extremes of each path.",
-        ),
-    ] = False,
-    first_passage: Annotated[
-        list[tuple[Literal["x", "distance", "v", "speed", "amplitude", "energy"], float]] | None,
-        Parameter(
-            group=MONTE_CARLO,
-            negative="",
-            metavar="NAME LEVEL",
-            help="Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
-            "energy in m^2/s^2; can be repeated.  Time counts from the start of the window; with --start rest from 0.",
-        ),
-    ] = None,
-    slowest_counted_impact: Annotated[
-        float | None,
-        Parameter(
-            group=MONTE_CARLO,
-            help="A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
-            "impacts is infinite.",
-        ),
-    ] = None,
     out: Annotated[
         str | None,
-        Parameter(
-            group=OUTPUT,
-            metavar="FILE",
-            help="Save the run: .nc (netCDF) or .json, which springpot.load_run can read, or .csv for spreadsheets.",
-        ),
+        written("Save the run: .nc (netCDF) or .json, which springpot.load_run can read, or .csv for spreadsheets."),
     ] = None,
-    overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
-    record: Annotated[
-        Whole | None,
-        Parameter(group=OUTPUT, help="Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
-    ] = None,
-    record_every: Annotated[
-        Whole | None, Parameter(group=OUTPUT, help="With --record: steps between two saved points; 1 if not given.")
-    ] = None,
+    overwrite: Overwrite = False,
     json_: Json = False,
 ) -> int:
     """Monte Carlo: averages over a window of time and at the end, each with its standard error.
@@ -292,37 +219,27 @@ def simulate(
     Example: springpot simulate --order 0.5 --restitution 0.8 --out run.nc
     """
     problem = problem_of(file, flags)
-    if quantities is not None and rtol is None:
+    given: Any = {name: value for name, value in vars(settings).items() if value is not None and value is not False}
+    if "quantities" in given and "rtol" not in given:
         raise ValueError("--quantities needs --rtol, the relative error to which they must be known.")
-    arguments: dict[str, Any] = {
-        "rtol": rtol,
-        "quantities": quantities,
-        "max_time": max_time,
-        "distributions": distributions or None,
-        "first_passage": None if first_passage is None else _levels(first_passage),
-        "slowest_counted_impact": slowest_counted_impact,
-        "record": record,
-        "record_every": record_every,
-    }
-    if out is None and (record is not None or overwrite):
-        raise ValueError(f"--{'overwrite' if record is None else 'record'} needs --out, the file to save to.")
-    if record_every is not None and record is None:
+    if "first_passage" in given:
+        given["first_passage"] = _levels(given["first_passage"])
+    if out is None and ("record" in given or overwrite):
+        raise ValueError(f"--{'record' if 'record' in given else 'overwrite'} needs --out, the file to save to.")
+    if "record_every" in given and "record" not in given:
         raise ValueError("--record-every needs --record, the number of paths to save.")
-    given: Any = {name: value for name, value in {**arguments, **vars(settings)}.items() if value is not None}
     with leave_at_once():
         from springpot.simulation.monte_carlo import simulated
         from springpot.simulation.plan.motion import motion_of
         from springpot.simulation.plan.plan import default_start
         from springpot.simulation.result.save import places
 
-    written = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, record or 0))
-
-    adapted = rtol is not None or (settings.start or default_start(motion_of(problem), given)[0]) == "stationary"
+    saved = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, settings.record or 0))
+    adapted = "rtol" in given or (settings.start or default_start(motion_of(problem), given)[0]) == "stationary"
     with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
         result = simulated(problem, **given, progress=bar)
     answer = result.to_dict()
-    for sentence in sentences(answer, "warnings"):
-        warn(sentence)
+    warn(*answer["warnings"])
     if out is not None:
         result.save(out, overwrite=overwrite)
     if json_:
@@ -331,7 +248,7 @@ def simulate(
     print(_stated(result.system))
     print(f"settings: {plain(answer['settings'])}")
     print_estimates(answer, result.units)
-    for place in written:
+    for place in saved:
         print(place)
     return _exit_code(answer["diagnostics"])
 
@@ -377,21 +294,16 @@ def fit(
     paths: Annotated[
         Whole | None, Parameter(help="Of each run of a fit to statistics, a power of two; chosen if not set.")
     ] = None,
-    out: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="FILE", help="Write the system with the found values to a file.")
-    ] = None,
-    plot: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="FILE", help="PNG file for data, fit and residuals.")
-    ] = None,
-    overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
+    out: Annotated[str | None, written("Write the system with the found values to a file.")] = None,
+    plot: Annotated[str | None, written("PNG file for data, fit and residuals.")] = None,
+    overwrite: Overwrite = False,
     json_: Json = False,
 ) -> int:
     """Fit: the free numbers of a system that agree best with measured data, with errors.
 
     Example: springpot fit rubber.csv --model rubber.toml
     """
-    if plot is not None:
-        check_picture(plot, "plot")
+    check_picture(plot)
     place = place_of(out, overwrite)
     with leave_at_once():
         from springpot.fitting import fit as find
@@ -407,8 +319,7 @@ def fit(
             found = find(asked, measured, seed=seed, paths=paths, progress=bar, stop=stop)
         except Stopped:  # before there were any
             raise KeyboardInterrupt from None
-    for sentence in found.warnings:
-        warn(sentence)
+    warn(*found.warnings)
     if place is not None:
         place.write_text(to_toml(found.model), encoding="utf-8")
     if plot is not None:
@@ -506,22 +417,17 @@ def validity(
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    sources = MAP_FILE, SYSTEMS_FILE
+    source, of_systems = folder / MAP_FILE.name, folder / SYSTEMS_FILE.name
     if simulate_again:
         from springpot.evidence.validity import CELLS, SYSTEM_CELLS, make_map
 
-        maps = ("oscillators", CELLS, MAP_FILE), ("systems", SYSTEM_CELLS, SYSTEMS_FILE)
-        made = []
-        for what, cells, file in maps:
+        for what, cells, path in (("oscillators", CELLS, source), ("systems", SYSTEM_CELLS, of_systems)):
             with Bar(f"simulating the validity map of {what}") as bar:
-                made.append(make_map(cells=cells, path=folder / file.name, threads=threads, progress=bar))
-        sources = made[0], made[1]
+                make_map(cells=cells, path=path, threads=threads, progress=bar)
     else:
-        for file in sources:
-            (folder / file.name).write_bytes(file.read_bytes())
-    source, of_systems = sources
-    for file in sources:
-        print(folder / file.name)
+        source.write_bytes(MAP_FILE.read_bytes())
+        of_systems.write_bytes(SYSTEMS_FILE.read_bytes())
+    print(source, of_systems, sep="\n")
     for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
         for along in ("restitution", "position"):
             print(save(plot_gaps_of_methods(moment, along, path=source), folder / f"validity_{short}_{along}.png"))
@@ -550,11 +456,6 @@ def explore(
     return 0
 
 
-def in_flags(sentence: str) -> str:
-    """A sentence of the library, with flags where it names arguments."""
-    return with_flags(sentence, signature(simulate).parameters.keys())
-
-
 def place_of(out: str | None, overwrite: bool) -> Path | None:
     """Where --out writes to, checked before the work."""
     if overwrite and out is None:
@@ -575,6 +476,7 @@ def tell(found: Any, json_: bool, *written: Path | str | None, table: Sequence[S
     return 0
 
 
-def warn(sentence: str) -> None:
-    """Print a warning of the library."""
-    say(f"warning: {in_flags(sentence)}")
+def warn(*sentences: str) -> None:
+    """Print warnings of the library."""
+    for sentence in sentences:
+        say(f"warning: {in_flags(sentence)}")

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from springpot.cli.commands import OUTPUT, place_of, tell, warn
-from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, problem_of
+from springpot.cli.commands import place_of, tell, warn
+from springpot.cli.flags import (
+    MONTE_CARLO,
+    STANDARD,
+    Flags,
+    Overwrite,
+    SystemFile,
+    Threads,
+    monte_carlo,
+    problem_of,
+    written,
+)
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, say
 from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
@@ -19,6 +27,11 @@ from springpot.machine.interrupt import leave_at_once
 __all__ = ["design", "sensitivity"]
 
 _WISHES = Group("What is asked for", sort_key=1)
+
+
+def _limit(which: str) -> Parameter:
+    words = f"A result with its {which} limit; may be repeated."
+    return Parameter(group=_WISHES, negative="", metavar="NAME LIMIT", help=words)
 
 
 def sensitivity(
@@ -34,20 +47,18 @@ def sensitivity(
     ] = None,
     paths: Annotated[Whole, Parameter(help="Of each run by Monte Carlo.")] = 5000,
     seed: Annotated[Whole, Parameter(help="Seed of the random numbers.")] = 1,
-    plot: Annotated[str | None, Parameter(group=OUTPUT, metavar="FILE", help="PNG file for a chart of bars.")] = None,
+    plot: Annotated[str | None, written("PNG file for a chart of bars.")] = None,
     json_: Json = False,
 ) -> int:
     """How much each result changes with each number; its help is in `springpot.cli.commands`."""
     problem = problem_of(file, flags)
-    if plot is not None:
-        check_picture(plot, "plot")
+    check_picture(plot)
     with leave_at_once():
         from springpot.designing import sensitivity as find
 
     with Bar("changing each number") as bar:
         found = find(problem, quantities, method=method, paths=paths, seed=seed, progress=bar)
-    for sentence in found.warnings:
-        warn(sentence)
+    warn(*found.warnings)
     if plot is not None:
         from springpot.figures.designing import plot_sensitivities
         from springpot.figures.style import save
@@ -68,73 +79,54 @@ def design(
     minimize: Annotated[
         str, Parameter(group=_WISHES, metavar="NAME", help="The result or free number that is to be least.")
     ],
-    below: Annotated[
-        list[tuple[str, float]] | None,
-        Parameter(
-            group=_WISHES, negative="", metavar="NAME LIMIT", help="A result with its upper limit; may be repeated."
-        ),
-    ] = None,
-    above: Annotated[
-        list[tuple[str, float]] | None,
-        Parameter(
-            group=_WISHES, negative="", metavar="NAME LIMIT", help="A result with its lower limit; may be repeated."
-        ),
-    ] = None,
+    below: Annotated[list[tuple[str, float]] | None, _limit("upper")] = None,
+    above: Annotated[list[tuple[str, float]] | None, _limit("lower")] = None,
     probability: Annotated[float, Parameter(group=_WISHES, help="With which all limits must hold.")] = 0.99,
     method: Annotated[
         str | None,
         Parameter(help='Of the search: "monte_carlo" or the name of a method; a trusted and quick one if not given.'),
     ] = None,
-    rtol: Annotated[
-        float, Parameter(group=MONTE_CARLO, help="Relative error of the limited results in the first run.")
-    ] = 0.02,
+    rtol: Annotated[float, monte_carlo("Relative error of the limited results in the first run.")] = 0.02,
     cost_rtol: Annotated[
         float,
-        Parameter(
-            group=MONTE_CARLO,
-            help="By how much the distance to the limits may raise the cost; later runs are as precise as this needs.",
+        monte_carlo(
+            "By how much the distance to the limits may raise the cost; later runs are as precise as this needs."
         ),
     ] = 0.02,
-    max_time: Annotated[
-        float | None, Parameter(group=MONTE_CARLO, help="Seconds after which the search ends with the best so far.")
-    ] = None,
-    seed: Annotated[Whole, Parameter(group=MONTE_CARLO, help="Seed of the random numbers.")] = 1,
+    max_time: Annotated[float | None, monte_carlo("Seconds after which the search ends with the best so far.")] = None,
+    seed: Annotated[Whole, monte_carlo("Seed of the random numbers.")] = 1,
     threads: Annotated[Threads, Parameter(group=MONTE_CARLO)] = None,
-    out: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="FILE", help="Write the system with the chosen values to a file.")
-    ] = None,
-    plot: Annotated[
-        str | None,
-        Parameter(group=OUTPUT, metavar="FILE", help="PNG file for the least cost against the first limit."),
-    ] = None,
-    overwrite: Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")] = False,
+    out: Annotated[str | None, written("Write the system with the chosen values to a file.")] = None,
+    plot: Annotated[str | None, written("PNG file for the least cost against the first limit.")] = None,
+    overwrite: Overwrite = False,
     json_: Json = False,
 ) -> int:
     """The free numbers of a system chosen; its help is in `springpot.cli.commands`."""
-    if plot is not None:
-        check_picture(plot, "plot")
-        if not below and not above:
-            raise ValueError("--plot needs a limit, --below or --above.")
+    check_picture(plot)
+    if plot is not None and not below and not above:
+        raise ValueError("--plot needs a limit, --below or --above.")
     place = place_of(out, overwrite)
     limits: dict[str, tuple[float | None, float | None]] = {}
-    for side, pairs in enumerate((above or [], below or [])):
-        for name, limit in pairs:
-            ends = list(limits.get(name, (None, None)))
-            if ends[side] is not None:
-                raise ValueError(f"--{('above', 'below')[side]} must be given only once for {name}.")
-            ends[side] = limit
-            limits[name] = ends[0], ends[1]
+    for side, pairs in (("above", above), ("below", below)):
+        for name, limit in pairs or ():
+            low, high = limits.get(name, (None, None))
+            if (low if side == "above" else high) is not None:
+                raise ValueError(f"--{side} must be given only once for {name}.")
+            limits[name] = (limit, high) if side == "above" else (low, limit)
     with leave_at_once():
         from springpot.designing import design as find
         from springpot.problem.file import read_system, to_toml
         from springpot.problem.free_numbers import with_values
 
     system = read_system(file)
-    with _in_words_of_the_command(), Bar("designing", first="searching") as bar:
-        found = find(
-            system, minimize, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
-            method=method, max_time=max_time, threads=threads, progress=bar,
-        )  # fmt: skip
+    try:
+        with Bar("designing", first="searching") as bar:
+            found = find(
+                system, minimize, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
+                method=method, max_time=max_time, threads=threads, progress=bar,
+            )  # fmt: skip
+    except ValueError as fault:  # the argument that the command has in two flags is named by them
+        raise ValueError(str(fault).replace("subject_to", "--below and --above")) from fault
     for sentence in found.warnings:
         say(f"warning: {sentence}")
     if place is not None:
@@ -159,12 +151,3 @@ def design(
 
 def _known(number: float) -> float | None:
     return number if math.isfinite(number) else None
-
-
-@contextmanager
-def _in_words_of_the_command() -> Iterator[None]:
-    """The argument that the command has in two flags is named by them."""
-    try:
-        yield
-    except ValueError as fault:
-        raise ValueError(str(fault).replace("subject_to", "--below and --above")) from fault

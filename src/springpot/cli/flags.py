@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence, Set
-from dataclasses import dataclass, fields, make_dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, make_dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import Group, Parameter
 
@@ -19,14 +19,15 @@ if TYPE_CHECKING:
     from springpot.problem.system import System
 
 __all__ = [
-    "AS_USUAL", "MONTE_CARLO", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "PageFile", "RunSettings",
-    "SystemFile",
-    "Threads", "problem_of", "with_flags",
+    "AS_USUAL", "MONTE_CARLO", "OUTPUT", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "Overwrite",
+    "PageFile", "RunFlags", "RunSettings", "SystemFile", "Threads", "in_flags", "monte_carlo",
+    "problem_of", "written",
 ]  # fmt: skip
 
 _DEFAULT = Dimensionless().numbers
 _PER_MASS = Group("Oscillator", sort_key=0)
 MONTE_CARLO = Group("Monte Carlo", sort_key=2)
+OUTPUT = Group("Output", sort_key=9)
 _DEVICE = Group(
     "Device",
     help="A device in SI units, instead of the flags per unit mass above; --restitution and --side go with both.",
@@ -38,117 +39,75 @@ _DEVICE_ONLY = (*_NEEDED, "gap", "sides", "of")
 _PER_MASS_ONLY = ("order", "coefficient", "natural_frequency", "intensity", "position")
 
 
-@Parameter(name="*", group=_PER_MASS)
-@dataclass(frozen=True, kw_only=True)
-class OscillatorFlags:
-    """The oscillator's numbers, as flags shared by the commands; None where a flag was not given."""
-
-    order: Annotated[
-        float | None,
-        Parameter(
-            help="Order alpha of the derivative, 0 (spring) to 1 (dashpot).", show_default=str(_DEFAULT["order"])
-        ),
-    ] = None
-    coefficient: Annotated[
-        float | None,
-        Parameter(
-            help="Coefficient C of the springpot per unit mass, in s^(alpha-2).",
-            show_default=str(_DEFAULT["coefficient"]),
-        ),
-    ] = None
-    natural_frequency: Annotated[
-        float | None,
-        Parameter(help="Natural frequency Omega, in rad/s.", show_default=str(_DEFAULT["natural_frequency"])),
-    ] = None
-    intensity: Annotated[
-        float | None,
-        Parameter(help="Intensity q of the white noise, in m^2 s^-3.", show_default=str(_DEFAULT["intensity"])),
-    ] = None
-    position: Annotated[
-        float | None, Parameter(help="Position b of the wall, in m.", show_default=str(_DEFAULT["position"]))
-    ] = None
-    restitution: Annotated[
-        float | None,
-        Parameter(
-            help="Speed after an impact / speed before it, in (0, 1].", show_default=str(_DEFAULT["restitution"])
-        ),
-    ] = None
-    side: Annotated[
-        Literal["above", "below"] | None,
-        Parameter(help="Side of the wall on which the mass moves.", show_default="that of x = 0"),
-    ] = None
-    barrier: Annotated[
-        bool,
-        Parameter(
-            name="--barrier",
-            negative="--no-barrier",
-            show_default=False,
-            help="With a wall (the default), or without.",
-        ),
-    ] = True
-    mass: Annotated[float | None, Parameter(group=_DEVICE, help="Mass m, in kg.")] = None
-    stiffness: Annotated[
-        float | None, Parameter(group=_DEVICE, help="Stiffness k of the spring, without the springpot, in N/m.")
-    ] = None
-    springpot: Annotated[
-        tuple[float, float] | None,
-        Parameter(
-            group=_DEVICE,
-            negative="",
-            metavar="ORDER K_ALPHA",
-            help="Order and k_alpha of the springpot, in N s^order/m; for a dashpot c in N s/m give 1 c.",
-        ),
-    ] = None
-    gap: Annotated[
-        float | None,
-        Parameter(
-            group=_DEVICE,
-            help="Distance from equilibrium to the stop, in m; a negative gap is a preload; no stop if not given.",
-        ),
-    ] = None
-    psd: Annotated[float | None, Parameter(group=_DEVICE, help="Spectral density of the excitation.")] = None
-    psd_unit: Annotated[
-        DensityUnit | None,
-        Parameter(group=_DEVICE, help="Unit of --psd: of the base's acceleration, or of the force on the mass."),
-    ] = None
-    sides: Annotated[
-        Sides | None,
-        Parameter(
-            group=_DEVICE,
-            help="1: --psd is one-sided (positive frequencies only), as test equipment states it; 2: two-sided.",
-            show_default="1",
-        ),
-    ] = None
-    of: Annotated[
-        Excited | None,
-        Parameter(group=_DEVICE, help="What --psd describes; follows from --psd-unit and must agree with it."),
-    ] = None
-
-    def oscillator(self) -> System:
-        from springpot.problem.oscillator import Oscillator  # here, so that the help is quick
-
-        device, per_mass = self._given(_DEVICE_ONLY), self._given(_PER_MASS_ONLY)
-        if not device:
-            return Oscillator.from_numbers(**per_mass, **self._given(("restitution", "side", "barrier")))  # type: ignore[arg-type]
-        if per_mass:
-            raise ValueError(
-                f"Either a device ({_flags(device)}) or an oscillator per unit mass ({_flags(per_mass)}) can be given, "
-                "not both."
-            )
-        if not self.barrier and "gap" in device:
-            raise ValueError("--no-barrier cannot be combined with --gap: there is no wall.")
-        if missing := [name for name in _NEEDED if name not in device]:
-            raise ValueError(f"{_flags(missing)} must be given too: a device needs {_flags(_NEEDED)}.")
-        return Oscillator.from_device(**device, **self._given(("restitution", "side")))  # type: ignore[arg-type]
-
-    def _given(self, names: Sequence[str]) -> dict[str, object]:
-        return {name: value for name in names if (value := getattr(self, name)) is not None}
+def _flag(name: str, kind: Any, group: Group, words: str, **more: Any) -> tuple[str, Any, Any]:
+    """A flag: None where it is not given."""
+    return name, Annotated[kind | None, Parameter(group=group, negative="", help=words, **more)], None
 
 
-def with_flags(sentence: str, arguments: Set[str]) -> str:
+def _flags_class(name: str, flags: Iterable[tuple[str, Any, Any]]) -> Any:
+    return make_dataclass(name, flags, frozen=True, kw_only=True, namespace={"__module__": __name__})
+
+
+_NUMBERS = {
+    "order": "Order alpha of the derivative, 0 (spring) to 1 (dashpot).",
+    "coefficient": "Coefficient C of the springpot per unit mass, in s^(alpha-2).",
+    "natural_frequency": "Natural frequency Omega, in rad/s.",
+    "intensity": "Intensity q of the white noise, in m^2 s^-3.",
+    "position": "Position b of the wall, in m.",
+    "restitution": "Speed after an impact / speed before it, in (0, 1].",
+}
+_WALL = Parameter(
+    name="--barrier", negative="--no-barrier", group=_PER_MASS, show_default=False,
+    help="With a wall (the default), or without.",
+)  # fmt: skip
+OscillatorFlags = _flags_class("OscillatorFlags", (
+    *(_flag(name, float, _PER_MASS, words, show_default=str(_DEFAULT[name])) for name, words in _NUMBERS.items()),
+    _flag("side", Literal["above", "below"], _PER_MASS, "Side of the wall on which the mass moves.",
+          show_default="that of x = 0"),
+    ("barrier", Annotated[bool, _WALL], True),
+    _flag("mass", float, _DEVICE, "Mass m, in kg."),
+    _flag("stiffness", float, _DEVICE, "Stiffness k of the spring, without the springpot, in N/m."),
+    _flag("springpot", tuple[float, float], _DEVICE,
+          "Order and k_alpha of the springpot, in N s^order/m; for a dashpot c in N s/m give 1 c.",
+          metavar="ORDER K_ALPHA"),
+    _flag("gap", float, _DEVICE,
+          "Distance from equilibrium to the stop, in m; a negative gap is a preload; no stop if not given."),
+    _flag("psd", float, _DEVICE, "Spectral density of the excitation."),
+    _flag("psd_unit", DensityUnit, _DEVICE, "Unit of --psd: of the base's acceleration, or of the force on the mass."),
+    _flag("sides", Sides, _DEVICE,
+          "1: --psd is one-sided (positive frequencies only), as test equipment states it; 2: two-sided.",
+          show_default="1"),
+    _flag("of", Excited, _DEVICE, "What --psd describes; follows from --psd-unit and must agree with it."),
+))  # fmt: skip
+"""The oscillator's numbers."""
+
+
+def _oscillator(flags: Any) -> System:
+    from springpot.problem.oscillator import Oscillator  # here, so that the help is quick
+
+    given = {name: value for name, value in vars(flags).items() if value is not None}
+    device, per_mass, both = (
+        {name: given[name] for name in names if name in given}
+        for names in (_DEVICE_ONLY, _PER_MASS_ONLY, ("restitution", "side"))
+    )
+    if not device:
+        return Oscillator.from_numbers(**per_mass, **both, barrier=flags.barrier)
+    if per_mass:
+        raise ValueError(
+            f"Either a device ({_flags(device)}) or an oscillator per unit mass ({_flags(per_mass)}) can be given, "
+            "not both."
+        )
+    if not flags.barrier and "gap" in device:
+        raise ValueError("--no-barrier cannot be combined with --gap: there is no wall.")
+    if missing := [name for name in _NEEDED if name not in device]:
+        raise ValueError(f"{_flags(missing)} must be given too: a device needs {_flags(_NEEDED)}.")
+    return Oscillator.from_device(**device, **both)
+
+
+def in_flags(sentence: str) -> str:
     """A sentence of the library with flags instead of arguments."""
-    names = {field.name for group in (OscillatorFlags, RunFlags) for field in fields(group)} | arguments
-    flags = {name: f"--{name.replace('_', '-')}" for name in (*names, "plot")}
+    names = [field.name for group in (OscillatorFlags, RunFlags) for field in fields(group)]
+    flags = {name: f"--{name.replace('_', '-')}" for name in (*names, "out", "overwrite", "plot")}
     sentence = sentence.replace("barrier = false", "--no-barrier")
     any_flag = "|".join(flags)
     sentence = re.sub(rf"(?<![\w-])({any_flag})=True\b", lambda match: flags[match[1]], sentence)
@@ -158,7 +117,8 @@ def with_flags(sentence: str, arguments: Set[str]) -> str:
     alone = "|".join(name for name in flags if "_" in name or name in ("rtol", "quantities"))
     sentence = re.sub(rf"(?<![\w-])({alone})\b(=(?!\S))?", lambda match: flags[match[1]], sentence)
     first, space, rest = sentence.partition(" ")
-    return flags.get(first, first) + space + rest
+    # a wall at some place is a part, whose name may be that of an argument
+    return sentence if rest.startswith("at ") else flags.get(first, first) + space + rest
 
 
 def _flags(names: Iterable[str]) -> str:
@@ -166,7 +126,6 @@ def _flags(names: Iterable[str]) -> str:
 
 
 STANDARD = OscillatorFlags()
-Flags = Annotated[OscillatorFlags, Parameter(name="*")]
 Threads = Annotated[Whole | None, Parameter(help=words("threads"))]
 
 
@@ -178,35 +137,36 @@ def _toml_file(_: object, tokens: Sequence[Any]) -> str:
     return word
 
 
-def _file(words: str) -> Parameter:
-    return Parameter(group=_PER_MASS, metavar="FILE", converter=_toml_file, help=words)
+def _read(words: str, **more: Any) -> Parameter:
+    words = f"A system of parts, in a file that ends with .toml{words}"
+    return Parameter(metavar="FILE", converter=_toml_file, help=words, **more)
 
 
-SystemFile = Annotated[
-    str | None, _file("A system of parts, in a file that ends with .toml, instead of the flags below.")
-]
-OscillatorFile = Annotated[
-    str | None,
-    _file(
-        "A system of parts, in a file that ends with .toml, instead of the flags below.  Here it must be an "
-        "oscillator: a linear spring, one springpot or dashpot, at most one rigid wall, and white noise."
-    ),
-]
-
-PageFile = Annotated[
-    str | None,
-    Parameter(
-        metavar="FILE",
-        converter=_toml_file,
-        help="A system of parts, in a file that ends with .toml: a slider for each number.  An oscillator if left out.",
-    ),
-]
+def written(words: str) -> Parameter:
+    """A file that a command writes."""
+    return Parameter(group=OUTPUT, metavar="FILE", help=words)
 
 
-def problem_of(file: str | None, flags: OscillatorFlags) -> System:
+def monte_carlo(words: str) -> Parameter:
+    """A flag of the simulation."""
+    return Parameter(group=MONTE_CARLO, help=words)
+
+
+Overwrite = Annotated[bool, Parameter(group=OUTPUT, negative="", help="Replace FILE if it exists.")]
+_INSTEAD = ", instead of the flags below."
+SystemFile = Annotated[str | None, _read(_INSTEAD, group=_PER_MASS)]
+_LIMITED = (
+    f"{_INSTEAD}  Here it must be an oscillator: a linear spring, one springpot or dashpot, at most one rigid wall, "
+    "and white noise."
+)
+OscillatorFile = Annotated[str | None, _read(_LIMITED, group=_PER_MASS)]
+PageFile = Annotated[str | None, _read(": a slider for each number.  An oscillator if left out.")]
+
+
+def problem_of(file: str | None, flags: Any) -> System:
     """The problem of a command: the system in a file, or the oscillator of the flags."""
     if file is None:
-        return flags.oscillator()
+        return _oscillator(flags)
     if flags != STANDARD:
         raise ValueError(f"FILE {file!r} states the problem: no flag of the oscillator can be given with it.")
     from springpot.problem.file import read_system
@@ -214,23 +174,35 @@ def problem_of(file: str | None, flags: OscillatorFlags) -> System:
     return read_system(file)
 
 
-def _flag_of(name: str, hint: Any) -> tuple[str, Any, Any]:
-    """A setting of a run as a flag: its type and its words."""
-    kind, *_ = get_args(hint)
-    metavar = "START END" if name == "window" else None
-    parameter = Parameter(group=MONTE_CARLO, negative="", help=words(name), metavar=metavar)
-    return name, Annotated[Whole | None if int in get_args(kind) else kind, parameter], None
-
+_QUANTILES = "Also print quantiles of x, v, amplitude and impact speed, and of the extremes of each path."
+_PASSED = Literal["x", "distance", "v", "speed", "amplitude", "energy"]
+RunFlags = _flags_class("RunFlags", (
+    _flag("rtol", float, MONTE_CARLO,
+          "Total relative error to reach, such as 0.01.  Paths, duration, step, window and start are then "
+          "chosen; of this group only --quantities, --max-time, --seed and --threads can be given with it."),
+    _flag("quantities", list[str], MONTE_CARLO,
+          "With --rtol: the results that must reach it; amplitude_mean_square if not given.",
+          consume_multiple=True, metavar="NAME ..."),
+    _flag("max_time", float, MONTE_CARLO,
+          "With --rtol: seconds after which the run stops and keeps what it has reached."),
+    *(_flag(name, Whole if int in get_args(get_args(hint)[0]) else get_args(hint)[0], MONTE_CARLO, words(name),
+            metavar="START END" if name == "window" else None)
+      for name, hint in hints("record", "record_every").items()),  # these two belong to the file
+    ("distributions", Annotated[bool, Parameter(group=MONTE_CARLO, negative="", help=_QUANTILES)], False),
+    _flag("first_passage", list[tuple[_PASSED, float]], MONTE_CARLO,
+          "Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
+          "energy in m^2/s^2; can be repeated.  Time counts from the start of the window; with --start rest from 0.",
+          metavar="NAME LEVEL"),
+    _flag("slowest_counted_impact", float, MONTE_CARLO,
+          "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
+          "impacts is infinite."),
+    _flag("record", Whole, OUTPUT, "Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
+    _flag("record_every", Whole, OUTPUT, "With --record: steps between two saved points; 1 if not given."),
+))  # fmt: skip
+AS_USUAL = RunFlags()
 
 if TYPE_CHECKING:
-    RunFlags = Any
+    Flags: TypeAlias = Any
+    RunSettings: TypeAlias = Any
 else:
-    RunFlags = make_dataclass(
-        "RunFlags",
-        [_flag_of(*each) for each in hints("record", "record_every").items()],  # these two belong to the file
-        frozen=True,
-        kw_only=True,
-        namespace={"__module__": __name__},
-    )
-AS_USUAL: Any = RunFlags()
-RunSettings = Annotated[RunFlags, Parameter(name="*")]
+    Flags, RunSettings = (Annotated[kind, Parameter(name="*")] for kind in (OscillatorFlags, RunFlags))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Sequence
 from typing import get_args
@@ -18,8 +17,9 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
-from springpot.cli.commands import app, in_flags
-from springpot.machine.faults import listed
+from springpot.cli.commands import app
+from springpot.cli.flags import in_flags
+from springpot.machine.faults import listed, nearest
 
 __all__ = ["of_the_system", "one_sentence", "usage"]
 
@@ -87,8 +87,8 @@ def _unfit(error: CoercionError, token: Token) -> str:
 def _meant(word: str, names: Sequence[str]) -> str:
     """A question, if one of the names is close; compared without hyphens, which all flags have."""
     plain = {name.lstrip("-"): name for name in names}
-    close = difflib.get_close_matches(word.lstrip("-"), plain, n=1, cutoff=0.7)
-    return f"; did you mean {plain[close[0]]}?" if close else ""
+    close = nearest(word.lstrip("-"), plain)
+    return f"; did you mean {plain[close]}?" if close else ""
 
 
 def _flag_before(word: str, words: Sequence[str]) -> str:

@@ -42,7 +42,7 @@ def new(
     Example: springpot study new dampers.toml
     """
     from springpot.problem.file import read_system
-    from springpot.studies.template import TEMPLATE, TEMPLATE_OF_SYSTEM, of_system
+    from springpot.studies.template import OF_OSCILLATORS, TEMPLATE, of_system
 
     place = Path(file)
     if place.suffix != ".toml":
@@ -51,13 +51,10 @@ def new(
         raise ValueError(f"the study file must lie in a folder that exists, but {str(place.parent)!r} does not.")
     endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
     places = {name: shlex.quote(str(place.with_suffix(f".{ending}"))) for name, ending in endings.items()}
-    name = json.dumps(place.stem, ensure_ascii=False)
-    if system is None:
-        text = TEMPLATE.format(name=name, **places)
-    else:
-        words = of_system(read_system(system))
-        beside = json.dumps(Path(os.path.relpath(system, place.resolve().parent)).as_posix(), ensure_ascii=False)
-        text = TEMPLATE_OF_SYSTEM.format(name=name, system=beside, **places, **words)
+    words = OF_OSCILLATORS
+    if system is not None:
+        words = of_system(read_system(system), Path(os.path.relpath(system, place.resolve().parent)).as_posix())
+    text = TEMPLATE.format(name=json.dumps(place.stem, ensure_ascii=False), **places, **words)
     try:
         with place.open("x", encoding="utf-8") as out:
             out.write(text)

@@ -12,7 +12,7 @@ from springpot.machine.faults import per_cent, with_error
 if TYPE_CHECKING:
     from springpot.evidence.comparison import Gap
 
-__all__ = ["gap", "is_number", "names", "plain", "print_estimates", "sentences"]
+__all__ = ["gap", "is_number", "plain", "print_estimates"]
 
 
 def gap(gap_of_method: Gap | None) -> str:
@@ -20,16 +20,6 @@ def gap(gap_of_method: Gap | None) -> str:
         return ""
     near = f"({gap_of_method.standard_errors:+.1f})"
     return f"{gap_of_method.percent:+.1f} % {near}" if math.isfinite(gap_of_method.percent) else near
-
-
-def names(answers: Mapping[str, Mapping[str, object]]) -> set[str]:
-    """Names of all numbers in any of the results."""
-    return {name for answer in answers.values() for name, value in answer.items() if is_number(value)}
-
-
-def sentences(answer: Mapping[str, object], name: str) -> list[str]:
-    value = answer.get(name)
-    return [str(sentence) for sentence in value] if isinstance(value, list | tuple) else []
 
 
 def is_number(value: object) -> bool:

@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import CoercionError, Parameter, Token
@@ -110,17 +109,17 @@ class Bar:
             bar.start()
             self._bar = bar
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._timer.cancel()
         with self._lock:
             if self._bar is not None:
                 self._bar.stop()
 
 
-def check_picture(path: str, name: str) -> None:
-    """Raise an error, before any work, if a picture cannot be written to this path."""
+def check_picture(path: str | None, name: str = "plot") -> None:
+    """Raise an error, before any work, if a picture that is asked for cannot be written to this path."""
+    if path is None:
+        return
     if not path.endswith(".png"):
         raise ValueError(f"{name} must end in .png, but it is {path!r}.")
     if not Path(path).resolve().parent.is_dir():
@@ -148,11 +147,9 @@ def warnings_as_sentences() -> Iterator[None]:
         else:
             before(message, category, *place, **more)
 
-    warnings.showwarning = show
-    try:
+    with warnings.catch_warnings():
+        warnings.showwarning = show
         yield
-    finally:
-        warnings.showwarning = before
 
 
 def say(sentence: str) -> None:

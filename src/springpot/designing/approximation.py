@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.progress import DesignProgress
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.evidence.reliability import MAPPED, SYSTEM_MAPPED, trust
-from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
@@ -41,7 +40,8 @@ def approximated(
     """
     work.step()
     if method is None:
-        models = [model for place in places if (model := _at(system, space.values(place))) is not None]
+        there = (if_allowed(lambda: _stationary(system, space.values(place))) for place in places)  # noqa: B023
+        models = [model for model in there if model is not None]
         name = leading(models, needed, work)
     else:
         name = chosen_method(with_values(system, space.values(places[0])), method)[0]
@@ -50,10 +50,7 @@ def approximated(
 
     def by_theory(values: Mapping[str, float]) -> dict[str, float]:
         work.step()
-        try:
-            return theory_values(with_values(system, values), name)[0]
-        except (ValueError, TypeError, NotCoveredError):
-            return {}
+        return if_allowed(lambda: theory_values(with_values(system, values), name)[0]) or {}
 
     return name, by_theory
 
@@ -92,13 +89,10 @@ def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgre
     return next((name for name in sorted(worst, key=lambda each: worst[each]) if answers(name)), MONTE_CARLO)
 
 
-def _at(system: System, values: Mapping[str, float]) -> System | None:
-    """The system with these numbers; None where a part refuses one, or there is no stationary state."""
-    try:
-        other = with_values(system, values)
-        check_stationary(other, "design")
-    except (ValueError, TypeError):
-        return None
+def _stationary(system: System, values: Mapping[str, float]) -> System:
+    """The system with these numbers; a ValueError where there is no stationary state."""
+    other = with_values(system, values)
+    check_stationary(other, "design")
     return other
 
 
@@ -114,21 +108,15 @@ def _by_chance(
         def part(fraction: float, n: int = n) -> None:
             work.short_run(fraction, n, len(places), whole)
 
-        try:
-            own = samples_of(with_values(system, space.values(place)), settings, part)
-        except (ValueError, TypeError):
-            continue
-        at.append(place)
-        found.append({name: value for name, (value, _, _) in own.items()})
+        own = if_allowed(lambda: samples_of(with_values(system, space.values(place)), settings, part))  # noqa: B023
+        if own is not None:
+            at.append(place)
+            found.append({name: value for name, (value, _, _) in own.items()})
     surfaces = smooth(np.array(at), {name: np.array([each[name] for each in found]) for name in (found or [{}])[0]})
 
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         work.step()
-        try:
-            with_values(system, values)
-        except (ValueError, TypeError):
-            return {}
-        return surfaces(space.place(values))
+        return {} if if_allowed(lambda: with_values(system, values)) is None else surfaces(space.place(values))
 
     return quantities
 

@@ -136,7 +136,7 @@ def design(
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
         chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
-        approximation = Approximation(space, quick, cost, 1e-4)
+        approximation = Approximation(space, quick, cost)
         if missing := set(needed).difference(*(approximation.at(place) for place in places)):
             raise ValueError(_missing(chosen, listed(sorted(missing))))
         exact = chosen != MONTE_CARLO and METHODS[chosen].exact
@@ -173,12 +173,10 @@ def _told(system: System, task: DesignTask, found: Searched, method: str) -> Des
         )
     ends = {}
     for name, number in free_numbers(system).items():
-        width = AT_BOUND * (number.high - number.low)
-        if abs(best.values[name] - number.low) <= width or abs(best.values[name] - number.high) <= width:
-            ends[name] = "low" if abs(best.values[name] - number.low) <= width else "high"
-            said.append(
-                f"{name} is at its {'lower' if ends[name] == 'low' else 'upper'} bound, {best.values[name]:.6g}."
-            )
+        for end, bound in (("low", number.low), ("high", number.high)):
+            if abs(best.values[name] - bound) <= AT_BOUND * (number.high - number.low):
+                ends[name] = end
+                said.append(f"{name} is at its {'lower' if end == 'low' else 'upper'} bound, {best.values[name]:.6g}.")
     return Design(
         with_values(system, best.values),
         best.values,

@@ -20,14 +20,20 @@ class Numbers:
 
     Attributes
     ----------
+    system : System
     values : dict
         Where the system stands.
     at : callable
         From values by name to the system that has them; raises a ValueError where a part refuses one.
     """
 
+    system: System
     values: dict[str, float]
     at: Callable[[Mapping[str, float]], System]
+
+    def moved(self, name: str, distance: float) -> System:
+        """The system with one number changed by this distance of its logarithm."""
+        return self.at({**self.values, name: self.values[name] * math.exp(distance)})
 
 
 def moved_numbers(system: System) -> Numbers:
@@ -42,10 +48,13 @@ def moved_numbers(system: System) -> Numbers:
     {'k': 80.0}
     """
     if found := free_numbers(system):
-        return Numbers({name: float(number) for name, number in found.items()}, lambda v: with_values(system, v))
+        return Numbers(
+            system, {name: float(number) for name, number in found.items()}, lambda v: with_values(system, v)
+        )
     values = {name: value for name, value in numbers_of(system).items() if value and math.isfinite(value)}
     names = {label_of(name): name for name in values}
     return Numbers(
+        system,
         {label: values[name] for label, name in names.items()},
         lambda v: with_numbers(system, {names[label]: value for label, value in v.items()}),
     )

@@ -43,16 +43,6 @@ class RoundValue:
         return math.hypot(self.standard_error, self.bias)
 
     @property
-    def relative_variance(self) -> float:
-        """Square of the relative standard error."""
-        return (self.standard_error / self.value) ** 2
-
-    @property
-    def relative_bias_square(self) -> float:
-        """Square of the relative bias."""
-        return (self.bias / self.value) ** 2
-
-    @property
     def ratio(self) -> float:
         """Logarithm of Monte Carlo over theory; NaN without one."""
         known = math.isfinite(self.theory) and self.theory != 0.0 and self.standard_error > 0.0
@@ -98,14 +88,15 @@ def pooled(rounds: Sequence[RoundValue], place: Floats, theory: float, exact: bo
     known = [each for each in rounds if math.isfinite(each.ratio) and each.theory * theory > 0.0]
     if last not in known:
         return Pooled(last.value, last.error, 1.0, 0.0 if np.array_equal(last.place, place) else math.inf)
-    more_bias = [each.relative_bias_square - last.relative_bias_square for each in known]
-    variances = np.array([each.relative_variance for each in known]) + np.maximum(more_bias, 0.0)
+    errors, biases = np.array([(each.standard_error, each.bias) for each in known]).T / [each.value for each in known]
+    relative_bias = last.bias / last.value
+    variances = errors**2 + np.maximum(biases**2 - relative_bias**2, 0.0)
     changes = np.zeros((len(known), len(known))) if exact else _changes(known, place, theory)
     weights = np.linalg.solve(np.diag(variances) + changes, np.ones(len(known)))
     weights /= weights.sum()
     mean = float(weights @ np.array([each.ratio for each in known]))
     value = theory * math.exp(mean)
-    parts = float(weights**2 @ variances), max(float(weights @ changes @ weights), 0.0), last.relative_bias_square
+    parts = float(weights**2 @ variances), max(float(weights @ changes @ weights), 0.0), relative_bias**2
     return Pooled(value, abs(value) * math.sqrt(sum(parts)), math.exp(mean), abs(value) * math.sqrt(parts[1]))
 
 

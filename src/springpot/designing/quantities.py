@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import TypeVar
 
 from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import meant, shown
@@ -10,7 +12,9 @@ from springpot.problem.system import System
 from springpot.theory import solve_all, solve_one
 from springpot.theory.registry import METHODS
 
-__all__ = ["MONTE_CARLO", "chosen_method", "theory_values"]
+__all__ = ["MONTE_CARLO", "chosen_method", "if_allowed", "theory_values"]
+
+Answer = TypeVar("Answer")
 
 MONTE_CARLO = "monte_carlo"
 
@@ -29,6 +33,21 @@ def theory_values(system: System, method: str) -> tuple[dict[str, float], str]:
     if result is None:
         return {}, statement
     return {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}, ""
+
+
+def if_allowed(ask: Callable[[], Answer]) -> Answer | None:
+    """What a function gives; None where a part refuses its number, or a method does not cover a system.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> if_allowed(lambda: Spring(2.0)), if_allowed(lambda: Spring(float("nan")))
+    (Spring(stiffness=2.0), None)
+    """
+    try:
+        return ask()
+    except (ValueError, TypeError):
+        return None
 
 
 def chosen_method(system: System, method: str | None) -> tuple[str, str]:

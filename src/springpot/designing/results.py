@@ -291,22 +291,13 @@ class Design:
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers as plain values; NaN is None."""
-        kept = "values", "quantities", "cost", "probability"
-        return plain(
-            {
-                "values": self.values,
-                "quantities": self.quantities,
-                "errors": self.errors,
-                "cost": self.cost,
-                "cost_error": self.cost_error,
-                "margin": self.margin,
-                "promises": [vars(promise) for promise in self.promises],
-                "at_bounds": self.at_bounds,
-                "method": self.method,
-                "history": [{name: getattr(each, name) for name in kept} for each in self.history],
-                "warnings": self.warnings,
-            }
-        )
+        names = "values", "quantities", "errors", "cost", "cost_error", "margin", "at_bounds", "method", "warnings"
+        of_round = "values", "quantities", "cost", "probability"
+        more = {
+            "promises": [vars(promise) for promise in self.promises],
+            "history": [{name: getattr(each, name) for name in of_round} for each in self.history],
+        }
+        return plain({name: getattr(self, name) for name in names} | more)
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset over ``number`` (values), ``quantity`` (with errors) and ``limit`` (probabilities)."""

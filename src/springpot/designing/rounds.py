@@ -63,12 +63,8 @@ class Searched:
     warnings: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """One run by Monte Carlo: quantities by name, and warnings."""
-
-    quantities: dict[str, RoundValue]
-    warnings: tuple[str, ...]
+Simulated = tuple[dict[str, RoundValue], tuple[str, ...]]
+"""One run by Monte Carlo: quantities by name, and warnings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,8 +226,8 @@ def rounds(task: DesignTask, measure: Callable[[Found, float, int], Simulated]) 
     over: tuple[str, ...] = ()
     for number in range(MOST_ROUNDS):
         try:
-            simulation = measure(found, rtol, number)
-            known = _Known(task, (*known.rounds, simulation.quantities))
+            quantities, said = measure(found, rtol, number)
+            known = _Known(task, (*known.rounds, quantities))
             history.append(known.round_at(found.u))
             if any(math.isnan(promise.probability) for promise in history[-1].promises):
                 break
@@ -259,7 +255,7 @@ def rounds(task: DesignTask, measure: Callable[[Found, float, int], Simulated]) 
     held = ends or [each for each in history if task.holds(each)]
     best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
     margin = max(_price(best.cost, least.cost), 0.0)
-    return Searched(best, tuple(history), known.least, margin, (*over, *simulation.warnings))
+    return Searched(best, tuple(history), known.least, margin, (*over, *said))
 
 
 def _price(cost: float, least: float) -> float:
@@ -328,6 +324,6 @@ def by_monte_carlo(
             bounds = (budget.step_bias, budget.memory_bias, budget.transient) if budget is not None else ()
             bias = math.hypot(*bounds) / math.sqrt(3.0)  # uniform between the bounds: the sd of GUM, type B
             measured[name] = RoundValue(found.u, theory.get(name, math.nan), own.value, own.error, bias)
-        return Simulated(measured, result.warnings)
+        return measured, result.warnings
 
     return measure

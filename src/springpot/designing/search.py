@@ -21,6 +21,7 @@ Correct = Callable[[Floats, dict[str, float]], dict[str, float]]
 STARTS = 3
 CLOSE = 1e-5  # excess of a limit that is still taken as held
 SAME = 0.01  # difference of two excesses that are taken as one, relative to them
+DIFFERENCE = 1e-4  # of the whole range, for slopes
 NO_ANSWER = 20.0  # in place of a cost or an excess where there is none
 
 
@@ -59,14 +60,11 @@ class Approximation:
     quantities : callable
         From numbers by name to quantities by name; empty where there is no answer.
     cost : str or callable
-    difference : float
-        Of the coordinates, for derivatives.
     """
 
     space: Space
     quantities: Callable[[Mapping[str, float]], dict[str, float]]
     cost: Cost
-    difference: float
     known: dict[tuple[float, ...], dict[str, float]] = field(default_factory=dict)
 
     def at(self, u: Floats) -> dict[str, float]:
@@ -144,7 +142,7 @@ def search(
     --------
     >>> from springpot.machine.arguments import Free
     >>> space = Space({"k": Free(2.0, "k", 1.0, 100.0)})
-    >>> model = Approximation(space, lambda values: {"a": values["k"] ** 2}, "k", 1e-4)
+    >>> model = Approximation(space, lambda values: {"a": values["k"] ** 2}, "k")
     >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), 1)
     >>> round(found.cost, 3)
     5.0
@@ -187,26 +185,18 @@ def _agree(found: Sequence[Found]) -> bool:
 
 
 def _by_slsqp(task: _Task, u: Floats) -> Found | None:
-    inside = (lambda place: -task.excesses(place)) if task.limits else None
-    end = _least(task.cost, u, np.ones(u.size), inside, task.model.difference)
-    found = task.found(end, "SLSQP")
+    found = task.found(_least(task.cost, u, np.ones(u.size), lambda place: -task.excesses(place)), "SLSQP")
     return found if math.isfinite(found.cost) else None
 
 
-def _least(
-    function: Callable[[Floats], float],
-    u: Floats,
-    highest: Floats,
-    positive: Callable[[Floats], Floats] | None,
-    difference: float,
-) -> Floats:
+def _least(function: Callable[[Floats], float], u: Floats, highest: Floats, positive: Any) -> Floats:
     """Where a function is least, while others are positive; a last coordinate with a bound above 1 may be negative."""
     from scipy.optimize import Bounds, minimize
 
-    limits: Any = () if positive is None else [{"type": "ineq", "fun": positive}]
+    limits: Any = [{"type": "ineq", "fun": positive}] if positive(u).size else ()
     answer = minimize(
         function, u, method="SLSQP", bounds=Bounds(np.where(highest > 1.0, -highest, 0.0), highest), constraints=limits,
-        options={"eps": difference, "ftol": 1e-8, "maxiter": 60},
+        options={"eps": DIFFERENCE, "ftol": 1e-8, "maxiter": 60},
     )  # fmt: skip
     return np.asarray(answer.x, float)
 
@@ -215,7 +205,7 @@ def _nearest(task: _Task, u: Floats) -> Floats:
     """Where the largest excess is least: that of an auxiliary variable above all of them."""
     end = _least(
         lambda both: float(both[-1]), np.append(u, task.worst(u)), np.append(np.ones(u.size), 2.0 * NO_ANSWER),
-        lambda both: both[-1] - task.excesses(both[:-1]), task.model.difference,
+        lambda both: both[-1] - task.excesses(both[:-1]),
     )[:-1]  # fmt: skip
     return end if task.worst(end) < task.worst(u) else u
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, moved_numbers
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
 from springpot.designing.samples import samples_of
-from springpot.designing.sensitivity_results import Sensitivity, Table
+from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import NotCoveredError, few, meant, shown
+from springpot.machine.faults import few, meant, shown
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
@@ -105,10 +105,20 @@ def sensitivity(
     moved = replace(numbers, values={name: value for name, value in numbers.values.items() if value != 0.0})
     if not moved.values:
         raise ValueError("model must have a free number that is not 0: the others have no relative change.")
+    settings = None
     if chosen == MONTE_CARLO:
         settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
-        return _by_monte_carlo(system, moved, names, settings, change, said, progress)
-    return _by_theory(system, moved, names, chosen, said, progress)
+        base, found, more = _by_monte_carlo(moved, names, settings, math.log1p(change), progress)
+    else:
+        base, found, more = _by_theory(moved, names, chosen, progress)
+    values, errors, gains = (
+        {quantity: {name: float(found[name][place][n]) for name in moved.values} for n, quantity in enumerate(names)}
+        for place in range(3)
+    )
+    return Sensitivity(
+        system, chosen, moved.values, {name: base[name] for name in names}, values, errors,
+        {} if settings is None else gains, settings, (*said, *more),
+    )  # fmt: skip
 
 
 def _checked_names(quantities: Sequence[str] | str) -> tuple[str, ...]:
@@ -121,44 +131,37 @@ def _checked_names(quantities: Sequence[str] | str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(given))
 
 
-def _by_theory(
-    system: System,
-    numbers: Numbers,
-    names: tuple[str, ...],
-    method: str,
-    said: list[str],
-    progress: Progress | None,
-) -> Sensitivity:
-    base, statement = theory_values(system, method)
+def _check_known(names: Sequence[str], known: Mapping[str, object]) -> None:
+    for name in names:
+        if name not in known:
+            raise ValueError(f"quantities must be among {few(known)}, not {name}{meant(name, known) or '.'}")
+
+
+Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]
+"""Quantities by name; by the name of a number the derivatives of all, their errors, and the gains; and doubts."""
+
+
+def _by_theory(numbers: Numbers, names: tuple[str, ...], method: str, progress: Progress | None) -> Found:
+    base, statement = theory_values(numbers.system, method)
     if not base:
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
-    for name in names:
-        if name not in base:
-            raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
-    values, errors = _tables(names), _tables(names)
-    for done, name in enumerate(numbers.values):
+    _check_known(names, base)
+    unknown, derivatives, said = np.full(len(names), math.nan), {}, []
+    for done, name in enumerate(numbers.values, start=1):
 
         def logarithms(distance: float, name: str = name) -> Floats | None:
-            try:
-                found, _ = theory_values(_moved(numbers, name, distance), method)
-            except (ValueError, TypeError, NotCoveredError):
+            if not (found := if_allowed(lambda: theory_values(numbers.moved(name, distance), method)[0])):
                 return None
-            if not found:
-                return None
-            pairs = [(found.get(quantity, math.nan), base[quantity]) for quantity in names]
-            return np.array([_logarithm(new, old) for new, old in pairs])
+            return np.array([_logarithm(found.get(quantity, math.nan), base[quantity]) for quantity in names])
 
         own = stencil(lambda distance: logarithms(distance) is not None, THEORY_STEP)
         result = None if own is None else _extrapolated(own, logarithms)
         if result is None:
             said.append(f"{method} has no answer on either side of {name} = {numbers.values[name]:g}.")
-            result = np.full(len(names), math.nan), np.full(len(names), math.nan)
-        for quantity, value, error in zip(names, *result, strict=True):
-            values[quantity][name], errors[quantity][name] = float(value), float(error)
+        derivatives[name] = *(result or (unknown, unknown)), unknown
         if progress is not None:
-            progress((done + 1) / len(numbers.values))
-    quantities = {name: base[name] for name in names}
-    return Sensitivity(system, method, numbers.values, quantities, values, errors, {}, None, tuple(said))
+            progress(done / len(numbers.values))
+    return base, derivatives, said
 
 
 def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None:
@@ -173,15 +176,9 @@ def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None
 
 
 def _by_monte_carlo(
-    system: System,
-    numbers: Numbers,
-    names: tuple[str, ...],
-    settings: Settings,
-    change: float,
-    said: list[str],
-    progress: Progress | None,
-) -> Sensitivity:
-    step = math.log1p(change)
+    numbers: Numbers, names: tuple[str, ...], settings: Settings, step: float, progress: Progress | None
+) -> Found:
+    said: list[str] = []
     stencils: dict[str, Stencil] = {}
     for name, value in numbers.values.items():
         own = stencil(lambda distance, name=name: _exists(numbers, name, distance), step)  # type: ignore[misc]
@@ -198,27 +195,25 @@ def _by_monte_carlo(
         done += 1
         return found
 
-    base = simulated(system)
-    for name in names:
-        if name not in base:
-            raise ValueError(f"quantities must be among {few(base)}, not {name}{meant(name, base) or '.'}")
-    if motion_of(system).struck.crowded and any("impact_" in name for name in names):
+    base = simulated(numbers.system)
+    _check_known(names, base)
+    if motion_of(numbers.system).struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
-    values, errors, gains = _tables(names), _tables(names), _tables(names)
+    derivatives = {}
     for name in numbers.values:
         sides = (
-            [base if offset == 0.0 else simulated(_moved(numbers, name, offset * step)) for offset in own.offsets]
+            [base if offset == 0.0 else simulated(numbers.moved(name, offset * step)) for offset in own.offsets]
             if (own := stencils.get(name)) else []
         )  # fmt: skip
+        found = []
         for quantity in names:
-            value, error, gain = math.nan, math.nan, math.nan
+            found.append((math.nan, math.nan, math.nan))
             if own is not None and _same_sign([side[quantity][0] for side in (*sides, base)]):
-                value, error, gain = _difference([side[quantity] for side in sides], own, step)
+                found[-1] = _difference([side[quantity] for side in sides], own, step)
             elif own is not None:
                 said.append(f"{quantity} changes its sign, or is not known, near {name} = {numbers.values[name]:g}.")
-            values[quantity][name], errors[quantity][name], gains[quantity][name] = value, error, gain
-    quantities = {name: base[name][0] for name in names}
-    return Sensitivity(system, MONTE_CARLO, numbers.values, quantities, values, errors, gains, settings, tuple(said))
+        derivatives[name] = (*zip(*found, strict=True),)
+    return {name: value for name, (value, _, _) in base.items()}, derivatives, said
 
 
 def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step: float) -> tuple[float, float, float]:
@@ -241,14 +236,9 @@ def _difference(sides: Sequence[tuple[float, Floats, float]], own: Stencil, step
     return value, math.hypot(common, start), gain
 
 
-def _moved(numbers: Numbers, name: str, distance: float) -> System:
-    """The system with one number changed by this distance of its logarithm."""
-    return numbers.at({**numbers.values, name: numbers.values[name] * math.exp(distance)})
-
-
 def _exists(numbers: Numbers, name: str, distance: float) -> bool:
     try:
-        check_stationary(_moved(numbers, name, distance), "sensitivity")
+        check_stationary(numbers.moved(name, distance), "sensitivity")
     except (ValueError, TypeError):
         return False
     return True
@@ -261,7 +251,3 @@ def _logarithm(new: float, old: float) -> float:
 
 def _same_sign(values: Sequence[float]) -> bool:
     return all(value > 0.0 for value in values) or all(value < 0.0 for value in values)
-
-
-def _tables(names: Sequence[str]) -> Table:
-    return {name: {} for name in names}

@@ -105,18 +105,9 @@ class Sensitivity:
         -1.0
         """
 
-        return plain(
-            {
-                "method": self.method,
-                "numbers": self.numbers,
-                "quantities": self.quantities,
-                "values": self.values,
-                "errors": self.errors,
-                "gains": self.gains,
-                "settings": None if self.settings is None else self.settings.to_dict(),
-                "warnings": self.warnings,
-            }
-        )
+        names = "method", "numbers", "quantities", "values", "errors", "gains", "warnings"
+        settings = None if self.settings is None else self.settings.to_dict()
+        return plain({name: getattr(self, name) for name in names} | {"settings": settings})
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset over ``quantity`` and ``number``: ``sensitivity``, ``error`` and, by Monte Carlo, ``gain``.

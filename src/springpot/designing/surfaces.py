@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,16 +22,6 @@ Form = Literal["plane", "quadratic", "spline"]
 _CORNER = 0.8  # of the way to a corner of the region
 _SMOOTHING = 1e-4  # of a spline, whose runs have errors of some per cent
 _DIFFERENCE = 1e-4  # of the region, for the slopes of a spline
-
-
-class _Weights(Protocol):
-    """What the runs count for at a place: every surface is linear in their numbers."""
-
-    def at(self, z: FloatArray) -> FloatArray:
-        """Shape (runs,)."""
-
-    def slopes(self, z: FloatArray) -> FloatArray:
-        """Derivatives by the coordinates, shape (numbers, runs)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +48,7 @@ class Surface:
     reach: FloatArray
     logarithmic: NDArray[np.bool_]
     heights: FloatArray
-    weights: _Weights
+    weights: _Polynomial | _Spline
     samples: FloatArray
     misfit: FloatArray
 
@@ -126,7 +116,7 @@ def surface_through(
     True
     """
     z = np.asarray((u - centre) / reach)
-    weights: _Weights = _Spline(z) if form == "spline" else _polynomial(z, quadratic=form == "quadratic")
+    weights = _Spline(z) if form == "spline" else _Polynomial(z, form == "quadratic")
     heights = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
     given = np.zeros((len(u), 2, values.shape[1])) if samples is None else samples
     apart = given - given.mean(axis=1, keepdims=True)
@@ -141,22 +131,20 @@ def surface_through(
     return Surface(centre, reach, logarithmic, np.asarray(heights), weights, apart, np.asarray(misfit))
 
 
-@dataclass(frozen=True, eq=False)
 class _Polynomial:
-    """By least squares; ``solver``, shape (terms, runs), leads from the numbers of the runs to the terms."""
+    """What the runs count for at a place, by least squares; the solver leads from their numbers to the terms."""
 
-    solver: FloatArray
-    quadratic: bool
+    def __init__(self, z: FloatArray, quadratic: bool) -> None:
+        self._quadratic = quadratic
+        self._solver = np.linalg.pinv(np.stack([_row(each, quadratic) for each in z]))
 
     def at(self, z: FloatArray) -> FloatArray:
-        return np.asarray(_row(z, self.quadratic) @ self.solver)
+        """Shape (runs,)."""
+        return np.asarray(_row(z, self._quadratic) @ self._solver)
 
     def slopes(self, z: FloatArray) -> FloatArray:
-        return np.asarray(_slopes(z, self.quadratic) @ self.solver)
-
-
-def _polynomial(z: FloatArray, *, quadratic: bool) -> _Polynomial:
-    return _Polynomial(np.asarray(np.linalg.pinv(np.stack([_row(each, quadratic) for each in z]))), quadratic)
+        """Derivatives by the coordinates, shape (numbers, runs)."""
+        return np.asarray(_slopes(z, self._quadratic) @ self._solver)
 
 
 class _Spline:

@@ -14,7 +14,6 @@ from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
     Dashpot,
-    Mass,
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
@@ -23,6 +22,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System
+from springpot.theory.methods.systems.coverage import check_kinds
 
 __all__ = ["Cell", "cell_of", "system_of"]
 
@@ -106,11 +106,9 @@ def cell_of(system: System) -> Cell:
         If it has other parts; the sentence names the part.
     """
     unit = system.per_unit_mass
-    kinds = Mass | Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier
+    kinds = Spring | PolynomialSpring | PolynomialDashpot | Dashpot | Springpot | Barrier | WhiteNoise | ColoredNoise
+    check_kinds(unit, _REACH, kinds, linear=PolynomialDashpot, nonlinear="")
     for name, part in unit.named():
-        bent = isinstance(part, PolynomialDashpot) and not part.is_linear
-        if bent or not isinstance(part, kinds | WhiteNoise | ColoredNoise):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
     coefficients = (*unit.potential.coefficients, *[0.0] * 10)
@@ -123,10 +121,10 @@ def cell_of(system: System) -> Cell:
     length = math.sqrt(intensity / omega**3)
     position, apart, restitution = 0.0, 0.0, 1.0
     if len(walls) == 1:
-        position = (1.0 if walls[0].side == "above" else -1.0) * walls[0].position / length + 0.0
+        position = walls[0].inwards * walls[0].position / length + 0.0
         restitution = slow_restitution(walls[0])  # a number
     elif len(walls) == 2:
-        gaps = [(w.position if w.side == "below" else -w.position) / (length * _free_spread(order, c)) for w in walls]
+        gaps = [-w.inwards * w.position / (length * _free_spread(order, c)) for w in walls]
         position, apart = min(gaps), abs(gaps[1] - gaps[0])
         if position < 0.0:
             raise NotCoveredError(f"{_REACH}; here the two walls are not on both sides of it.")

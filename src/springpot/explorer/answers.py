@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -19,7 +20,7 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot
 from springpot.problem.system import System
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
-from springpot.theory.registry import METHODS, Method
+from springpot.theory.registry import METHODS
 from springpot.theory.solve import solve_one
 
 __all__ = ["ORDERS", "POINTS", "along_the_order", "growth", "plain", "plain_number", "solve", "table"]
@@ -29,6 +30,8 @@ ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
 """Orders at which <A^2> is drawn."""
 AVERAGING = ("averaging", "averaging_printed")
 """The paper's method: drawn with the recommended one, and used where there is no stationary state."""
+
+_UNKNOWN = NotCoveredError, NoStationaryStateError, NoConvergenceError
 
 Floats = npt.NDArray[np.float64]
 
@@ -96,13 +99,9 @@ def _densities(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[floa
     """The densities that a method has, at these places; None where one is not a number."""
     curves = {}
     for name, place in places.items():
-        curve = getattr(answer, f"{name}_density", None)
-        if curve is None:
-            continue
-        try:
-            curves[name] = plain(curve(place))
-        except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
-            continue
+        if (curve := getattr(answer, f"{name}_density", None)) is not None:
+            with suppress(*_UNKNOWN):
+                curves[name] = plain(curve(place))
     return curves
 
 
@@ -121,7 +120,7 @@ def growth(
         return curves
     for name, answer in answers.items():
         if hasattr(answer, f"{moment}_at"):
-            with suppress(NotCoveredError, NoStationaryStateError, NoConvergenceError):
+            with suppress(*_UNKNOWN):
                 curves[name] = plain(getattr(answer, f"{moment}_at")(times))
     for name in AVERAGING * len(papers):
         with suppress(NotCoveredError):
@@ -148,22 +147,21 @@ def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:
     >>> len(first["methods"]["averaging"]), len(first["missing"])
     (33, 33)
     """
-    frequency, wall, noise = paper.natural_frequency, paper.barrier, paper.excitation
-    here = [Oscillator(frequency, Springpot(order, paper.springpot.coefficient), wall, noise) for order in ORDERS]
+    here = replace(paper, springpot=Springpot(0.5, paper.springpot.coefficient))  # the same for all its orders
     values: dict[str, list[float | None]] = {
-        name: [_amplitude(method, one) if method.over_order == "at once" else None for one in here]
+        name: [_amplitude(name, here, order) if method.over_order == "at once" else None for order in ORDERS]
         for name, method in METHODS.items()
         if method.over_order
     }
     slow = [name for name in values if METHODS[name].over_order == "one by one"]
-    waiting = _ends_first(len(here))
+    waiting = _ends_first(len(ORDERS))
     while True:
         yield {"orders": ORDERS, "methods": {name: values[name][:] for name in values}, "missing": sorted(waiting)}
         if not waiting:
             return
         index = waiting.pop(0)
         for name in slow:
-            values[name][index] = _amplitude(METHODS[name], here[index])
+            values[name][index] = _amplitude(name, here, ORDERS[index])
 
 
 def _ends_first(count: int) -> list[int]:
@@ -181,11 +179,14 @@ def _ends_first(count: int) -> list[int]:
     return order
 
 
-def _amplitude(method: Method, system: System) -> float | None:
-    try:
-        return plain_number(method.solve(system).amplitude_mean_square)
-    except (NotCoveredError, NoStationaryStateError, NoConvergenceError):
-        return None
+@lru_cache(maxsize=64 * len(ORDERS) * sum(bool(method.over_order) for method in METHODS.values()))
+def _amplitude(method: str, paper: Dimensionless, order: float) -> float | None:
+    """Kept of 64 curves, for all tabs: the number only, for a system that was solved is large."""
+    springpot = Springpot(order, paper.springpot.coefficient)
+    system = Oscillator(paper.natural_frequency, springpot, paper.barrier, paper.excitation)
+    with suppress(*_UNKNOWN):
+        return plain_number(METHODS[method].solve(system).amplitude_mean_square)
+    return None
 
 
 def plain_number(value: float) -> float | None:

@@ -1,9 +1,8 @@
-"""Threads for computation: those of each tab, and what all tabs share: the simulation, modules, a cache of curves."""
+"""Threads for computation: those of each tab, and what all tabs share: the simulation and modules."""
 
 from __future__ import annotations
 
 import asyncio
-from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -11,12 +10,10 @@ from typing import Any, ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
 from springpot.machine.processors import threads_available
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 
 __all__ = ["MOST_SESSIONS", "Engine", "Turns"]
 
-MOST_CURVES = 64
 KERNELS = 2  # tabs that simulate at the same time
 MOST_SESSIONS = 16  # tabs that are open
 
@@ -73,7 +70,6 @@ class Engine:
         self.threads = max(1, threads_available() // KERNELS)
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
         self._slow = ThreadPoolExecutor(3 * MOST_SESSIONS, "slow")  # of each tab theory, pilots and measured data
-        self._curves: OrderedDict[Dimensionless, dict[str, Any]] = OrderedDict()
         self._kernels: set[Any] = set()  # kinds of problems whose kernel is there
 
     async def load(self) -> None:
@@ -104,18 +100,6 @@ class Engine:
         if kind not in self._kernels:
             simulation.advance()
             self._kernels.add(kind)
-
-    def curve(self, key: Dimensionless) -> dict[str, Any] | None:
-        """A curve over the order from the cache."""
-        if key in self._curves:
-            self._curves.move_to_end(key)
-        return self._curves.get(key)
-
-    def keep_curve(self, key: Dimensionless, curve: dict[str, Any]) -> None:
-        """Add a curve to the cache; the least recently used one is removed if there are too many."""
-        self._curves[key] = curve
-        while len(self._curves) > MOST_CURVES:
-            self._curves.popitem(last=False)
 
     def close(self) -> None:
         """Cancel all work that has not begun."""

@@ -7,7 +7,8 @@ from typing import Any
 
 from springpot.explorer.sliders import numbers
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Barrier, Contact, Dashpot, Springpot
+from springpot.problem.parts import Barrier, Dashpot, Springpot
+from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
 __all__ = ["examples"]
@@ -68,7 +69,7 @@ def examples(system: System, file: str) -> Iterator[dict[str, Any]]:
         cases = {file or "As it was opened": ("", {})} | other
     for label, (note, changed) in cases.items():
         yield {"label": label, "note": note, "numbers": changed, "without": []}
-    if walls := [name for name, part in system.named() if isinstance(part, Barrier | Contact)]:
+    if walls := [name for name, part in system.named() if isinstance(part, Stop)]:
         yield {"label": "Without walls", "note": "All else is the same.", "numbers": {}, "without": walls}
 
 

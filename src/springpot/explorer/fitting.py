@@ -7,8 +7,9 @@ import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from springpot.explorer.sliders import Size, Slider, numbers, sliders
+from springpot.explorer.sliders import Slider, numbers, sliders
 from springpot.explorer.views import sizes
+from springpot.figures.fits import PLACES
 from springpot.machine.arguments import Free
 from springpot.machine.plain import plain
 from springpot.problem.free_numbers import free, free_numbers, with_values
@@ -25,8 +26,6 @@ FARTHER = 1000.0  # beyond the ends of a logarithmic slider, on either side
 FARTHER_SIMULATED = 10.0  # the same, where every place between the bounds may be simulated
 INSIDE = 1e-3  # of a linear slider, from its ends
 MOST_POINTS = 2000  # that are drawn
-
-_AXES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
 
 
 def freed(system: System, names: Sequence[str], farther: float = FARTHER) -> System:
@@ -52,8 +51,7 @@ def freed(system: System, names: Sequence[str], farther: float = FARTHER) -> Sys
     for name in names:
         if name not in known:
             raise ValueError(f"free: this system has no number {name[:60]!r}.")
-    size = sizes(system)
-    own = {one.name: one for one in sliders(system, Size(size["frequency"], size["length"]))}
+    own = {one.name: one for one in sliders(system, sizes(system))}
     held = with_values(system, {name: float(number) for name, number in free_numbers(system).items()})
     return with_numbers(held, {ROOT + name.replace("-", "."): _free(own[name], known[name], farther) for name in names})
 
@@ -102,8 +100,8 @@ def fitted(
     farther = FARTHER_SIMULATED if isinstance(data, MeasuredStatistics) else FARTHER
     found = fit(freed(system, names, farther), data, progress=progress, stop=stop)
     table = found.table
-    of_statistics = str(table.axis) == "statistic"  # of many units: no chart shows them together
     axis = str(table.axis)
+    of_statistics = axis == "statistic"  # of many units: no chart shows them together
     return plain(
         {
             "values": [
@@ -117,7 +115,7 @@ def fitted(
                 }
                 for name in names
             ],
-            "axis": _AXES.get(axis, axis.replace("_", " ")),
+            "axis": PLACES.get(axis, axis.replace("_", " ")),
             "logarithmic": axis == "frequency_hz",
             "groups": [] if of_statistics else _groups(table),
             "statistics": _rows(table) if of_statistics else [],
@@ -145,7 +143,7 @@ def _groups(table: Table) -> list[dict[str, Any]]:
         found.append(
             {
                 "name": str(group),
-                "at": [_number(each) for each in table.at[own]],
+                "at": table.at[own].tolist(),
                 "data": table.data[own].tolist(),
                 "fitted": table.fitted[own].tolist(),
             }
@@ -159,11 +157,3 @@ def _rows(table: Table) -> list[dict[str, Any]]:
     columns = table.group, table.data, error, table.fitted, table.residual
     names = "name", "data", "error", "fitted", "residual"
     return [dict(zip(names, row, strict=True)) for row in zip(*(own.tolist() for own in columns), strict=True)]
-
-
-def _number(value: Any) -> float:
-    """A place on the axis; what has only a name stands at no number."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return math.nan

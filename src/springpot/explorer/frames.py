@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["DENSITIES", "GROWTH", "MOTION", "pack", "unpack"]
+__all__ = ["DENSITIES", "GROWTH", "MOTION", "pack"]
 
 MOTION, DENSITIES, GROWTH = 1, 2, 3
 
@@ -18,17 +18,9 @@ def pack(kind: int, generation: int, arrays: Sequence[npt.ArrayLike]) -> bytes:
 
     Examples
     --------
-    >>> unpack(pack(MOTION, 7, [[1.0, 2.0], []]))
-    (1, 7, [array([1., 2.], dtype=float32), array([], dtype=float32)])
+    >>> struct.unpack("<5I2f", pack(MOTION, 7, [[1.0, 2.0], []]))
+    (1, 7, 2, 2, 0, 1.0, 2.0)
     """
     packed = [np.asarray(array, "<f4").ravel() for array in arrays]
     header = struct.pack(f"<{3 + len(packed)}I", kind, generation, len(packed), *(array.size for array in packed))
     return header + b"".join(array.tobytes() for array in packed)
-
-
-def unpack(frame: bytes) -> tuple[int, int, list[npt.NDArray[np.float32]]]:
-    """The inverse of `pack`: kind, generation, arrays."""
-    kind, generation, count = struct.unpack_from("<3I", frame)
-    sizes = struct.unpack_from(f"<{count}I", frame, 12)
-    numbers = np.frombuffer(frame, "<f4", offset=12 + 4 * count)
-    return kind, generation, np.split(numbers, np.cumsum(sizes)[:-1])

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 __all__ = [
-    "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "Message", "NextPath", "Play", "Problem", "Step",
+    "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "NextPath", "Play", "Problem", "Step",
     "StopFit", "parse",
 ]  # fmt: skip
 
@@ -16,11 +16,14 @@ MOST_NUMBERS = 400
 MOST_FREE = 20
 MOST_PARTS, LONGEST_PART = 200, 7_500  # of a file of data: 1.5 MB
 MOST_PATHS = 100_000
-_STRICT = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
 
 
-class Problem(BaseModel):
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class Problem(_Strict):
     """The system of the page with other numbers, and the number of paths; the tab starts from the beginning.
 
     Parameters
@@ -41,8 +44,6 @@ class Problem(BaseModel):
     1
     """
 
-    model_config = _STRICT
-
     kind: Literal["problem"] = "problem"
     generation: _Generation = 0
     numbers: Annotated[dict[str, float], Field(max_length=MOST_NUMBERS)] = {}
@@ -52,18 +53,14 @@ class Problem(BaseModel):
     start: Literal["rest", "stationary"] = "stationary"
 
 
-class File(BaseModel):
+class File(_Strict):
     """Send the system's file, with the numbers of now."""
-
-    model_config = _STRICT
 
     kind: Literal["file"]
 
 
-class FilePart(BaseModel):
+class FilePart(_Strict):
     """A part of a file of measured data; the first one, with ``part`` 0, begins another file."""
-
-    model_config = _STRICT
 
     kind: Literal["data"]
     name: Annotated[str, Field(min_length=1, max_length=200)]
@@ -72,52 +69,41 @@ class FilePart(BaseModel):
     text: Annotated[str, Field(max_length=LONGEST_PART)]
 
 
-class Fit(BaseModel):
+class Fit(_Strict):
     """Fit numbers of the system, by the names of their sliders, to the file of data."""
-
-    model_config = _STRICT
 
     kind: Literal["fit"]
     free: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_FREE)]
 
 
-class StopFit(BaseModel):
+class StopFit(_Strict):
     """End the fit that is running, with the best numbers so far."""
-
-    model_config = _STRICT
 
     kind: Literal["stop-fit"]
 
 
-class Play(BaseModel):
+class Play(_Strict):
     """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
-
-    model_config = _STRICT
 
     kind: Literal["play"]
     playing: bool
     speed: Annotated[float, Field(ge=0.01, le=1000.0)]
 
 
-class Step(BaseModel):
+class Step(_Strict):
     """While time is stopped: advance by a small time step, and simulate a few more paths."""
-
-    model_config = _STRICT
 
     kind: Literal["step"]
 
 
-class NextPath(BaseModel):
+class NextPath(_Strict):
     """Show another path of the ensemble."""
-
-    model_config = _STRICT
 
     kind: Literal["next-path"]
 
 
 AnyMessage = Problem | File | FilePart | Fit | StopFit | Play | Step | NextPath
-Message = Annotated[AnyMessage, Field(discriminator="kind")]
-_MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Message)
+_MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Annotated[AnyMessage, Field(discriminator="kind")])
 
 
 def parse(text: object) -> AnyMessage:
@@ -152,12 +138,9 @@ def parse(text: object) -> AnyMessage:
         raise ValueError(_sentence(error)) from None
 
 
-_KINDS = ("problem", "file", "data", "fit", "stop-fit", "play", "step", "next-path")
-
-
 def _sentence(error: ValidationError) -> str:
     """The first error that pydantic reports, without the input, which may be long or not printable."""
     first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-    places = [str(place)[:40] for place in first["loc"] if place not in _KINDS]
+    places = [str(place)[:40] for place in first["loc"][1:]]  # after the kind of message
     reason = first["msg"][:160]
     return f"{places[-1] if places else 'message'}: {reason[:1].lower()}{reason[1:]}."

@@ -37,11 +37,6 @@ class Opened:
     system: System = field(default_factory=Oscillator)
     file: str = ""
 
-    @property
-    def is_writable(self) -> bool:
-        """Whether it can be written to a file."""
-        return not self.system.with_functions
-
     def name_of(self, other: System) -> str:
         """The name of a file for the same system, or for one with other numbers.
 
@@ -62,9 +57,8 @@ class Question:
 
     Attributes
     ----------
-    generation, seed, paths : int
-    wanted : {"stationary", "rest"}
-        The start, where there is a stationary state.
+    asked : Problem
+        Its start is taken where there is a stationary state.
     system : System
     papers : tuple of Dimensionless
         The same as the paper's problem; empty if it is another one.
@@ -74,10 +68,7 @@ class Question:
         The name of the system's file with these numbers.
     """
 
-    generation: int
-    seed: int
-    paths: int
-    wanted: StartKind
+    asked: Problem
     system: System
     papers: tuple[Dimensionless, ...]
     command: str
@@ -96,7 +87,7 @@ class Question:
         """The start of the page's run: from rest if there is no stationary state."""
         from springpot.simulation.plan.plan import default_start
 
-        return "rest" if self.wanted == "rest" else default_start(self.motion)[0]
+        return "rest" if self.asked.start == "rest" else default_start(self.motion)[0]
 
     @property
     def speeds(self) -> float:
@@ -142,14 +133,5 @@ def question_of(message: Problem, opened: Opened) -> Question:
     if message.without:
         system = System(**{name: part for name, part in system.named() if name not in message.without})
     file, papers = opened.name_of(system), papers_of(system)
-    return Question(
-        generation=message.generation,
-        seed=message.seed,
-        paths=message.paths,
-        wanted=message.start,
-        system=system,
-        papers=papers,
-        command=command_of(opened.file and file, papers, message),
-        python=python_of(system, file, message),
-        file=file,
-    )
+    command = command_of(opened.file and file, papers, message)
+    return Question(message, system, papers, command, python_of(system, file, message), file)

@@ -161,7 +161,6 @@ def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
         Tells whether a Host header is this server's.
     opened : Opened
     """
-    problem_script, method_script = opened_script(opened), method_list()
     mimetypes.add_type("text/javascript", ".js")  # some systems have another type, which browsers refuse
     open_tabs: set[WebSocket] = set()
     first_tab = asyncio.Event()
@@ -183,11 +182,8 @@ def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
     async def page(_: Request) -> FileResponse:
         return FileResponse(STATIC / "index.html")
 
-    async def methods(_: Request) -> Response:
-        return Response(method_script, media_type="text/javascript")
-
-    async def problem(_: Request) -> Response:
-        return Response(problem_script, media_type="text/javascript")
+    def script(place: str, text: str) -> Route:
+        return Route(place, lambda _: Response(text, media_type="text/javascript"))
 
     async def tab(websocket: WebSocket) -> None:
         await websocket.accept()
@@ -203,8 +199,8 @@ def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
 
     routes = [
         Route("/", page),
-        Route("/methods.js", methods),
-        Route("/opened.js", problem),
+        script("/methods.js", method_list()),
+        script("/opened.js", opened_script(opened)),
         WebSocketRoute("/live", tab),
         Mount("/static", StaticFiles(directory=STATIC)),
     ]

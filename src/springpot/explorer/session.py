@@ -13,7 +13,6 @@ import threading
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,8 +32,6 @@ from springpot.explorer.protocol import (
     StopFit,
 )
 from springpot.explorer.question import Question, question_of
-from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts import Springpot
 
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
@@ -46,6 +43,7 @@ __all__ = ["Session"]
 LONGEST_WAIT = 0.25  # s; the longest time between two frames by which the motion is advanced
 SETTLE = 0.15  # s without a new problem before the slow curve over the order is computed
 HISTOGRAM_BINS = 60
+SHOWN_SETTINGS = ("duration", "step", "window", "initial_position", "start")
 DENSITIES = ("x", "v", "amplitude", "impact_speed")
 MOST_WORK = 4e10  # steps of all paths: some minutes
 KEPT = ("status", "refused", "data", "fit")  # messages that another question leaves
@@ -92,7 +90,11 @@ class Session:
                 self._newest = question_of(message, self._engine.opened)
                 self._asked.set()
             case File():
-                self._send_file()
+                if self._question is None:
+                    raise ValueError("file: no problem was asked.")
+                from springpot.problem.file import to_toml
+
+                self._post("file", name=self._question.file, text=to_toml(self._question.system))
             case FilePart():
                 self._measured.take(message)
             case Fit():
@@ -117,14 +119,6 @@ class Session:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
         self._post("refused", sentence=sentence, asked=asked)
 
-    def _send_file(self) -> None:
-        question = self._question
-        if question is None:
-            raise ValueError("file: no problem was asked.")
-        from springpot.problem.file import to_toml
-
-        self._post("file", name=question.file, text=to_toml(question.system))
-
     # --- messages to the tab ----------------------------------------------------------------------------------------
 
     def due(self) -> list[str | bytes]:
@@ -142,13 +136,13 @@ class Session:
                 player.forward(NUDGE * self._nudges)
             self._nudges = 0
             if part := player.due():
-                messages.append(frames.pack(frames.MOTION, question.generation, part))
+                messages.append(frames.pack(frames.MOTION, question.asked.generation, part))
             if player.ended and self._playing:
                 self._next_path.set()
         return messages
 
     def _post(self, kind: str, **content: Any) -> None:
-        generation = 0 if self._question is None else self._question.generation
+        generation = 0 if self._question is None else self._question.asked.generation
         self._slots[kind] = json.dumps({"kind": kind, "generation": generation, **content}, allow_nan=False)
 
     # --- the work ---------------------------------------------------------------------------------------------------
@@ -211,7 +205,9 @@ class Session:
         from springpot.explorer.gathering import growth_times
         from springpot.simulation.plan.plan import plan_of
 
-        times = growth_times(await engine.simulate(plan_of, system, paths=question.paths, start="rest", threads=1))
+        times = growth_times(
+            await engine.simulate(plan_of, system, paths=question.asked.paths, start="rest", threads=1)
+        )
         curves = await think(answers.growth, system, found, times, from_rest=question.start == "rest")
         self._post("growth", times=times.tolist(), methods=curves)
 
@@ -223,14 +219,8 @@ class Session:
         from springpot.simulation.paths.simulation import simulation_of
         from springpot.simulation.plan.plan import plan_of
 
-        plan = await engine.simulate(
-            plan_of,
-            system,
-            paths=question.paths,
-            seed=question.seed,
-            start=question.start,
-            threads=engine.threads,
-        )
+        given: Any = {"paths": question.asked.paths, "seed": question.asked.seed, "start": question.start}
+        plan = await engine.simulate(plan_of, system, threads=engine.threads, **given)
         settings = plan.settings
         if settings.steps * settings.paths > MOST_WORK:
             raise ValueError(
@@ -244,7 +234,7 @@ class Session:
                 plan = await self._pilots.take(adapt, plan, progress=check)
         simulation = await engine.simulate(simulation_of, plan)
         growing = await engine.simulate(Gathering, simulation, speeds=question.speeds)
-        await asyncio.gather(self._show(question, growing), self._gather(growing))
+        await asyncio.gather(self._show(question, growing), self._gather(question, growing))
 
     async def _compiled(self, system: System) -> None:
         """Have the kernel for this kind of problem; say so if it takes long."""
@@ -269,39 +259,31 @@ class Session:
             await self._next_path.wait()
             number = (number + 1) % motion.blocks(growing.simulation.settings)
 
-    async def _gather(self, growing: Gathering) -> None:
+    async def _gather(self, question: Question, growing: Gathering) -> None:
+        from springpot.explorer.views import labels
+
         while not growing.complete:
             await self._may_run.wait()
             if not self._playing:
                 self._may_run.clear()  # a single step
             report, densities, growth = await self._engine.simulate(_grown, growing)
-            question = self._question
-            assert question is not None
-            self._post("estimates", **report, **_of_parts(question, report["values"]))
-            self._slots["densities"] = frames.pack(frames.DENSITIES, question.generation, densities)
-            self._slots["grown"] = frames.pack(frames.GROWTH, question.generation, growth)
+            said = labels(question.system, [*report["values"]])
+            self._post("estimates", **report, labels=said, undefined=question.motion.uncountable)
+            self._slots["densities"] = frames.pack(frames.DENSITIES, question.asked.generation, densities)
+            self._slots["grown"] = frames.pack(frames.GROWTH, question.asked.generation, growth)
 
     async def _curve(self, question: Question) -> None:
         for paper in question.papers:
-            await self._curve_of(paper)
+            await self._engine.theory_ready.wait()
+            from springpot.explorer.answers import along_the_order
 
-    async def _curve_of(self, paper: Dimensionless) -> None:
-        engine = self._engine
-        await engine.theory_ready.wait()
-        from springpot.explorer.answers import along_the_order
-
-        key = replace(paper, springpot=Springpot(0.5, paper.springpot.coefficient))
-        curve = engine.curve(key)
-        if curve is None:
-            points = along_the_order(key)
+            points = along_the_order(paper)
             curve = await self._theorists.take(next, points)
             self._post("curve", **curve)
             await asyncio.sleep(SETTLE)
             while curve["missing"]:
                 curve = await self._theorists.take(next, points)
                 self._post("curve", **curve)
-            engine.keep_curve(key, curve)
-        self._post("curve", **curve)
 
 
 @contextmanager
@@ -317,13 +299,6 @@ def stopping() -> Iterator[Callable[[float], None]]:
         yield check
     finally:
         unwanted.set()
-
-
-def _of_parts(question: Question, values: dict[str, Any]) -> dict[str, Any]:
-    """The numbers of the parts with their words and units, and why impacts cannot be counted."""
-    from springpot.explorer.views import labels
-
-    return {"labels": labels(question.system, [*values]), "undefined": question.motion.uncountable}
 
 
 async def _drop(work: asyncio.Future[Any]) -> None:
@@ -344,21 +319,14 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
         "values": _finite(values),
         "errors": _finite(errors),
         "warnings": growing.warnings() if growing.complete else (),
-        "settings": {
-            "duration": settings.duration,
-            "step": settings.step,
-            "window": settings.window,
-            "initial_position": settings.initial_position,
-            "start": settings.start,
-        },
+        "settings": {name: getattr(settings, name) for name in SHOWN_SETTINGS},
         "stationary": growing.stationary,
     }
     densities: list[Any] = []
     distributions = growing.distributions()
     for name in DENSITIES:
         found = distributions.get(name)
-        edges, density = ([], []) if found is None else found.density(HISTOGRAM_BINS)[:2]
-        densities += [edges, density]
+        densities += ([], []) if found is None else found.density(HISTOGRAM_BINS)[:2]
     return report, densities, list(growing.growth())
 
 

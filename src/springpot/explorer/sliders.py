@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from springpot.machine.arguments import Free
@@ -18,7 +18,7 @@ from springpot.problem.parts.registration import Number, Part, kind_of, powers_o
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 
-__all__ = ["Size", "Slider", "changed", "described_parts", "numbers", "sliders", "written"]
+__all__ = ["Slider", "changed", "described_parts", "numbers", "sliders", "written"]
 
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
@@ -61,31 +61,6 @@ class Slider:
     hint: str = ""
     free: bool = False
 
-    def to_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
-
-
-@dataclass(frozen=True)
-class Size:
-    """How large the motion of a system is, roughly: for the sliders of numbers that are 0.
-
-    Attributes
-    ----------
-    frequency : float
-        In rad/s.
-    length : float
-        In m.
-    """
-
-    frequency: float
-    length: float
-
-    @property
-    def speed(self) -> float:
-        """In m/s."""
-        return self.frequency * self.length
-
 
 _UNITS_TO_CHOOSE = {"m": "length", "rad s-1": "frequency", "N2 s": "force_noise", "m2 s-3": "excitation"}
 _SCALE = "scale"  # of a record
@@ -124,30 +99,25 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     for name in given:
         if name not in known:
             raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
-    scales = {f"{name}-{_SCALE}" for name, part in system.named() if isinstance(part, RecordedExcitation)}
-    others = {name: value for name, value in given.items() if name not in scales}
-    other = with_numbers(
-        system, {ROOT + name.replace("-", "."): _as_free(known[name], value) for name, value in others.items()}
-    )
-    scaled = {name: _scaled(part, given.get(f"{name}-{_SCALE}", 1.0)) for name, part in other.named()}
-    return System(**scaled) if scales & given.keys() else other
-
-
-def _scaled(part: Any, factor: float) -> Any:
-    """A record with its values multiplied; any other part as it is."""
-    if not isinstance(part, RecordedExcitation) or factor == 1.0:
-        return part
-    return replace(part, values=tuple(factor * value for value in part.values))
+    records = {f"{name}-{_SCALE}": name for name, part in system.named() if isinstance(part, RecordedExcitation)}
+    others = {name: _as_free(known[name], value) for name, value in given.items() if name not in records}
+    other = with_numbers(system, {ROOT + name.replace("-", "."): value for name, value in others.items()})
+    if not (scaled := records.keys() & given.keys()):
+        return other
+    parts: dict[str, Any] = dict(other.named())
+    for name in scaled:
+        record = parts[records[name]]
+        parts[records[name]] = replace(record, values=tuple(given[name] * value for value in record.values))
+    return System(**parts)
 
 
 def _as_free(old: object, new: float) -> float:
     """A number in the place of a free one is free too, within the same bounds."""
-    free = isinstance(old, Free) and old.low <= new <= old.high
-    return old.moved_to(new) if free and isinstance(old, Free) else new
+    return old.moved_to(new) if isinstance(old, Free) and old.low <= new <= old.high else new
 
 
-def sliders(system: System, size: Size) -> tuple[Slider, ...]:
-    """A slider for each number of a system.
+def sliders(system: System, size: Mapping[str, float]) -> tuple[Slider, ...]:
+    """A slider for each number of a system; the ``frequency`` and ``length`` of its motion are for numbers that are 0.
 
     Positive numbers have a logarithmic one, from a tenth to ten times the value; those of either sign, shares and
     orders a linear one.
@@ -155,14 +125,14 @@ def sliders(system: System, size: Size) -> tuple[Slider, ...]:
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Mass, Spring
-    >>> found = sliders(System(Mass(1.0), Spring(80.0), Barrier(-0.5, 0.8)), Size(9.0, 0.5))
+    >>> found = sliders(System(Mass(1.0), Spring(80.0), Barrier(-0.5, 0.8)), {"frequency": 9.0, "length": 0.5})
     >>> [(one.name, one.begin, one.end) for one in found[1:]]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
     """
     return tuple(_slider(system, name, value, size) for name, value in numbers(system).items())
 
 
-def _slider(system: System, name: str, value: float, size: Size) -> Slider:
+def _slider(system: System, name: str, value: float, size: Mapping[str, float]) -> Slider:
     owner, _, path = name.partition("-")
     if path == _SCALE:
         number, place = RecordedExcitation.numbers["values"], 0
@@ -171,8 +141,8 @@ def _slider(system: System, name: str, value: float, size: Size) -> Slider:
         part, number, place = number_of(system, ROOT + name.replace("-", "."))
         plain = number.unit_of(system.has_mass and not part.of_ground, place)
     kind = "stiffness" if _is_the_spring(system, part, place) and plain == "s-2" else _UNITS_TO_CHOOSE.get(plain, "")
-    unit = "" if kind or plain == "1" else written(plain)
-    symbol = number.symbol + (_lowered(place) if place else "")
+    unit = "" if kind else written(plain)
+    symbol = number.symbol + ("₀₁₂₃₄₅₆₇₈₉"[place] if place else "")
     said = f"of {_power(number.said, place)}" if place else number.said
     begin, end, steps, log = _ends(system, part, number, place, value, size)
     if kind == "stiffness" and not isinstance(value, Free):  # the square of a natural frequency
@@ -208,7 +178,7 @@ def _multiple(value: float) -> str:
 
 
 def _ends(
-    system: System, part: Part, number: Number, place: int, value: float, size: Size
+    system: System, part: Part, number: Number, place: int, value: float, size: Mapping[str, float]
 ) -> tuple[float, float, int, bool]:
     """Begin and end of a slider, its steps, and whether it is logarithmic; those of a free number are its bounds."""
     if isinstance(value, Free):
@@ -231,10 +201,10 @@ def _is_the_spring(system: System, part: Part, place: int) -> bool:
     return linear and not place and part.linear_stiffness > 0.0
 
 
-def _natural(system: System, part: Part, number: Number, place: int, size: Size) -> float:
+def _natural(system: System, part: Part, number: Number, place: int, size: Mapping[str, float]) -> float:
     """How large a number that is 0 would have to be for its part to matter: that of its unit of the whole motion."""
-    force = (1.0 if part.of_ground else system.inertia) * size.frequency**2 * size.length
-    units = {"N": force, "m": size.length, "s": 1.0 / size.frequency}
+    force = (1.0 if part.of_ground else system.inertia) * size["frequency"] ** 2 * size["length"]
+    units = {"N": force, "m": size["length"], "s": 1.0 / size["frequency"]}
     words = powers_of(number.unit_of(True, place), part)
     return float(math.prod(units.get(base, 1.0) ** power for base, power in words))
 
@@ -258,12 +228,12 @@ def written(unit: str) -> str:
 
     Examples
     --------
-    >>> [written(unit) for unit in ("m2 s-3", "N s^alpha m-1", "s-1", "N m^-exponent", "s^(alpha-2)")]
-    ['m²/s³', 'N s^α/m', '1/s', 'N/m^p', 's^(α−2)']
+    >>> [written(unit) for unit in ("1", "m2 s-3", "N s^alpha m-1", "s-1", "N m^-exponent", "s^(alpha-2)")]
+    ['', 'm²/s³', 'N s^α/m', '1/s', 'N/m^p', 's^(α−2)']
     """
     above: list[str] = []
     below: list[str] = []
-    for word in unit.replace("alpha", "α").replace("exponent", "p").replace("ohm", "Ω").split():
+    for word in unit.removeprefix("1").replace("alpha", "α").replace("exponent", "p").replace("ohm", "Ω").split():
         base, power = re.fullmatch(r"([^\d^-]+)(.*)", word).groups()  # type: ignore[union-attr]
         size = power.replace("^-", "-").removeprefix("-")
         raised = "" if size in ("", "1") else _raised(int(size)) if size.isdigit() else f"^{size.removeprefix('^')}"
@@ -273,10 +243,6 @@ def written(unit: str) -> str:
 
 def _raised(power: int) -> str:
     return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(power))
-
-
-def _lowered(power: int) -> str:
-    return "₀₁₂₃₄₅₆₇₈₉"[power]
 
 
 def described_parts(system: System) -> list[dict[str, Any]]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Any
 
 from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, papers_of
-from springpot.explorer.sliders import Size, described_parts, sliders, written
+from springpot.explorer.sliders import described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
@@ -30,17 +30,15 @@ def opened_script(opened: Opened) -> str:
     'export const OPENED = {"file": "", "writab'
     """
     system = opened.system
-    size = sizes(system)
+    seen = _seen(system)
     content = {
         "file": opened.file,
-        "writable": opened.is_writable,
+        "writable": not system.with_functions,
         "heavy": system.has_mass,
-        "sliders": [one.to_dict() for one in sliders(system, Size(size["frequency"], size["length"]))],
+        "sliders": [asdict(one) for one in sliders(system, seen["sizes"])],
         "parts": described_parts(system),
-        "sizes": size,
-        "paper": paper_view(system),
-        "quantities": [*_quantities(system)],
-        "examples": [*examples(opened.system, opened.file)],
+        **seen,
+        "examples": [*examples(system, opened.file)],
     }
     return f"export const OPENED = {json.dumps(content)};\n"
 
@@ -49,12 +47,11 @@ def view_of(system: System) -> dict[str, Any]:
     """The equation of a system, how far it moves, the columns of its table, and what the paper's problem adds."""
     from springpot.evidence.explanation import equation
 
-    return {
-        "equation": [*equation(system)],
-        "sizes": sizes(system),
-        "paper": paper_view(system),
-        "quantities": [*_quantities(system)],
-    }
+    return {"equation": [*equation(system)], **_seen(system)}
+
+
+def _seen(system: System) -> dict[str, Any]:
+    return {"sizes": sizes(system), "paper": paper_view(system), "quantities": [*_quantities(system)]}
 
 
 def paper_view(system: System) -> dict[str, Any] | None:
@@ -65,19 +62,17 @@ def paper_view(system: System) -> dict[str, Any] | None:
     >>> paper_view(Opened().system)["strength"]
     1.0
     """
-    return next((_of_paper(paper, system.inertia) for paper in papers_of(system)), None)
-
-
-def _of_paper(paper: Dimensionless, inertia: float) -> dict[str, Any]:
-    return {
-        "order": paper.springpot.order,
-        "strength": paper.dimensionless_coefficient,
-        "wall": None if paper.barrier is None else paper.dimensionless_position,
-        "restitution": None if paper.barrier is None else paper.restitution,
-        "frequency": paper.natural_frequency,
-        "length": paper.length_scale,
-        "mass": inertia,
-    }
+    for paper in papers_of(system):
+        return {
+            "order": paper.springpot.order,
+            "strength": paper.dimensionless_coefficient,
+            "wall": None if paper.barrier is None else paper.dimensionless_position,
+            "restitution": None if paper.barrier is None else paper.restitution,
+            "frequency": paper.natural_frequency,
+            "length": paper.length_scale,
+            "mass": system.inertia,
+        }
+    return None
 
 
 def sizes(system: System) -> dict[str, float]:
@@ -128,7 +123,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
     [('input_power', 'fed in by all excitations', 'm²/s³')]
     """
     words = _ALL | dict(_of_parts(system)) | _LAST
-    return [(name, said, _unit(unit_of_result(system, name))) for name, said in words.items() if name in names]
+    return [(name, said, written(unit_of_result(system, name))) for name, said in words.items() if name in names]
 
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
@@ -145,7 +140,3 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
         yield f"{name}_impact_rate", f"impacts on {titles[name]}"
         yield f"{name}_impact_speed_mean", f"mean impact speed on {titles[name]}"
         yield f"{name}_voltage_mean_square", f"mean square voltage of {titles[name]}"
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "1" else written(unit)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springpot.evidence.atlases.lookup import COEFFICIENTS, ORDERS, atlas
-from springpot.figures.style import panel
+from springpot.figures.style import MOMENT_WORDS, panel
+from springpot.figures.sweeps import PARAMETER_LABELS
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Springpot
-from springpot.theory.result import MOMENTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,16 +21,6 @@ __all__ = ["plot_design_chart"]
 FINE = 60  # points along each axis
 LINES = 10
 MOST_LINES = 14
-_LABELS = {
-    "amplitude_mean_square": r"$\langle A^2\rangle\,\Omega^3/q$",
-    "x_mean": r"$\langle x\rangle\,\sqrt{\Omega^3/q}$",
-    "x_mean_square": r"$\langle x^2\rangle\,\Omega^3/q$",
-    "v_mean_square": r"$\langle v^2\rangle\,\Omega/q$",
-    "impact_rate": r"impact rate / $\Omega$",
-    "impact_speed_mean": r"mean impact speed $\cdot\,\sqrt{\Omega/q}$",
-    "impact_speed_mean_square": r"mean square impact speed $\cdot\,\Omega/q$",
-}
-
 _LADDERS = (
     (1.0, 1.05, *np.arange(1.1, 2.0, 0.1), *np.arange(2.0, 10.0, 0.5)),
     (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0),
@@ -74,8 +64,8 @@ def plot_design_chart(
     """
     from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-    if quantity not in MOMENTS:
-        raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
+    if quantity not in MOMENT_WORDS:
+        raise ValueError(f"quantity must be one of {', '.join(MOMENT_WORDS)}, not {quantity!r}.")
     wall = Barrier(position, restitution, side="above")
     orders = np.linspace(*ORDERS, FINE)
     strengths = np.geomspace(*COEFFICIENTS, FINE)
@@ -100,11 +90,11 @@ def plot_design_chart(
     outline: list[AbstractPathEffect] = [withStroke(linewidth=1.8, foreground="0.25")]
     for drawn in (lines, *labels):  # readable on light and dark colors
         drawn.set_path_effects(outline)
-    ax.set_yscale("log")
-    ax.set_xlabel(r"order of the derivative $\alpha$ (1)")
-    ax.set_ylabel(r"strength of the springpot $C\,\Omega^{\alpha-2}$ (1)")
+    strength = r"strength of the springpot $C\,\Omega^{\alpha-2}$ (1)"
+    ax.set(yscale="log", xlabel=PARAMETER_LABELS["order"], ylabel=strength)
+    _, symbol, _, scale = MOMENT_WORDS[quantity]
     ax.set_title(
-        f"{_LABELS[quantity]}  at  $r$ = {restitution:g}, $b\\sqrt{{\\Omega^3/q}}$ = {position:g}", fontsize="medium"
+        f"{symbol}{scale}  at  $r$ = {restitution:g}, $b\\sqrt{{\\Omega^3/q}}$ = {position:g}", fontsize="medium"
     )
     return ax
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from springpot.figures.data import as_dataset
-from springpot.figures.stationary import plot_density, plot_spectrum
+from springpot.figures.stationary import DENSITIES, plot_density, plot_spectrum
 from springpot.figures.style import new_grid
 from springpot.problem.numbers import label_of, numbers_of
 from springpot.problem.system import System
@@ -50,7 +50,7 @@ def plot_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     """
     figure, panels = new_grid(10.5, 6.2, 2, 3)
     data, theory = as_dataset(observed), tuple(answers.values())
-    for panel, name in zip((panels[0], panels[1], panels[3], panels[4]), _SHOWN, strict=True):
+    for panel, name in zip((panels[0], panels[1], panels[3], panels[4]), DENSITIES, strict=True):
         plot_density(data, name, panel, theory=theory)
     plot_spectrum(data, panels[2], theory=theory)
     panels[5].set_axis_off()
@@ -63,7 +63,6 @@ def plot_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
 
 
 _MOST_LINES = 8  # that fit above the legend
-_SHOWN = ("x", "v", "amplitude", "impact_speed")
 
 
 def _title(system: System) -> str:

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.style import COLORS, bars, panel
+from springpot.figures.style import COLORS, LOOKS, bars, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["plot_convergence"]
 
-_LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
 _LENGTH = 5.0  # of the line of known slope: the ratio of the steps at its ends
 
 
@@ -67,7 +66,7 @@ def plot_convergence(
             raise ValueError(f"{name} must have as many errors as steps, not {sizes.shape} for {steps.shape}.")
         if not (np.all(steps > 0.0) and np.all(sizes > 0.0)):
             raise ValueError(f"steps and errors of {name} must be positive: take the absolute value of an error.")
-        color, mark = _LOOKS[number % len(_LOOKS)]
+        color, mark = LOOKS[number % len(LOOKS)]
         ax.plot(steps, sizes, "-", color=COLORS[color], lw=1.0)
         bars(ax, steps, sizes, rest[0] if rest else np.zeros_like(sizes), color=COLORS[color], marker=mark,
              size=4.5, label=name)  # fmt: skip

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
     from springpot.simulation import Run
 
 __all__ = [
-    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "paper_of", "recorded", "results", "spacing_in_steps",
-    "walls_of",
+    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "error_of_mean", "paper_of", "recorded", "results",
+    "spacing_in_steps", "walls_of",
 ]  # fmt: skip
 
 Data: TypeAlias = "Run | xarray.Dataset"
@@ -69,8 +68,7 @@ def paper_of(data: xarray.Dataset) -> Dimensionless:
     return Dimensionless.of(read_system(json.loads(data.attrs["system"])))
 
 
-@dataclass(frozen=True)
-class Wall:
+class Wall(NamedTuple):
     """A wall or a soft contact in a picture.
 
     Attributes
@@ -99,10 +97,10 @@ def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
     >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
-    parts = json.loads(data.attrs["system"])["parts"]
-    found = [part for part in parts if part["kind"] in ("barrier", "contact")]
     return tuple(
-        Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier") for part in found
+        Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier")
+        for part in json.loads(data.attrs["system"])["parts"]
+        if part["kind"] in ("barrier", "contact")
     )
 
 
@@ -119,6 +117,18 @@ def recorded(data: Data) -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatA
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
     return dataset, np.asarray(dataset["time"], dtype=float), x, v
+
+
+def error_of_mean(values: FloatArray) -> FloatArray:
+    """The standard error of the mean over the first axis, independent paths; NaN of a single one.
+
+    Examples
+    --------
+    >>> error_of_mean(np.array([[0.0], [2.0]])), error_of_mean(np.array([[0.0]]))
+    (array([1.]), array([nan]))
+    """
+    count = len(values)
+    return values.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.full(values.shape[1], np.nan)
 
 
 def spacing_in_steps(data: Data) -> int:

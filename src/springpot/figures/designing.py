@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from springpot.designing import Curve, Design, Sensitivity
-from springpot.figures.style import COLORS, method_label, new_grid, panel
+from springpot.figures.style import COLORS, CONFIDENCE, method_label, named, new_grid, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
 __all__ = ["plot_design_curve", "plot_sensitivities"]
 
 _LOOKS = (("blue", ""), ("orange", "//"), ("green", ".."), ("purple", "xx"))
-_CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
 
 
 def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None = None) -> Axes:
@@ -64,8 +62,8 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
             if name == curve.name and (sign == "<") == curve.upper:
                 ax.axvline(float(bound), color="0.35", linewidth=1.0, linestyle="--", label="limit")
         ax.errorbar(
-            [found.quantities[curve.name]], [found.cost], xerr=[_CONFIDENCE * found.errors[curve.name]], fmt="s",
-            yerr=[_CONFIDENCE * found.cost_error] if found.cost_error > 0.0 else None,
+            [found.quantities[curve.name]], [found.cost], xerr=[CONFIDENCE * found.errors[curve.name]], fmt="s",
+            yerr=[CONFIDENCE * found.cost_error] if found.cost_error > 0.0 else None,
             color=COLORS["vermilion"], markersize=5.0, capsize=2.5, label="the design, Monte Carlo, 95 %",
         )  # fmt: skip
     if (limits > 0.0).all() and limits[-1] > 3.0 * limits[0]:
@@ -74,8 +72,8 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
     if known.size and (known > 0.0).all() and known.max() > 3.0 * known.min():
         ax.set_yscale("log")
     _plain_ticks(ax)
-    ax.set_xlabel(f"limit of {_named(curve.name, curve.unit)}")
-    ax.set_ylabel(_named(curve.cost_name, curve.cost_unit))
+    ax.set_xlabel(f"limit of {named(curve.name.replace('_', ' '), curve.unit)}")
+    ax.set_ylabel(named(curve.cost_name.replace("_", " "), curve.cost_unit))
     ax.legend(frameon=False)
     return ax
 
@@ -137,33 +135,12 @@ def _bars(ax: Axes, found: Sensitivity, quantity: str, numbers: list[str], place
     thick = 0.8 / count
     label = f"Monte Carlo, {found.settings.paths} paths, 95 %" if found.settings else method_label(found.method)
     values = np.array([found.values[quantity][name] for name in numbers])
-    errors = _CONFIDENCE * np.array([found.errors[quantity][name] for name in numbers])
+    errors = CONFIDENCE * np.array([found.errors[quantity][name] for name in numbers])
     ax.barh(
         np.arange(len(numbers)) + (place - 0.5 * (count - 1)) * thick, values, 0.9 * thick,
         xerr=np.nan_to_num(errors) if by_chance else None, color=COLORS[color], hatch=hatch, edgecolor="white",
         linewidth=0.0, error_kw={"elinewidth": 1.0, "capsize": 2.0, "ecolor": "black"}, label=label,
     )  # fmt: skip
-
-
-def _named(name: str, unit: str) -> str:
-    """A quantity or a number with its unit."""
-    words = " ".join(map(_raised, unit.split()))
-    return name.replace("_", " ") + (f" ({words})" if unit not in ("", "1") else "")
-
-
-def _raised(word: str) -> str:
-    r"""A unit with its power as an exponent.
-
-    Examples
-    --------
-    >>> _raised("s-1"), _raised("s^alpha"), _raised("m^(1-exponent)"), _raised("kg")
-    ('s$^{-1}$', 's$^{\\alpha}$', 'm$^{1-exponent}$', 'kg')
-    """
-    found = re.fullmatch(r"([a-zA-Z]+)(?:\^\(?([^)]+)\)?|(-?[\d.]+))", word)
-    if found is None:
-        return word
-    power = (found[2] or found[3]).replace("alpha", r"\alpha")
-    return f"{found[1]}$^{{{power}}}$"
 
 
 def _plain_ticks(ax: Axes) -> None:

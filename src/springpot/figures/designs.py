@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.style import COLORS, bars, method_curve, method_label
+from springpot.figures.data import Data, FloatArray, Theory, results
+from springpot.figures.style import COLORS, LOOKS, bars, method_curve, method_label, panel
+from springpot.theory import NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-__all__ = ["CYCLE", "Design", "from_zero", "next_design"]
+__all__ = ["CYCLE", "Design", "design_at", "from_zero", "next_design"]
 
-CYCLE = tuple(COLORS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky", "black"))
+Curve: TypeAlias = Callable[[FloatArray], FloatArray]
+
+CYCLE = tuple(COLORS[name] for name, _ in LOOKS)
 """Colors of the first, second, ... design, safe for color-blind readers."""
 
-_MARKS = ("o", "s", "^", "D", "v", "P", "X")
 _TAG = "design "
 
 
@@ -46,24 +51,47 @@ class Design:
         self, place: ArrayLike, value: ArrayLike, standard_error: ArrayLike, *, measured: str, size: float = 3.0
     ) -> None:
         """Draw Monte Carlo with its 95 % bars; ``measured`` is its text in the legend."""
-        before = set(self.ax.get_children())
-        label = ", ".join(filter(None, [self.label, measured]))
-        mark = _MARKS[self.number % len(_MARKS)]
-        bars(self.ax, place, value, standard_error, color=self.color or "0.35", marker=mark, size=size, label=label)
-        self.tag(before)
+        mark = LOOKS[self.number % len(LOOKS)][1]
+        bars(
+            self.ax, place, value, standard_error, color=self.color or "0.35", marker=mark, size=size,
+            label=self._named(measured), gid=self.gid,
+        )  # fmt: skip
 
     def curve(self, method: str, place: ArrayLike, values: ArrayLike) -> None:
         """Draw a curve of the theory."""
-        before = set(self.ax.get_children())
-        label = ", ".join(filter(None, [self.label, method_label(method)]))
-        method_curve(self.ax, method, place, values, color=self.color, label=label)
-        self.tag(before)
+        label = self._named(method_label(method))
+        method_curve(self.ax, method, place, values, color=self.color, label=label, gid=self.gid)
 
-    def tag(self, before: set[Artist]) -> None:
-        """Mark all artists that are on the axes but not in ``before`` as part of this design."""
-        for artist in self.ax.get_children():
-            if artist not in before:
-                artist.set_gid(f"{_TAG}{self.number}")
+    def curves(self, theory: Theory, curve_of: Callable[[Result], Curve | None], place: FloatArray) -> None:
+        """Draw the curve of each result that has one."""
+        for result in results(theory):
+            curve = curve_of(result)
+            if curve is not None:
+                with suppress(NotCoveredError, NoStationaryStateError):
+                    self.curve(result.method, place, curve(place))
+
+    @property
+    def gid(self) -> str:
+        """The mark of its lines, by which the designs on some axes are counted."""
+        return f"{_TAG}{self.number}"
+
+    def _named(self, what: str) -> str:
+        return ", ".join(filter(None, [self.label, what]))
+
+
+def design_at(
+    data: Data | None, at: ArrayLike | None, ax: Axes | None, color: str | None, label: str | None, word: str = "where"
+) -> tuple[Design, FloatArray]:
+    """The next design on given or new axes, and the places at which theory is drawn; none yet if the run has them.
+
+    Raises
+    ------
+    ValueError
+        If neither a run nor a place is given.
+    """
+    if data is None and at is None:
+        raise ValueError(f"at must say {word} to draw theory, because there is no run.")
+    return next_design(panel(ax), color, label), np.zeros(0) if at is None else np.asarray(at, dtype=float)
 
 
 def next_design(ax: Axes, color: str | None = None, label: str | None = None) -> Design:
@@ -98,8 +126,7 @@ def next_design(ax: Axes, color: str | None = None, label: str | None = None) ->
     """
     if label is not None and not isinstance(label, str):
         raise TypeError(f"label must be a text, not {label!r}.")
-    drawn = {gid for artist in ax.get_children() if (gid := artist.get_gid() or "").startswith(_TAG)}
-    number = len(drawn)
+    number = len({gid for line in ax.lines if (gid := line.get_gid() or "").startswith(_TAG)})
     if color is None and (number > 0 or label is not None):
         color = CYCLE[number % len(CYCLE)]
     return Design(ax, number, color, label if label is not None else str(number + 1) if number else "")

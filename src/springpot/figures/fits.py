@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.figures.style import COLORS, new_figure, panel
+from springpot.figures.style import COLORS, LOOKS, new_figure, panel
 from springpot.fitting.likelihood import Table
 from springpot.fitting.result import Fit, Profile
 
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_fit", "plot_profile"]
 
-_LOOKS = (("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"))
 _MOST = 2000
-_AXES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
+PLACES = {"frequency_hz": "frequency (Hz)", "before": "speed before the impact (m/s)", "time": "time (s)"}
 _VALUES = {
     "storage": "modulus", "loss": "modulus", "density": "spectral density", "restitution": "restitution",
+    "magnitude": "magnitude", "phase": "phase (deg)",
 }  # fmt: skip
 
 
@@ -49,46 +50,35 @@ def plot_fit(fit: Fit) -> Figure:
     table = fit.table
     if table.axis == "statistic":
         return _of_statistics(table)
-    if "phase" in table.group:
-        return _of_response(table)
-    figure, (above, below) = new_figure(5.6, 4.6, ratios=(3.0, 1.2))
-    for (color, mark), group in zip(_LOOKS * len(table.at), dict.fromkeys(table.group.tolist()), strict=False):
+    groups = dict.fromkeys(table.group.tolist())
+    response = "phase" in groups  # its phase has another unit, and a panel of its own
+    size, ratios = (5.8, (2.2, 1.4, 1.2)) if response else (4.6, (3.0, 1.2))
+    figure, (*above, below) = new_figure(5.6, size, ratios=ratios)
+    shown = above if response else above * len(groups)
+    for ax, (color, mark), group in zip(shown, itertools.cycle(LOOKS), groups):
         own = np.flatnonzero(table.group == group)[:_MOST]
-        small = 3.5 if own.size < 200 else 1.5
-        above.plot(table.at[own], table.data[own], mark, markersize=small, color=COLORS[color], label=f"{group}, data")
-        above.plot(table.at[own], table.fitted[own], color="black", linewidth=1.2)
+        unit = 180.0 / np.pi if group == "phase" else 1.0
+        small = 3.0 if response else 3.5 if own.size < 200 else 1.5
+        label = "data" if response else f"{group}, data"
+        ax.plot(table.at[own], unit * table.data[own], mark, markersize=small, color=COLORS[color], label=label)
+        ax.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2)
         below.plot(table.at[own], table.residual[own], mark, markersize=small, color=COLORS[color])
-    above.plot([], [], color="black", linewidth=1.2, label="fit")
+    above[0].plot([], [], color="black", linewidth=1.2, label="fit")
     if table.axis == "frequency_hz":
-        above.set_xscale("log")
-        above.set_yscale("log")
-    for level in (-2.0, 0.0, 2.0):
-        below.axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
-    above.set_ylabel(_VALUES.get(str(table.group[0]), "value"))
-    above.legend(frameon=False)
-    below.set_ylabel("residual (sd)")
-    below.set_xlabel(_AXES[table.axis])
+        above[0].set(xscale="log", yscale="log")
+    for ax, group in zip(above, groups, strict=False):
+        ax.set_ylabel(_VALUES.get(group, "value"))
+    above[0].legend(frameon=False)
+    _residuals(below)
+    below.set_xlabel(PLACES[table.axis])
     return figure
 
 
-def _of_response(table: Table) -> Figure:
-    figure, panels = new_figure(5.6, 5.8, ratios=(2.2, 1.4, 1.2))
-    for (color, mark), group, shown, unit in zip(
-        _LOOKS, ("magnitude", "phase"), panels, (1.0, 180.0 / np.pi), strict=False
-    ):
-        own = table.group == group
-        shown.plot(table.at[own], unit * table.data[own], mark, markersize=3.0, color=COLORS[color], label="data")
-        shown.plot(table.at[own], unit * table.fitted[own], color="black", linewidth=1.2, label="fit")
-        panels[2].plot(table.at[own], table.residual[own], mark, markersize=3.0, color=COLORS[color])
-    panels[0].set_xscale("log")
-    panels[0].set_yscale("log")
+def _residuals(ax: Axes) -> None:
+    """Lines at two standard deviations, and what the axis shows."""
     for level in (-2.0, 0.0, 2.0):
-        panels[2].axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
-    panels[0].legend(frameon=False)
-    for ax, label in zip(panels, ("magnitude", "phase (deg)", "residual (sd)"), strict=True):
-        ax.set_ylabel(label)
-    panels[2].set_xlabel(_AXES["frequency_hz"])
-    return figure
+        ax.axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
+    ax.set_ylabel("residual (sd)")
 
 
 def _of_statistics(table: Table) -> Figure:
@@ -100,14 +90,12 @@ def _of_statistics(table: Table) -> Figure:
                    linewidth=1.2, label="measured")  # fmt: skip
     above.axhline(1.0, color="black", linewidth=1.2, label="fit")
     reach = 1.3 * float(np.max(np.abs(ratio - 1.0) + error / size))
-    above.set_ylim(1.0 - reach, 1.0 + reach)
-    below.plot(table.at, table.residual, "o", markersize=4.0, color=COLORS["blue"])
-    for level in (-2.0, 0.0, 2.0):
-        below.axhline(level, color="0.5", linewidth=0.8, linestyle="-" if level == 0.0 else ":")
-    below.set_ylim(-max(3.0, 1.2 * np.abs(table.residual).max()), max(3.0, 1.2 * np.abs(table.residual).max()))
-    above.set_ylabel("measured / fitted")
+    above.set(ylim=(1.0 - reach, 1.0 + reach), ylabel="measured / fitted")
     above.legend(frameon=False)
-    below.set_ylabel("residual (sd)")
+    below.plot(table.at, table.residual, "o", markersize=4.0, color=COLORS["blue"])
+    _residuals(below)
+    largest = max(3.0, 1.2 * np.abs(table.residual).max())
+    below.set_ylim(-largest, largest)
     below.set_xticks(table.at, table.group.tolist(), rotation=40.0, ha="right")
     above.tick_params(labelbottom=False)
     return figure

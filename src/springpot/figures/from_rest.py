@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, as_dataset, paper_of, recorded, results
-from springpot.figures.designs import next_design
-from springpot.figures.style import panel
+from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, paper_of, recorded, results
+from springpot.figures.designs import Design, design_at
 from springpot.figures.sweeps import MOMENTS
 from springpot.problem.dimensionless import Dimensionless
-from springpot.theory import Averaging, NoStationaryStateError, NotCoveredError, Result
+from springpot.theory import Averaging, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,31 +69,15 @@ def plot_transient(
     """
     if quantity not in _OF_PATHS:
         raise ValueError(f"quantity must be one of {', '.join(_OF_PATHS)}, not {quantity!r}.")
-    if data is None and at is None:
-        raise ValueError("at must say when to draw theory, because there is no run.")
-    times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
-    ax = panel(ax)
-    design = next_design(ax, color, label)
+    design, times = design_at(data, at, ax, color, label, "when")
     if data is not None:
         paper, time, x, v = _from_rest(data)
         values = _OF_PATHS[quantity](x, v, paper.natural_frequency)
-        error = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.full(time.size, np.nan)
-        some = slice(None, None, max(1, time.size // _POINTS))
-        measured = f"Monte Carlo, {len(values)} paths, 95 %"
-        design.bars(time[some], values.mean(axis=0)[some], error[some], measured=measured)
+        _bars(design, time, values.mean(axis=0), error_of_mean(values), len(values))
         times = time if at is None else times
-    for result in results(theory):
-        moment = _moment_at(result, quantity)
-        if moment is None:
-            continue
-        try:
-            curve = moment(times)
-        except (NotCoveredError, NoStationaryStateError):
-            continue
-        design.curve(result.method, times, curve)
-    ax.set_xlabel("time from rest $t$ (s)")
-    ax.set_ylabel(MOMENTS[quantity])
-    return ax
+    design.curves(theory, lambda result: _moment_at(result, quantity), times)
+    design.ax.set(xlabel="time from rest $t$ (s)", ylabel=MOMENTS[quantity])
+    return design.ax
 
 
 def plot_survival(
@@ -149,27 +132,25 @@ def plot_survival(
     """
     if not (isinstance(level, int | float) and level > 0.0):
         raise ValueError(f"level must be a positive amplitude in m, not {level!r}.")
-    if data is None and at is None:
-        raise ValueError("at must say when to draw theory, because there is no run.")
-    times = np.zeros(0) if at is None else np.asarray(at, dtype=float)
-    ax = panel(ax)
-    design = next_design(ax, color, label)
+    design, times = design_at(data, at, ax, color, label, "when")
     if data is not None:
         paper, time, x, v = _from_rest(data)
         below = np.logical_and.accumulate(np.hypot(x, v / paper.resonance) < level, axis=1)
         share = below.mean(axis=0)
-        error = np.sqrt(share * (1.0 - share) / len(below))
-        some = slice(None, None, max(1, time.size // _POINTS))
-        design.bars(time[some], share[some], error[some], measured=f"Monte Carlo, {len(below)} paths, 95 %")
+        _bars(design, time, share, np.sqrt(share * (1.0 - share) / len(below)), len(below))
         times = time if at is None else times
     for result in results(theory):
-        first_passage = getattr(result, "first_passage", None)
-        if first_passage is not None:
+        if (first_passage := getattr(result, "first_passage", None)) is not None:
             design.curve(result.method, times, first_passage(amplitude=level).survival(times))
-    ax.set_xlabel("time from rest $t$ (s)")
-    ax.set_ylabel(f"probability that $A$ was always below {level:g} m")
-    ax.set_ylim(0.0, 1.03)
-    return ax
+    label = f"probability that $A$ was always below {level:g} m"
+    design.ax.set(xlabel="time from rest $t$ (s)", ylabel=label, ylim=(0.0, 1.03))
+    return design.ax
+
+
+def _bars(design: Design, time: FloatArray, value: FloatArray, error: FloatArray, paths: int) -> None:
+    """Monte Carlo at some of the times."""
+    some = slice(None, None, max(1, time.size // _POINTS))
+    design.bars(time[some], value[some], error[some], measured=f"Monte Carlo, {paths} paths, 95 %")
 
 
 def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, FloatArray]:

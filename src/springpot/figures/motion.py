@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from springpot.figures.data import Data, FloatArray, Wall, recorded, spacing_in_steps, walls_of
-from springpot.figures.designs import next_design
+from springpot.figures.designs import Design, next_design
 from springpot.figures.style import COLORS, panel
 
 if TYPE_CHECKING:
@@ -71,10 +71,10 @@ def plot_path(
         raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
     piece = _seen(data, member, window)
     ax = panel(ax, 7.0, 3.0)
-    design, before = next_design(ax, color, label), set(ax.get_children())
+    design = next_design(ax, color, label)
     value = piece.x if quantity == "x" else piece.v
     times, values = (piece.time, value) if quantity == "x" else _broken(piece, piece.time, value)
-    ax.plot(times, values, color=design.color or COLORS["blue"], linewidth=1.0, label=design.label or None)
+    ax.plot(times, values, linewidth=1.0, **_look(design))
     if quantity == "x":
         _draw_walls(ax.axhline, piece)
         ax.plot(piece.impact_time, piece.struck_at, **_MARK)
@@ -82,10 +82,7 @@ def plot_path(
         at = piece.struck
         ax.plot(piece.impact_time, piece.v[at], **_MARK)
         ax.vlines(piece.impact_time, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.6)
-    design.tag(before)
-    ax.set_xlabel("time $t$ (s)")
-    ax.set_ylabel(_LABELS[quantity])
-    ax.set_xlim(piece.time[0], piece.time[-1])
+    ax.set(xlabel="time $t$ (s)", ylabel=_LABELS[quantity], xlim=(piece.time[0], piece.time[-1]))
     return ax
 
 
@@ -124,17 +121,14 @@ def plot_phase_portrait(
     """
     piece = _seen(data, member, window)
     ax = panel(ax, 4.6, 4.2)
-    design, before = next_design(ax, color, label), set(ax.get_children())
-    line: dict[str, Any] = {"color": design.color or COLORS["blue"], "label": design.label or None}
-    ax.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **line)
+    design = next_design(ax, color, label)
+    ax.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **_look(design))
     _draw_walls(ax.axvline, piece)
     at, wall = piece.struck, piece.struck_at
     ax.vlines(wall, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.4)
     ax.plot(wall, piece.v[at], **_MARK)
-    design.tag(before)
     ax.locator_params(axis="x", nbins=6)  # long labels of small displacements would overlap
-    ax.set_xlabel(_LABELS["x"])
-    ax.set_ylabel(_LABELS["v"])
+    ax.set(xlabel=_LABELS["x"], ylabel=_LABELS["v"])
     return ax
 
 
@@ -142,6 +136,10 @@ _MARK: dict[str, Any] = {
     "linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS["vermilion"], "label": "impact",
     "clip_on": False, "zorder": 3,
 }  # fmt: skip
+
+
+def _look(design: Design) -> dict[str, Any]:
+    return {"color": design.color or COLORS["blue"], "label": design.label or None, "gid": design.gid}
 
 
 @dataclass(frozen=True)
@@ -168,24 +166,21 @@ def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
     walls = walls_of(dataset)
     # between points that are several steps apart a path may turn without an impact; a soft contact has no instant
     rigid = () if spacing_in_steps(data) > 1 else tuple(wall for wall in walls if wall.rigid)
-    pieces = [_impacts(wall, time, x, v) for wall in rigid]
-    struck = np.concatenate([np.zeros(0, np.intp), *(at for at, _ in pieces)])
-    places = [np.full(at.size, wall.position) for wall, (at, _) in zip(rigid, pieces, strict=True)]
+    none = np.zeros(0, np.intp), np.zeros(0), np.zeros(0)
+    columns = zip(none, *(_impacts(wall, time, x, v) for wall in rigid), strict=True)
+    struck, places, when = (np.concatenate(column) for column in columns)
     order = np.argsort(struck, kind="stable")
-    when = np.concatenate([np.zeros(0), *(times for _, times in pieces)])
-    return _Seen(walls, time, x, v, struck[order], np.concatenate([np.zeros(0), *places])[order], when[order])
+    return _Seen(walls, time, x, v, struck[order], places[order], when[order])
 
 
-def _impacts(
-    wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray
-) -> tuple[np.ndarray[Any, np.dtype[np.intp]], FloatArray]:
-    """Steps with an impact on a wall, and its times by linear extrapolation."""
+def _impacts(wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray) -> tuple[np.ndarray[Any, Any], ...]:
+    """Steps with an impact on a wall, its place, and the times by linear extrapolation."""
     gap, away = wall.direction * (x - wall.position), wall.direction * v
     step = np.diff(time)
     turned = (away[:-1] < 0.0) & (away[1:] > 0.0)
     behind = np.minimum(gap[:-1] + step * away[:-1], gap[1:] - step * away[1:]) <= 0.0
     at = np.flatnonzero(turned & behind)
-    return at, time[at] + np.minimum(gap[at] / -away[at], step[at])
+    return at, np.full(at.size, wall.position), time[at] + np.minimum(gap[at] / -away[at], step[at])
 
 
 def _broken(piece: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:

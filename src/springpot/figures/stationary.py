@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, as_dataset, recorded, results
-from springpot.figures.designs import Design, from_zero, next_design
-from springpot.figures.style import panel
-from springpot.theory import NoStationaryStateError, NotCoveredError, Result
+from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, recorded
+from springpot.figures.designs import design_at, from_zero
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_correlation", "plot_density", "plot_spectrum"]
+__all__ = ["DENSITIES", "plot_correlation", "plot_density", "plot_spectrum"]
 
-_DENSITIES = {
+DENSITIES = {
     "x": ("displacement $x$ (m)", "density (1/m)"),
     "v": ("velocity $v$ (m/s)", "density (s/m)"),
     "amplitude": ("amplitude $A$ (m)", "density (1/m)"),
@@ -71,12 +68,11 @@ def plot_density(
     >>> sp.figures.plot_density(run, "impact_speed", theory=sp.theory.exact(dashpot)).get_ylabel()
     'density (s/m)'
     """
-    if quantity not in _DENSITIES:
-        raise ValueError(f"quantity must be one of {', '.join(_DENSITIES)}, not {quantity!r}.")
-    place = _place(data, at)
-    across, up = _DENSITIES[quantity]
-    ax = panel(ax)
-    design = next_design(ax, color, label)
+    if quantity not in DENSITIES:
+        raise ValueError(f"quantity must be one of {', '.join(DENSITIES)}, not {quantity!r}.")
+    design, place = design_at(data, at, ax, color, label)
+    ax = design.ax
+    across, up = DENSITIES[quantity]
     ax.set(xlabel=across, ylabel=up)
     if data is not None:
         dataset = as_dataset(data)
@@ -90,8 +86,7 @@ def plot_density(
         if at is None:
             half = np.asarray(dataset[f"{quantity}_bin_width"], dtype=float) / 2.0
             place = np.linspace(middle[0] - half[0], middle[-1] + half[-1], 400)
-    for result in results(theory):
-        _curve(design, result, getattr(result, f"{quantity}_density", None), place)
+    design.curves(theory, lambda result: getattr(result, f"{quantity}_density", None), place)
     from_zero(ax)
     return ax
 
@@ -137,9 +132,8 @@ def plot_spectrum(
     >>> axes.get_xlabel()
     'frequency $\\\\omega$ (rad/s)'
     """
-    place = _place(data, at)
-    ax = panel(ax)
-    design = next_design(ax, color, label)
+    design, place = design_at(data, at, ax, color, label)
+    ax = design.ax
     ax.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
     if data is not None:
         dataset = as_dataset(data)
@@ -148,8 +142,7 @@ def plot_spectrum(
         frequency, value, error = _columns(dataset, "frequency", "x_spectrum")
         design.bars(frequency, value, error, measured=_MEASURED, size=2.5)
         place = frequency if at is None else place
-    for result in results(theory):
-        _curve(design, result, getattr(result, "spectrum", None), place)
+    design.curves(theory, lambda result: getattr(result, "spectrum", None), place)
     return ax
 
 
@@ -201,11 +194,10 @@ def plot_correlation(
     >>> axes.lines[0].get_ydata().round(3)
     array([ 0.532,  0.209, -0.16 ])
     """
-    place = _place(data, at)
+    design, place = design_at(data, at, ax, color, label)
+    ax = design.ax
     if not np.all(place >= 0.0):
         raise ValueError("at must hold lags of at least 0 s.")
-    ax = panel(ax)
-    design = next_design(ax, color, label)
     ax.set(xlabel="lag (s)", ylabel=r"$\langle x(t)\, x(t + \mathrm{lag})\rangle$ (m$^2$)")
     if data is not None:
         _, time, x, _ = recorded(data)
@@ -215,31 +207,12 @@ def plot_correlation(
             raise ValueError(f"at must hold lags shorter than the {time[-1] - since:g} s that were recorded.")
         count = x.shape[1]
         means = np.array([(x[:, : count - shift] * x[:, shift:]).mean(axis=1) for shift in shifts])
-        error = means.std(axis=1, ddof=1) / np.sqrt(len(x)) if len(x) > 1 else np.full(len(means), np.nan)
         lags = shifts * (time[1] - time[0])
-        design.bars(lags, means.mean(axis=1), error, measured=_MEASURED, size=2.5)
-    for result in results(theory):
-        _curve(design, result, getattr(result, "correlation", None), place)
+        design.bars(lags, means.mean(axis=1), error_of_mean(means.T), measured=_MEASURED, size=2.5)
+    design.curves(theory, lambda result: getattr(result, "correlation", None), place)
     return ax
-
-
-def _place(data: Data | None, at: ArrayLike | None) -> FloatArray:
-    if data is None and at is None:
-        raise ValueError("at must say where to draw theory, because there is no run.")
-    return np.zeros(0) if at is None else np.asarray(at, dtype=float)
 
 
 def _columns(dataset: Any, place: str, value: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     first, second, third = (np.asarray(dataset[name], dtype=float) for name in (place, value, f"{value}_se"))
     return first, second, third
-
-
-def _curve(design: Design, result: Result, curve: Callable[[FloatArray], FloatArray] | None, place: FloatArray) -> None:
-    """Draw the curve of one method, if it has one."""
-    if curve is None:
-        return
-    try:
-        values = curve(place)
-    except (NotCoveredError, NoStationaryStateError):
-        return
-    design.curve(result.method, place, values)

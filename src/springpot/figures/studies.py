@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.figures.style import COLORS, METHOD_LINES, bars, method_label, new_grid
+from springpot.figures.style import COLORS, METHOD_LINES, bars, method_label, named, new_grid
 from springpot.figures.sweeps import MOMENTS, PARAMETER_LABELS
 
 if TYPE_CHECKING:
@@ -69,9 +68,8 @@ def plot_study(
     }
     some = next(iter(parts.values()))
     content = json.loads(tree.attrs["study"])
-    known = _drawable(parts) if "system" in content else (*MOMENTS,)
-    names = content.get("quantities", ["amplitude_mean_square"])
-    names = list(names if quantities is None else quantities)
+    known = _drawable(parts)
+    names = list(content.get("quantities", ["amplitude_mean_square"]) if quantities is None else quantities)
     for name in names:
         if name not in known:
             raise ValueError(f"quantities must be among {', '.join(known)}, not {name!r}.")
@@ -113,7 +111,7 @@ def plot_study(
 
 
 def _drawable(parts: Mapping[str, xarray.Dataset]) -> tuple[str, ...]:
-    """The quantities of a study of systems, with those of each wall by its name."""
+    """The quantities of a study, with those of each wall by its name."""
     found: dict[str, None] = {}
     for dataset in parts.values():
         for variable in map(str, dataset.data_vars):
@@ -209,8 +207,7 @@ def _named(column: xarray.DataArray) -> str:
     name = str(column.name).removeprefix("barrier_")
     if name in MOMENTS or name in PARAMETER_LABELS:
         return MOMENTS.get(name) or PARAMETER_LABELS[name]
-    unit = re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"$^{\1}$", column.attrs.get("units", "1"))
-    return _short(column) if unit in ("", "1") else f"{_short(column)} ({unit})"
+    return named(_short(column), column.attrs.get("units", "1"))
 
 
 def _short(column: xarray.DataArray) -> str:

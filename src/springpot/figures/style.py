@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["COLORS", "METHOD_LINES", "bars", "method_curve", "method_label", "new_figure", "new_grid", "panel", "save"]
+__all__ = [
+    "COLORS", "CONFIDENCE", "LOOKS", "METHOD_LINES", "MOMENT_WORDS", "bars", "method_curve", "method_label", "named",
+    "new_figure", "new_grid", "panel", "save",
+]  # fmt: skip
 
 # Okabe and Ito's palette: safe for color-blind readers, and distinct in grey
 COLORS = {
@@ -29,12 +33,28 @@ COLORS = {
     "purple": "#CC79A7",
 }
 
+LOOKS = (
+    ("blue", "o"), ("vermilion", "s"), ("green", "^"), ("purple", "D"), ("orange", "v"), ("sky", "P"), ("black", "X"),
+)  # fmt: skip
+"""Color and mark of the first, second, ... of several things in one picture."""
+
 METHOD_LINES: dict[str, tuple[str, str | tuple[int, tuple[float, ...]]]] = {
     name: (method.color, (0, method.dash) if method.dash else "-") for name, method in METHODS.items()
 }
 """Color and line of each method of the theory; the lines are distinct without color too."""
 
-_CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
+MOMENT_WORDS = {
+    "amplitude_mean_square": ("mean square amplitude ", r"$\langle A^2\rangle$", "m$^2$", r"$\,\Omega^3/q$"),
+    "x_mean": ("mean displacement ", r"$\langle x\rangle$", "m", r"$\,\sqrt{\Omega^3/q}$"),
+    "x_mean_square": ("mean square displacement ", r"$\langle x^2\rangle$", "m$^2$", r"$\,\Omega^3/q$"),
+    "v_mean_square": ("mean square velocity ", r"$\langle v^2\rangle$", "m$^2$/s$^2$", r"$\,\Omega/q$"),
+    "impact_rate": ("", "impact rate", "1/s", r" / $\Omega$"),
+    "impact_speed_mean": ("", "mean impact speed", "m/s", r" $\cdot\,\sqrt{\Omega/q}$"),
+    "impact_speed_mean_square": ("", "mean square impact speed", "m$^2$/s$^2$", r" $\cdot\,\Omega/q$"),
+}
+"""Of each moment: words before its symbol, its symbol or short name, its unit, and what makes it dimensionless."""
+
+CONFIDENCE = 1.96  # standard errors on either side of a 95 % interval
 
 
 def method_label(method: str) -> str:
@@ -49,8 +69,9 @@ def method_label(method: str) -> str:
 
 
 def method_curve(
-    ax: Axes, method: str, place: ArrayLike, values: ArrayLike, *, color: str | None = None, label: str = ""
-) -> None:
+    ax: Axes, method: str, place: ArrayLike, values: ArrayLike, *, color: str | None = None, label: str = "",
+    gid: str | None = None,
+) -> None:  # fmt: skip
     """Draw a curve of the theory with the line of its method.
 
     Parameters
@@ -61,6 +82,8 @@ def method_curve(
     place, values : array_like, shape (n,)
     color, label : str, optional
         Instead of those of the method.
+    gid : str, optional
+        Of the line.
 
     Examples
     --------
@@ -72,7 +95,7 @@ def method_curve(
     own, line = METHOD_LINES.get(method, ("black", "-"))
     ax.plot(
         place, values, linestyle=line, linewidth=1.4, color=color or COLORS[own],
-        label=label or method_label(method),
+        label=label or method_label(method), gid=gid,
     )  # fmt: skip
 
 
@@ -109,6 +132,7 @@ def bars(
     size: float = 3.0,
     hollow: bool = False,
     label: str | None = None,
+    gid: str | None = None,
 ) -> None:
     """Draw Monte Carlo: a mark for each value, and a bar for its 95 % interval.
 
@@ -117,7 +141,7 @@ def bars(
     ax : matplotlib.axes.Axes
     place, value, standard_error : array_like, shape (n,)
         The bars reach 1.96 standard errors up and down.
-    color, marker, size, hollow, label
+    color, marker, size, hollow, label, gid
         Of the marks.
 
     Examples
@@ -127,11 +151,10 @@ def bars(
     >>> len(own.containers)
     1
     """
-    error = _CONFIDENCE * np.asarray(standard_error, dtype=float)
-    look: dict[str, Any] = {"markeredgewidth": 0.9, "elinewidth": 0.9, "capsize": 1.5}
+    error = CONFIDENCE * np.asarray(standard_error, dtype=float)
     ax.errorbar(
         place, value, yerr=error, fmt=marker, color=color, markersize=size, fillstyle="none" if hollow else "full",
-        label=label, **look,
+        label=label, gid=gid, markeredgewidth=0.9, elinewidth=0.9, capsize=1.5,
     )  # fmt: skip
 
 
@@ -158,13 +181,7 @@ def new_figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) 
     >>> len(axes)
     2
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    grid = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=list(ratios))
-    axes: list[Axes] = list(grid[:, 0])
-    _plain(axes)
-    return figure, axes
+    return _panels(width, height, len(ratios), 1, sharex=True, height_ratios=ratios)
 
 
 def new_grid(width: float, height: float, rows: int, columns: int) -> tuple[Figure, list[Axes]]:
@@ -187,19 +204,33 @@ def new_grid(width: float, height: float, rows: int, columns: int) -> tuple[Figu
     >>> len(new_grid(6.0, 4.0, 2, 3)[1])
     6
     """
+    return _panels(width, height, rows, columns)
+
+
+def _panels(width: float, height: float, rows: int, columns: int, **how: Any) -> tuple[Figure, list[Axes]]:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).ravel())
-    _plain(axes)
+    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False, **how).ravel())
+    for ax in axes:
+        ax.grid(visible=True, color="0.9", linewidth=0.6)
+        ax.set_axisbelow(True)
+        ax.spines[["top", "right"]].set_visible(False)
     return figure, axes
 
 
-def _plain(axes: list[Axes]) -> None:
-    for panel in axes:
-        panel.grid(visible=True, color="0.9", linewidth=0.6)
-        panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
+def named(words: str, unit: str) -> str:
+    r"""The words for a quantity or a number, with its unit, whose powers are exponents.
+
+    Examples
+    --------
+    >>> named("x mean", "s-1"), named("c", "m^(1-exponent) s^alpha kg"), named("order", "1")
+    ('x mean (s$^{-1}$)', 'c (m$^{1-exponent}$ s$^{\\alpha}$ kg)', 'order')
+    """
+    if unit in ("", "1"):
+        return words
+    raised = re.sub(r"([a-zA-Z])(?:\^\(?([^) ]+)\)?|(-?[\d.]+))", r"\1$^{\2\3}$", unit).replace("alpha", r"\alpha")
+    return f"{words} ({raised})"
 
 
 def save(figure: Figure, path: Path) -> Path:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from springpot.figures.data import Data, as_dataset, paper_of
 from springpot.figures.designs import next_design
-from springpot.figures.style import bars, method_curve, panel
+from springpot.figures.style import MOMENT_WORDS, bars, method_curve, panel
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System, checked_system
@@ -22,15 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MOMENTS", "PARAMETER_LABELS", "plot_against"]
 
-MOMENTS = {
-    "amplitude_mean_square": r"mean square amplitude $\langle A^2\rangle$ (m$^2$)",
-    "x_mean": r"mean displacement $\langle x\rangle$ (m)",
-    "x_mean_square": r"mean square displacement $\langle x^2\rangle$ (m$^2$)",
-    "v_mean_square": r"mean square velocity $\langle v^2\rangle$ (m$^2$/s$^2$)",
-    "impact_rate": "impact rate (1/s)",
-    "impact_speed_mean": "mean impact speed (m/s)",
-    "impact_speed_mean_square": r"mean square impact speed (m$^2$/s$^2$)",
-}
+MOMENTS = {name: f"{said}{symbol} ({unit})" for name, (said, symbol, unit, _) in MOMENT_WORDS.items()}
 """Labels of the moments, with units."""
 
 Method = Callable[[System], Result]
@@ -110,7 +102,7 @@ def plot_against(
     if quantity not in MOMENTS:
         raise ValueError(f"quantity must be one of {', '.join(MOMENTS)}, not {quantity!r}.")
     ax = panel(ax)
-    design, before = next_design(ax, color), set(ax.get_children())
+    design = next_design(ax, color)
     color = design.color
     place = np.asarray(values, dtype=float)
     methods = tuple(theory.items()) if isinstance(theory, Mapping) else tuple(("", method) for method in theory)
@@ -119,17 +111,15 @@ def plot_against(
         systems = [_with(known, parameter, float(value)) for value in place]
         curve, name = _curve(method, systems, quantity)
         label_of = title or ("" if name else getattr(method, "__name__", "theory"))
-        method_curve(ax, name, place, curve, color=color, label=label_of)
+        method_curve(ax, name, place, curve, color=color, label=label_of, gid=design.gid)
     points = [(_number(paper_of(each), parameter), each) for each in map(as_dataset, runs)]
     if points:
         at, datasets = zip(*points, strict=True)
         measured = [float(each[quantity]) for each in datasets]
         error = [float(each[f"{quantity}_se"]) for each in datasets]
         points_label = label or ", ".join(filter(None, [design.label, "Monte Carlo, 95 %"]))
-        bars(ax, at, measured, error, color=color or "0.15", size=3.5, label=points_label)
-    design.tag(before)
-    ax.set_xlabel(PARAMETER_LABELS[parameter])
-    ax.set_ylabel(MOMENTS[quantity])
+        bars(ax, at, measured, error, color=color or "0.15", size=3.5, label=points_label, gid=design.gid)
+    ax.set(xlabel=PARAMETER_LABELS[parameter], ylabel=MOMENTS[quantity])
     return ax
 
 

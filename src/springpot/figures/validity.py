@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from springpot.evidence.reliability import (
     exists,
     read_map,
 )
-from springpot.figures.style import method_label, new_grid, panel
+from springpot.figures.style import MOMENT_WORDS, method_label, new_grid, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,16 +28,8 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_gaps", "plot_gaps_of_methods", "plot_system_gaps", "plot_system_gaps_of_methods"]
 
-NAMES = {
-    "amplitude_mean_square": r"$\langle A^2\rangle$",
-    "x_mean": r"$\langle x\rangle$",
-    "x_mean_square": r"$\langle x^2\rangle$",
-    "v_mean_square": r"$\langle v^2\rangle$",
-    "impact_rate": "impact rate",
-    "impact_speed_mean": "mean impact speed",
-    "impact_speed_mean_square": "mean square impact speed",
-    "rarest_impact_rate": "impact rate of the wall struck least",
-}
+NAMES = {name: symbol for name, (_, symbol, _, _) in MOMENT_WORDS.items()}
+NAMES["rarest_impact_rate"] = "impact rate of the wall struck least"
 LARGEST = 12.0  # per cent at which the colors end
 
 CASES: Mapping[str, Mapping[str, float]] = {
@@ -99,22 +92,23 @@ def plot_gaps(
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
     '+0.0'
     """
-    if method not in MAPPED or moment not in GOOD:
-        known = f"method must be one of {', '.join(MAPPED)} and moment one of {', '.join(GOOD)}"
-        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
-    cells = read_map(path)
-    chosen = (cells["restitution"] == restitution) & (cells["position"] == position)
-    if not chosen.any():
+    _check(method, moment, MAPPED, GOOD)
+    here = _chosen(read_map(path), {"restitution": restitution, "position": position})
+    if not here["c"].size:
         raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
-    ax = panel(ax, 4.6, 3.8)
-    return _labelled(ax, {name: column[chosen] for name, column in cells.items()}, method, moment, GOOD[moment])
+    return _labelled(panel(ax, 4.6, 3.8), here, method, moment, GOOD[moment])
+
+
+def _check(method: str, moment: str, methods: Sequence[str], moments: Collection[str]) -> None:
+    if method not in methods or moment not in moments:
+        known = f"method must be one of {', '.join(methods)} and moment one of {', '.join(moments)}"
+        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
 
 
 def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
     """A panel that stands alone."""
     _panel(ax, cells, f"{method}:{moment}", good)
-    ax.set_xlabel(r"strength $c = C\,\Omega^{\alpha-2}$ (1)")
-    ax.set_ylabel(r"order $\alpha$ (1)")
+    ax.set(xlabel=r"strength $c = C\,\Omega^{\alpha-2}$ (1)", ylabel=r"order $\alpha$ (1)")
     ax.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
     return ax
 
@@ -151,30 +145,13 @@ def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MA
             f"moment must be one of {', '.join(GOOD)} and along 'restitution' or 'position', not {moment!r}, {along!r}."
         )
     cells = read_map(path)
-    fixed, value = ("position", 0.0) if along == "restitution" else ("restitution", 1.0)
-    chosen = {name: column[cells[fixed] == value] for name, column in cells.items()}
-    steps = sorted(set(chosen[along]), reverse=along == "restitution")
-    figure, panels = new_grid(2.05 * len(steps) + 1.2, 1.9 * len(methods) + 0.9, len(methods), len(steps))
-    image: Any = None
-    for number, cell in enumerate(panels):
-        row, column = divmod(number, len(steps))
-        here = {name: values[chosen[along] == steps[column]] for name, values in chosen.items()}
-        image = _panel(cell, here, f"{methods[row]}:{moment}", GOOD[moment])
-        if row == 0:
-            cell.set_title(f"$r$ = {steps[column]:g}" if along == "restitution" else f"$b$ = {steps[column]:g}")
-        if column == 0:
-            cell.set_ylabel(methods[row].replace("_", "\n") + "\n\n" + r"order $\alpha$")
-        else:
-            cell.set_yticklabels([])
-        if row == len(methods) - 1:
-            cell.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$")
-        else:
-            cell.set_xticklabels([])
-    bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
-    bar.set_label(
-        f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\n"
-        f"bold: more than {GOOD[moment]:g} %; grey: no result; blank: Monte Carlo too uncertain"
-    )
+    fixed, value, symbol = ("position", 0.0, "r") if along == "restitution" else ("restitution", 1.0, "b")
+    columns = {
+        f"${symbol}$ = {step:g}": _chosen(cells, {fixed: value, along: step})
+        for step in sorted(set(cells[along][cells[fixed] == value]), reverse=along == "restitution")
+    }
+    size = 2.05 * len(columns) + 1.2, 1.9 * len(methods) + 0.9
+    figure = _grid(columns, methods, moment, GOOD[moment], size, "blank: Monte Carlo too uncertain")
     where = "wall at the equilibrium" if along == "restitution" else r"elastic wall at $b\,\sqrt{\Omega^3/q}$"
     figure.suptitle(f"Gap of {NAMES[moment]} to Monte Carlo from an adapted start, {where}", fontsize=10)
     return figure
@@ -224,19 +201,16 @@ def plot_system_gaps(
     >>> len(axes.texts) >= 12
     True
     """
-    if method not in SYSTEM_MAPPED or moment not in SYSTEMS_GOOD:
-        known = f"method must be one of {', '.join(SYSTEM_MAPPED)} and moment one of {', '.join(SYSTEMS_GOOD)}"
-        raise ValueError(f"{known}, not {method!r}, {moment!r}.")
+    _check(method, moment, SYSTEM_MAPPED, SYSTEMS_GOOD)
     case = {
         "walls": walls, "position": position, "apart": apart, "restitution": restitution, "color": color,
         "hardening": hardening,
     }  # fmt: skip
-    here = _cells_of(case, path)
+    here = _chosen(read_map(path), case)
     if not here["c"].size:
         numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
         raise ValueError(f"the map of systems has no cells with {numbers}.")
-    ax = panel(ax, 4.6, 3.2)
-    return _labelled(ax, here, method, moment, SYSTEMS_GOOD[moment])
+    return _labelled(panel(ax, 4.6, 3.2), here, method, moment, SYSTEMS_GOOD[moment])
 
 
 def plot_system_gaps_of_methods(
@@ -268,44 +242,58 @@ def plot_system_gaps_of_methods(
     """
     if moment not in SYSTEMS_GOOD:
         raise ValueError(f"moment must be one of {', '.join(SYSTEMS_GOOD)}, not {moment!r}.")
-    cases = {title: case for title, case in CASES.items() if exists(moment, _USUAL | dict(case))}
-    orders = sorted(set(read_map(path)["order"]))
-    figure, panels = new_grid(1.75 * len(cases) + 1.2, 1.6 * len(methods) + 1.1, len(methods), len(cases))
-    image: Any = None
-    for number, cell in enumerate(panels):
-        row, column = divmod(number, len(cases))
-        title, case = list(cases.items())[column]
-        image = _panel(cell, _cells_of(case, path), f"{methods[row]}:{moment}", SYSTEMS_GOOD[moment], orders)
-        if row == 0:
-            cell.set_title(title, fontsize=8)
-        if column == 0:
-            cell.set_ylabel(methods[row].replace("_", "\n") + "\n\n" + r"order $\alpha$", fontsize=8)
-        else:
-            cell.set_yticklabels([])
-        if row == len(methods) - 1:
-            cell.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$", fontsize=8)
-        else:
-            cell.set_xticklabels([])
-    bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
-    bar.set_label(
-        f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\n"
-        f"bold: more than {SYSTEMS_GOOD[moment]:g} %; grey: no result; blank: no cell, or Monte Carlo too uncertain",
-        fontsize=7,
-    )
+    cells = read_map(path)
+    columns = {
+        title: _chosen(cells, _USUAL | dict(case))
+        for title, case in CASES.items()
+        if exists(moment, _USUAL | dict(case))
+    }
+    size, blank = (1.75 * len(columns) + 1.2, 1.6 * len(methods) + 1.1), "blank: no cell, or Monte Carlo too uncertain"
+    orders = sorted(set(cells["order"]))
+    figure = _grid(columns, methods, moment, SYSTEMS_GOOD[moment], size, blank, orders, small=True)
     figure.suptitle(f"Systems: gap of {NAMES[moment]}\nto Monte Carlo; walls at or about the equilibrium", fontsize=9)
     return figure
 
 
-def _cells_of(case: Mapping[str, float], path: Path) -> Cells:
-    """The cells of one kind of systems."""
-    cells = read_map(path)
-    chosen = np.ones(cells["c"].size, bool)
-    for name, value in (_USUAL | dict(case)).items():
-        chosen &= cells[name] == value
+def _grid(
+    columns: Mapping[str, Cells], methods: Sequence[str], moment: str, good: float, size: tuple[float, float],
+    blank: str, orders: Sequence[float] = (), *, small: bool = False,
+) -> Figure:  # fmt: skip
+    """A row for each method, a column for each title, and a bar that explains the colors."""
+    figure, panels = new_grid(*size, len(methods), len(columns))
+    image: Any = None
+    words: Any = {"fontsize": 8} if small else {}
+    note: Any = {"fontsize": 7} if small else {}
+    for ax, (method, (title, here)) in zip(panels, itertools.product(methods, columns.items()), strict=True):
+        image = _panel(ax, here, f"{method}:{moment}", good, orders)
+        place: Any = ax.get_subplotspec()
+        if place.is_first_row():
+            ax.set_title(title, **words)
+        if place.is_first_col():
+            ax.set_ylabel(method.replace("_", "\n") + "\n\n" + r"order $\alpha$", **words)
+        else:
+            ax.set_yticklabels([])
+        if place.is_last_row():
+            ax.set_xlabel(r"$c = C\,\Omega^{\alpha-2}$", **words)
+        else:
+            ax.set_xticklabels([])
+    bar = figure.colorbar(image, ax=panels, shrink=0.6, extend="both")
+    bar.set_label(
+        f"(theory / Monte Carlo - 1) of {NAMES[moment]}, %\nbold: more than {good:g} %; grey: no result; {blank}",
+        **note,
+    )
+    return figure
+
+
+def _chosen(cells: Cells, numbers: Mapping[str, float]) -> Cells:
+    """The cells with these numbers."""
+    chosen = np.all([cells[name] == value for name, value in numbers.items()], axis=0)
     return {name: column[chosen] for name, column in cells.items()}
 
 
 def _panel(panel: Axes, here: Cells, name: str, good: float, orders: Sequence[float] = ()) -> Any:
+    from matplotlib.patches import Rectangle
+
     orders, strengths = orders or sorted(set(here["order"])), sorted(set(here["c"]))
     gaps = np.full((len(orders), len(strengths)), np.nan)
     for order, c, gap in zip(here["order"], here["c"], here[name], strict=True):
@@ -315,7 +303,8 @@ def _panel(panel: Axes, here: Cells, name: str, good: float, orders: Sequence[fl
     image = panel.imshow(shown, origin="lower", aspect="auto", cmap="PuOr_r", vmin=-LARGEST, vmax=LARGEST)
     for (row, column), gap in np.ndenumerate(gaps):
         if math.isinf(gap):
-            panel.add_patch(_grey(column, row))
+            place = column - 0.5, row - 0.5
+            panel.add_patch(Rectangle(place, 1.0, 1.0, facecolor="0.8", edgecolor="white", hatch="///", lw=0.0))
         elif math.isfinite(gap):
             far = abs(gap) > 0.7 * LARGEST
             panel.text(
@@ -326,9 +315,3 @@ def _panel(panel: Axes, here: Cells, name: str, good: float, orders: Sequence[fl
     panel.set_xticks(range(len(strengths)), [f"{c:g}" for c in strengths], fontsize=7)
     panel.set_yticks(range(len(orders)), [f"{order:g}" for order in orders], fontsize=7)
     return image
-
-
-def _grey(column: int, row: int) -> Any:
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, facecolor="0.8", edgecolor="white", hatch="///", lw=0.0)

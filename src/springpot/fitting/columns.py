@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.machine.arguments import LARGEST
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
+from springpot.problem.parts.checks import put
 
-__all__ = ["FloatArray", "PointFault", "column", "enough", "frequencies", "positive", "rows"]
+__all__ = [
+    "FloatArray", "PointFault", "check_number", "check_points", "column", "enough", "falls", "fixed", "frequencies",
+    "positive", "rows",
+]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 
@@ -36,8 +42,46 @@ class PointFault(ValueError):
         self.name, self.place, self.what = name, place, what
 
 
-def column(values: object, name: str) -> FloatArray:
-    """A column of finite numbers, which cannot be changed.
+def check_points(wrong: NDArray[np.bool_], values: NDArray[Any], name: str, words: str) -> None:
+    """Nothing may be wrong with any point.
+
+    Raises
+    ------
+    PointFault
+        About the first that is wrong.
+
+    Examples
+    --------
+    >>> try:
+    ...     check_points(np.array([False, True]), np.array([3.0, 1.0]), "time", "must be above 2, not {:g}.")
+    ... except PointFault as fault:
+    ...     print(fault)
+    time[1] must be above 2, not 1.
+    """
+    if wrong.any():
+        place = np.argwhere(wrong)[0].tolist()
+        raise PointFault(name, place[-1], words.format(values[tuple(place)]))
+
+
+def falls(values: FloatArray) -> NDArray[np.bool_]:
+    """Whether each number is not above the one before it.
+
+    Examples
+    --------
+    >>> falls(np.array([1.0, 2.0, 2.0])).tolist()
+    [False, False, True]
+    """
+    return np.diff(values, prepend=-np.inf) <= 0.0
+
+
+def fixed(values: NDArray[Any]) -> NDArray[Any]:
+    """The same array, which cannot be changed from here on."""
+    values.flags.writeable = False
+    return values
+
+
+def column(values: object, name: str, length: int | None = None) -> FloatArray:
+    """A column of finite numbers, which cannot be changed, of this length if one is given.
 
     Raises
     ------
@@ -49,18 +93,13 @@ def column(values: object, name: str) -> FloatArray:
     >>> column((1, 2.5), "time").tolist()
     [1.0, 2.5]
     """
-    try:
-        found = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.") from None
+    found = _numbers(values, f"{name} must be a list of numbers")
     if found.ndim != 1:
         raise ValueError(f"{name} must be a list of numbers, not an array of {found.ndim} dimensions.")
-    wrong = ~np.isfinite(found) | (np.abs(found) > LARGEST)
-    if wrong.any():
-        place = int(np.argmax(wrong))
-        raise PointFault(name, place, f"must be a finite number, not {found[place]:g}.")
-    found.flags.writeable = False
-    return found
+    _check_finite(found, name)
+    if length is not None and found.size != length:
+        raise ValueError(f"{name} must have a number for each of the {length} points, not {found.size}.")
+    return fixed(found)
 
 
 def positive(values: object, name: str, length: int | None = None) -> FloatArray:
@@ -71,12 +110,8 @@ def positive(values: object, name: str, length: int | None = None) -> FloatArray
     TypeError, ValueError, PointFault
         If it is none.
     """
-    found = column(values, name)
-    if length is not None and found.size != length:
-        raise ValueError(f"{name} must have a number for each of the {length} points, not {found.size}.")
-    if (found <= 0.0).any():
-        place = int(np.argmax(found <= 0.0))
-        raise PointFault(name, place, f"must be greater than 0, not {found[place]:g}.")
+    found = column(values, name, length)
+    check_points(found <= 0.0, found, name, "must be greater than 0, not {:g}.")
     return found
 
 
@@ -95,10 +130,20 @@ def frequencies(values: object) -> FloatArray:
     """
     found = positive(values, "frequency_hz")
     enough(found, "frequency_hz")
-    if (np.diff(found) <= 0.0).any():
-        place = int(np.argmax(np.diff(found) <= 0.0)) + 1
-        raise PointFault("frequency_hz", place, f"must be above the frequency before it, not {found[place]:g}.")
+    check_points(falls(found), found, "frequency_hz", "must be above the frequency before it, not {:g}.")
     return found
+
+
+def check_number(data: Any, name: str, **limits: Any) -> None:
+    """A number of the data, where it is given, is a finite one within limits, from here on a float.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none.
+    """
+    if (value := getattr(data, name)) is not None:
+        put(data, **{name: finite_number(value, name, **limits)})
 
 
 def enough(found: FloatArray, name: str) -> None:
@@ -121,17 +166,21 @@ def rows(values: object, samples: int) -> FloatArray:
     TypeError, ValueError, PointFault
         If they are none.
     """
-    try:
-        found = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"values must be numbers, one for each time, not {shown(values)}.") from None
+    found = _numbers(values, "values must be numbers, one for each time")
     found = found[np.newaxis] if found.ndim == 1 else found
     if found.ndim != 2 or found.shape[0] == 0 or found.shape[1] != samples:
         raise ValueError(f"values must have one number for each of the {samples} times, or rows of them, not an array "
                          f"of shape {found.shape}.")  # fmt: skip
-    wrong = ~np.isfinite(found) | (np.abs(found) > LARGEST)
-    if wrong.any():
-        place = int(np.argwhere(wrong)[0, 1])
-        raise PointFault("values", place, f"must be a finite number, not {found[wrong][0]:g}.")
-    found.flags.writeable = False
-    return found
+    _check_finite(found, "values")
+    return fixed(found)
+
+
+def _numbers(values: object, must: str) -> FloatArray:
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{must}, not {shown(values)}.") from None
+
+
+def _check_finite(found: FloatArray, name: str) -> None:
+    check_points(~(np.abs(found) <= LARGEST), found, name, "must be a finite number, not {:g}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -214,7 +215,7 @@ def known_together(names: tuple[str, ...], logarithmic: NDArray[np.bool_], covar
     'The errors of C and q have a correlation of 0.990: C q^-0.495 is known to 1.4 %, C alone to 10 %.'
     """
     rho = correlation_of(covariance)
-    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if abs(rho[i, j]) >= STRONG]
+    pairs = [pair for pair in itertools.combinations(range(len(names)), 2) if abs(rho[pair]) >= STRONG]
     said, told = [], set[int]()
     for i, j in sorted(pairs, key=lambda pair: -abs(rho[pair])):
         if told & {i, j} or abs(rho[i, j]) > _WHOLLY:
@@ -260,21 +261,18 @@ def confusions(
     >>> confusions(("C", "order"), np.array([[1.0, -0.98], [-0.98, 1.0]]), ~free, free)
     (Confusion(names=('C', 'order'), correlation=-0.98),)
     """
-    rho = correlation_of(covariance)
-    count = len(names)
-    groups: list[set[int]] = []
-    for i in range(count):
-        for j in range(i + 1, count):
-            strong = abs(rho[i, j]) >= (_STRONG_AT_BOUND if held[i] or held[j] else STRONG)
-            if strong and (vague[i] or vague[j]):
-                joined = {i, j}.union(*(group for group in groups if group & {i, j}))
-                groups = [*(group for group in groups if not group & joined), joined]
-    found = []
-    for group in groups:
-        own = sorted(group)
-        pairs = [float(rho[i, j]) for i in own for j in own if i < j]
-        found.append(Confusion(tuple(names[n] for n in own), max(pairs, key=abs)))
-    told = {n for group in groups for n in group}
+    from scipy.sparse.csgraph import connected_components
+
+    rho, count = correlation_of(covariance), len(names)
+    strong = np.abs(rho) >= np.where(held | held[:, None], _STRONG_AT_BOUND, STRONG)
+    _, group_of = connected_components(strong & (vague | vague[:, None]), directed=False)
+    found, told = [], set[int]()
+    for group in np.unique(group_of):
+        own = np.flatnonzero(group_of == group).tolist()
+        if len(own) > 1:
+            most = max((float(rho[i, j]) for i, j in itertools.combinations(own, 2)), key=abs)
+            found.append(Confusion(tuple(names[n] for n in own), most))
+            told.update(own)
     inverse = np.linalg.pinv(rho, rcond=1e-12)
     partial = -inverse / np.sqrt(np.outer(np.diag(inverse), np.diag(inverse)))
     for i in range(count):

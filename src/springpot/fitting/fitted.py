@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from springpot.fitting.estimate import VAGUE, confusions, correlation_of, search
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.impacts import ImpactLikelihood, law_of
-from springpot.fitting.likelihood import LeastSquares, Likelihood
+from springpot.fitting.likelihood import How, LeastSquares, Likelihood
 from springpot.fitting.moduli import ModuliLikelihood
 from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
@@ -116,7 +116,7 @@ def fit(
         raise ValueError(f"seed must be a whole number from 0, not {shown(seed)}.")
     if paths is not None and (not isinstance(paths, int) or paths < 1024 or paths & (paths - 1)):
         raise ValueError(f"paths must be a power of two, at least 1024, not {shown(paths)}.")
-    how = _How(seed, paths, threads, progress, stop)
+    how = How(seed, paths, threads, progress, stop)
     if data is None:
         return _fit(*_pairs(model), how)
     if not isinstance(data, Data):
@@ -124,17 +124,6 @@ def fit(
     if paths is not None and not isinstance(data, MeasuredStatistics):
         raise ValueError("paths must not be given: only MeasuredStatistics are simulated.")
     return _best_of(model, data, how) if isinstance(model, Sequence) else _fit(model, data, how)
-
-
-@dataclass(frozen=True)
-class _How:
-    """How a fit is computed."""
-
-    seed: int
-    paths: int | None
-    threads: int | None
-    progress: Progress | None
-    stop: Callable[[], bool] | None
 
 
 def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[MeasuredStatistics, ...]]:
@@ -149,7 +138,7 @@ def _pairs(model: Any) -> tuple[tuple[Any, ...], tuple[MeasuredStatistics, ...]]
     return tuple(pair[0] for pair in model), tuple(pair[1] for pair in model)
 
 
-def _best_of(models: Sequence[Any], data: Data, how: _How) -> Fit:
+def _best_of(models: Sequence[Any], data: Data, how: How) -> Fit:
     if len(models) < 2:
         raise ValueError(f"model must be a model, or a list of at least two, not {shown(models)}.")
     fits: list[Fit] = []
@@ -165,14 +154,14 @@ def _best_of(models: Sequence[Any], data: Data, how: _How) -> Fit:
     choices = tuple(
         Choice(
             f"{label} ({', '.join(fit.values)})" if labels.count(label) > 1 else label,
-            len(fit.values) + (not fit._solved()[0].known), fit.bic, fit.aicc,
+            len(fit.values) + (not fit._likelihood.known), fit.bic, fit.aicc,
         )
         for label, fit in zip(labels, fits, strict=True)
     )  # fmt: skip
     return replace(fits[0], choices=choices)
 
 
-def _fit(model: Any, data: Any, how: _How) -> Fit:
+def _fit(model: Any, data: Any, how: How) -> Fit:
     likelihood = _likelihood(model, data, how)
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work
@@ -231,7 +220,7 @@ def _check_influence(likelihood: Likelihood) -> None:
             raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
 
-def _likelihood(model: Any, data: Any, how: _How) -> Likelihood:
+def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
     if isinstance(data, MeasuredImpacts):
         return ImpactLikelihood(law_of(model), data)
     if isinstance(data, MeasuredStatistics | tuple):
@@ -241,7 +230,7 @@ def _likelihood(model: Any, data: Any, how: _How) -> Likelihood:
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
         from springpot.fitting.simulated_search import search_by_simulation  # brings the whole engine
 
-        return search_by_simulation(cases, how.seed, how.paths, how.threads, how.progress, how.stop)
+        return search_by_simulation(cases, how)
     system = system_of(model, "model")
     match data:
         case MeasuredModuli():

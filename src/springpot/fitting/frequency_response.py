@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault, column, frequencies
+from springpot.fitting.columns import FloatArray, check_points, column, fixed, frequencies
 from springpot.fitting.motion_data import Of, check_of
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import per_cent, shown
@@ -82,24 +82,23 @@ class MeasuredFrequencyResponse:
             if self.relative_error is not None:
                 raise ValueError("relative_error must be left out beside averages and coherence.")
             put(self, averages=finite_number(self.averages, "averages", low=2.0, high=LARGEST))
-            coherence = _between(self.coherence, "coherence", frequency.size, 1.0, "below 1")
+            coherence = column(self.coherence, "coherence", frequency.size)
+            outside = (coherence <= 0.0) | (coherence >= 1.0)
+            check_points(outside, coherence, "coherence", "must be above 0 and below 1, not {:g}.")
             put(self, coherence=coherence)
-            self._check_errors("coherence")
+            errors = np.asarray(self.errors)
+            worst = per_cent(errors[np.argmax(errors > _MOST_ERROR)], 3)
+            words = f"is too small: with {self.averages:g} averages the error of this point is {worst}. "
+            words += "Leave out points with an error above 50 %."
+            check_points(errors > _MOST_ERROR, errors, "coherence", words)
         elif self.relative_error is not None:
             given = np.broadcast_to(self.relative_error, frequency.shape) if np.ndim(self.relative_error) == 0 else (
                 self.relative_error
             )  # fmt: skip
-            error = _between(given, "relative_error", frequency.size, _MOST_ERROR, "at most 0.5: 2 % is 0.02")
+            error = column(given, "relative_error", frequency.size)
+            words = "must be above 0 and at most 0.5: 2 % is 0.02, not {:g}."
+            check_points((error <= 0.0) | (error > _MOST_ERROR), error, "relative_error", words)
             put(self, relative_error=error)
-
-    def _check_errors(self, name: str) -> None:
-        errors = self.errors
-        if errors is not None and (errors > _MOST_ERROR).any():
-            place = int(np.argmax(errors > _MOST_ERROR))
-            raise PointFault(
-                name, place, f"is too small: with {self.averages:g} averages the error of this point is "
-                f"{per_cent(errors[place], 3)}. Leave out points with an error above 50 %.",
-            )  # fmt: skip
 
     @property
     def errors(self) -> FloatArray | None:
@@ -122,19 +121,7 @@ def _complex(values: object, length: int) -> Any:
         raise TypeError(f"response must be a list of complex numbers, not {shown(values)}.") from None
     if found.shape != (length,):
         raise ValueError(f"response must have a number for each of the {length} points, not the shape {found.shape}.")
-    for place, number in enumerate(found.tolist()):
-        if not 0.0 < abs(number) < LARGEST:
-            raise PointFault("response", place, f"must be a finite number other than 0, not {number:g}.")
-    found.flags.writeable = False
-    return found
-
-
-def _between(values: object, name: str, length: int, high: float, words: str) -> FloatArray:
-    found = column(values, name)
-    if found.size != length:
-        raise ValueError(f"{name} must have a number for each of the {length} points, not {found.size}.")
-    wrong = (found <= 0.0) | ((found >= high) if words.startswith("below") else (found > high))
-    if wrong.any():
-        place = int(np.argmax(wrong))
-        raise PointFault(name, place, f"must be above 0 and {words}, not {found[place]:g}.")
-    return found
+    size = np.abs(found)
+    wrong = ~((size > 0.0) & (size < LARGEST))
+    check_points(wrong, found, "response", "must be a finite number other than 0, not {:g}.")
+    return fixed(found)

@@ -8,15 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.likelihood import (
-    Coordinates,
-    FloatArray,
-    LeastSquares,
-    Table,
-    gamma_residuals,
-    gamma_slope,
-    slopes,
-)
+from springpot.fitting.likelihood import Coordinates, FloatArray, GammaSquares, Table, slopes
 from springpot.fitting.part_data import MeasuredImpacts
 from springpot.machine.arguments import Free
 from springpot.machine.faults import listed, shown
@@ -113,7 +105,7 @@ def _law_of_wall(model: System) -> Law:
     return Law(restitution, own)
 
 
-class ImpactLikelihood(LeastSquares):
+class ImpactLikelihood(GammaSquares):
     """Speeds after impacts.
 
     Parameters
@@ -131,8 +123,12 @@ class ImpactLikelihood(LeastSquares):
     def __init__(self, law: Law, data: MeasuredImpacts) -> None:
         self.law, self.data = law, data
         self.coordinates = Coordinates(tuple(law.free.values()))
-        self.size = data.size
+        self.values, self.size = data.after, data.size
         self.known = data.error is not None
+
+    def expected(self, theta: FloatArray) -> FloatArray:
+        """The speeds after."""
+        return self._after(theta, self.data.before)
 
     def _after(self, theta: FloatArray, before: FloatArray) -> FloatArray:
         return before * self.law.restitution(before, self.coordinates.named(theta))
@@ -145,33 +141,27 @@ class ImpactLikelihood(LeastSquares):
 
     def residuals(self, theta: FloatArray) -> FloatArray:
         """Signed roots of the deviance."""
-        expected = self._after(theta, self.data.before)
-        if self.known:
-            return np.asarray((self.data.after - expected) / self._spread(theta))
-        return gamma_residuals(self.data.after / expected)
+        if not self.known:
+            return super().residuals(theta)
+        return np.asarray((self.values - self.expected(theta)) / self._spread(theta))
 
     def jacobian(self, theta: FloatArray) -> FloatArray:
         """Of the residuals."""
-        if self.known:
-            return slopes(self.residuals, theta, self.coordinates.free)
-        ratio = self.data.after / self._after(theta, self.data.before)
-        return np.asarray(gamma_slope(ratio)[:, None] * self.sensitivity(theta))
+        return slopes(self.residuals, theta, self.coordinates.free) if self.known else super().jacobian(theta)
 
     def sensitivity(self, theta: FloatArray) -> FloatArray:
         """Change of the speeds after, in their standard deviations."""
-        found = slopes(lambda t: self._after(t, self.data.before), theta, self.coordinates.free)
-        scale = self._spread(theta) if self.known else self._after(theta, self.data.before)
+        found = slopes(self.expected, theta, self.coordinates.free)
+        scale = self._spread(theta) if self.known else self.expected(theta)
         return np.asarray(found / scale[:, None])
 
     def pearson(self, theta: FloatArray) -> FloatArray:
         """Differences in standard deviations, or relative ones."""
-        return self.residuals(theta) if self.known else self.data.after / self._after(theta, self.data.before) - 1.0
+        return self.residuals(theta) if self.known else super().pearson(theta)
 
     def constant(self) -> float:
         """Of speeds whose scatter is relative: their logarithms."""
-        if self.known:
-            return 0.0
-        return float(2.0 * np.log(self.data.after).sum()) + self.size * float(np.log(2.0 * np.pi))
+        return 0.0 if self.known else super().constant()
 
     def table(self, theta: FloatArray) -> Table:
         """Restitution against the speed before, in its order."""
@@ -179,6 +169,5 @@ class ImpactLikelihood(LeastSquares):
         residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5
         return Table(
             "before", "m/s", self.data.before[order], np.full(self.size, "restitution"),
-            (self.data.after / self.data.before)[order],
-            (self._after(theta, self.data.before) / self.data.before)[order], residual[order],
+            (self.values / self.data.before)[order], (self.expected(theta) / self.data.before)[order], residual[order],
         )  # fmt: skip

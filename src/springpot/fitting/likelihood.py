@@ -13,9 +13,30 @@ from numpy.typing import NDArray
 from springpot.machine.arguments import Free
 from springpot.machine.faults import Stopped
 
-__all__ = ["Coordinates", "LeastSquares", "Likelihood", "Table", "gamma_residuals", "gamma_slope", "moved", "slopes"]
+__all__ = [
+    "Coordinates",
+    "GammaSquares",
+    "LeastSquares",
+    "Likelihood",
+    "Table",
+    "gamma_residuals",
+    "gamma_slope",
+    "moved",
+    "slopes",
+]
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class How:
+    """How a fit is computed: see `springpot.fit`."""
+
+    seed: int
+    paths: int | None
+    threads: int | None
+    progress: Callable[[float], None] | None
+    stop: Callable[[], bool] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,9 +252,9 @@ class LeastSquares(Likelihood):
         """Derivatives of the residuals by the numbers."""
         return -self.sensitivity(theta)
 
-    def weighed(self, sensitivity: FloatArray) -> FloatArray:
-        """Covariance of the scores, where the residuals are not independent after all."""
-        return sensitivity.T @ sensitivity
+    def spread(self, sensitivity: FloatArray) -> FloatArray:
+        """Covariance for residuals of variance 1: the inverse of the expected information."""
+        return inverse(sensitivity.T @ sensitivity)
 
     def pearson(self, theta: FloatArray) -> FloatArray:
         """Differences to the expected data in standard deviations."""
@@ -295,10 +316,9 @@ class LeastSquares(Likelihood):
         return u
 
     def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
-        """From the expected information; from both sides of it where points are correlated."""
+        """From the expected information."""
         own = (self.sensitivity(theta) * self.coordinates.slope(theta))[:, moves]
-        bread = inverse(own.T @ own)
-        return np.asarray(bread @ self.weighed(own) @ bread * self.scatter(theta, int(moves.sum())))
+        return self.spread(own) * self.scatter(theta, int(moves.sum()))
 
     def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
         """The size of the residuals where their variance is known, and their order."""
@@ -318,6 +338,51 @@ class LeastSquares(Likelihood):
             meaning = "neighbouring residuals have the same sign: the model has the wrong shape"
             found["order of the residuals (neighbours)"] = (float(stats.norm.sf(z)), meaning)
         return found
+
+
+class GammaSquares(LeastSquares):
+    """Data that scatter with a variance proportional to the square of what is expected: the gamma quasi-likelihood.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        The data.
+    certainty : float
+        One over their relative error; 1 where it is not known.
+    at : ndarray, shape (n,)
+        Their frequencies in Hz.
+    group : ndarray of str, shape (n,)
+    """
+
+    values: FloatArray
+    certainty: float = 1.0
+    at: FloatArray
+    group: NDArray[np.str_]
+
+    @abstractmethod
+    def expected(self, theta: FloatArray) -> FloatArray:
+        """What the data are expected to be."""
+
+    def residuals(self, theta: FloatArray) -> FloatArray:
+        """Signed roots of the deviance."""
+        return self.certainty * gamma_residuals(self.values / self.expected(theta))
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Of the residuals."""
+        return np.asarray(gamma_slope(self.values / self.expected(theta))[:, None] * self.sensitivity(theta))
+
+    def pearson(self, theta: FloatArray) -> FloatArray:
+        """Relative differences, in standard deviations."""
+        return np.asarray(self.certainty * (self.values / self.expected(theta) - 1.0))
+
+    def constant(self) -> float:
+        """The logarithms of the data."""
+        return float(2.0 * np.log(self.values / self.certainty).sum() + self.size * np.log(2.0 * np.pi))
+
+    def table(self, theta: FloatArray) -> Table:
+        """Data against frequency."""
+        residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5
+        return Table("frequency_hz", "Hz", self.at, self.group, self.values, self.expected(theta), residual)
 
 
 def inverse(information: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, gamma_residuals, gamma_slope
+from springpot.fitting.likelihood import Coordinates, FloatArray, GammaSquares
 from springpot.fitting.part_data import MeasuredModuli
 from springpot.machine.arguments import Free
 from springpot.machine.faults import NotCoveredError, listed
@@ -15,7 +15,7 @@ from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
 
-__all__ = ["ModuliLikelihood", "complex_modulus", "idle_numbers", "slopes_by_name"]
+__all__ = ["ModuliLikelihood", "complex_modulus", "slopes_by_name"]
 
 ComplexArray = NDArray[np.complex128]
 
@@ -74,14 +74,8 @@ def slopes_by_name(slopes: Slopes, names: Sequence[str], size: int) -> ComplexAr
     return np.stack([*by_name.values()], axis=-1)
 
 
-def idle_numbers(slopes: Slopes, names: Sequence[str]) -> list[str]:
-    """Those of the names that do not enter."""
-    entering = {number.name for number, _ in slopes if isinstance(number, Free)}
-    return [name for name in names if name not in entering]
-
-
-class ModuliLikelihood(LeastSquares):
-    """Moduli that scatter with a variance proportional to their square: the gamma quasi-likelihood.
+class ModuliLikelihood(GammaSquares):
+    """Moduli that scatter with a variance proportional to their square.
 
     Parameters
     ----------
@@ -105,10 +99,14 @@ class ModuliLikelihood(LeastSquares):
         self.coordinates = Coordinates(tuple(free_numbers(system).values()))
         self.size = data.size
         self.known = data.relative_error is not None
-        self._unit = data.relative_error or 1.0
-        self._data = np.concatenate([values for _, values in data.columns()])
-        self._group = np.concatenate([np.full(values.size, name) for name, values in data.columns()])
-        if idle := idle_numbers(complex_modulus(system, data.frequency_hz)[1], self.coordinates.names):
+        self.certainty = 1.0 / (data.relative_error or 1.0)
+        self.values = np.concatenate([values for _, values in data.columns()])
+        self.at = np.tile(data.frequency_hz, self.values.size // data.frequency_hz.size)
+        self.group = np.concatenate([np.full(values.size, name) for name, values in data.columns()])
+        entering = {
+            number.name for number, _ in complex_modulus(system, data.frequency_hz)[1] if isinstance(number, Free)
+        }
+        if idle := [name for name in self.coordinates.names if name not in entering]:
             raise ValueError(
                 f"{listed(idle)} must not be free: moduli depend on springs, dampers, springpots and circuits only."
             )
@@ -124,37 +122,16 @@ class ModuliLikelihood(LeastSquares):
         if not (expected > 0.0).all():
             place = int(np.argmax(~(expected > 0.0)))
             raise ValueError(
-                f"model must have a positive {self._group[place]} modulus at every frequency, not {expected[place]:g} "
+                f"model must have a positive {self.group[place]} modulus at every frequency, not {expected[place]:g} "
                 f"for {', '.join(f'{k} = {v:.6g}' for k, v in self.coordinates.named(theta).items())}."
             )
         return expected, np.concatenate([own for _, own in found])
 
-    def residuals(self, theta: FloatArray) -> FloatArray:
-        """Signed roots of the deviance."""
-        return gamma_residuals(self._data / self._moduli(theta)[0]) / self._unit
-
-    def jacobian(self, theta: FloatArray) -> FloatArray:
-        """Of the residuals."""
-        expected, slopes = self._moduli(theta)
-        return np.asarray(gamma_slope(self._data / expected)[:, None] * slopes / expected[:, None] / self._unit)
+    def expected(self, theta: FloatArray) -> FloatArray:
+        """The moduli."""
+        return self._moduli(theta)[0]
 
     def sensitivity(self, theta: FloatArray) -> FloatArray:
-        """Relative change of the moduli."""
+        """Relative change of the moduli, in its standard deviations."""
         expected, slopes = self._moduli(theta)
-        return slopes / expected[:, None] / self._unit
-
-    def pearson(self, theta: FloatArray) -> FloatArray:
-        """Relative differences."""
-        return np.asarray((self._data / self._moduli(theta)[0] - 1.0) / self._unit)
-
-    def constant(self) -> float:
-        """The logarithms of the data."""
-        return float(2.0 * np.log(self._data).sum() + self.size * np.log(2.0 * np.pi * self._unit**2))
-
-    def table(self, theta: FloatArray) -> Table:
-        """Moduli against frequency."""
-        columns = len([*self.data.columns()])
-        return Table(
-            "frequency_hz", "Hz", np.tile(self.data.frequency_hz, columns), self._group, self._data,
-            self._moduli(theta)[0], self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5,
-        )  # fmt: skip
+        return self.certainty * slopes / expected[:, None]

@@ -8,7 +8,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault, column, frequencies, positive, rows
+from springpot.fitting.columns import (
+    FloatArray,
+    PointFault,
+    check_number,
+    check_points,
+    column,
+    falls,
+    frequencies,
+    positive,
+    rows,
+)
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import put
@@ -20,6 +30,7 @@ Of = Literal["x", "v", "a"]
 _FEWEST_SAMPLES = 32
 _LONGEST_SEGMENT = 2**20
 _EVEN = 1e-3  # of a sampling step: how far a time may be from its place
+_OF_NOISE = "It is of the measurement; None finds it."
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
 
@@ -72,29 +83,19 @@ class MeasuredSpectrum:
     def __post_init__(self) -> None:
         frequency = frequencies(self.frequency_hz)
         put(self, frequency_hz=frequency, density=positive(self.density, "density", frequency.size))
-        averages = finite_number(
-            self.averages, "averages", low=1.0, hint="It is the number of independent periodograms."
-        )
-        put(self, averages=averages, noise=_noise(self.noise))
+        hint = "It is the number of independent periodograms."
+        put(self, averages=finite_number(self.averages, "averages", low=1.0, hint=hint))
+        check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
         check_of(self.of)
+        check_number(self, "sampling_rate", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         if self.sampling_rate is not None:
-            self._check_sampled()
+            above = self.frequency_hz > 0.5 * self.sampling_rate * (1.0 + 1e-9)
+            words = f"must be at most half of sampling_rate, {0.5 * self.sampling_rate:g} Hz, not "
+            check_points(above, self.frequency_hz, "frequency_hz", words + "{:g}.")
         if (self.window is None) != (self.segment is None):
             raise ValueError("window and segment must be given together: leakage depends on both.")
         if self.window is not None:
             self._check_window()
-
-    def _check_sampled(self) -> None:
-        rate = finite_number(
-            self.sampling_rate, "sampling_rate", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz."
-        )
-        put(self, sampling_rate=rate)
-        if self.frequency_hz[-1] > 0.5 * rate * (1.0 + 1e-9):
-            place = int(np.argmax(self.frequency_hz > 0.5 * rate))
-            raise PointFault(
-                "frequency_hz", place, f"must be at most half of sampling_rate, {0.5 * rate:g} Hz, not "
-                f"{self.frequency_hz[place]:g}.",
-            )  # fmt: skip
 
     def _check_window(self) -> None:
         if self.window not in ("boxcar", "hann"):
@@ -109,12 +110,8 @@ class MeasuredSpectrum:
             )
         places = self.frequency_hz * segment / self.sampling_rate
         off = np.abs(places - np.round(places)) > 1e-3
-        if off.any():
-            place = int(np.argmax(off))
-            raise PointFault(
-                "frequency_hz", place, "must be a multiple of sampling_rate / segment, "
-                f"{self.sampling_rate / segment:g} Hz, not {self.frequency_hz[place]:g}.",
-            )  # fmt: skip
+        words = f"must be a multiple of sampling_rate / segment, {self.sampling_rate / segment:g} Hz, not "
+        check_points(off, self.frequency_hz, "frequency_hz", words + "{:g}.")
 
     @property
     def size(self) -> int:
@@ -161,10 +158,8 @@ class MeasuredRecord:
         if time.size < _FEWEST_SAMPLES:
             raise ValueError(f"time must have at least {_FEWEST_SAMPLES} samples, not {time.size}.")
         values = rows(self.values, time.size)
+        check_points(falls(time), time, "time", "must be later than the time before, not {:g}.")
         gaps = np.diff(time)
-        if (gaps <= 0.0).any():
-            place = int(np.argmax(gaps <= 0.0)) + 1
-            raise PointFault("time", place, f"must be later than the time before, not {time[place]:g}.")
         typical = float(np.median(gaps))
         if (np.abs(gaps - typical) > max(_EVEN * typical, 4e-15 * np.abs(time).max())).any():
             place = int(np.argmax(np.abs(gaps - typical))) + 1
@@ -173,7 +168,8 @@ class MeasuredRecord:
             )
         if not np.ptp(values) > 0.0:
             raise ValueError("values must not all be equal: there is no motion.")
-        put(self, time=time, values=values, noise=_noise(self.noise))
+        check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
+        put(self, time=time, values=values)
 
     @property
     def step(self) -> float:
@@ -282,8 +278,3 @@ def _independent(shape: FloatArray, hop: int, samples: int) -> float:
     lags = range(1, min(count, -(-length // hop)))
     shared = [(float(shape[k * hop :] @ shape[: length - k * hop]) / power) ** 2 for k in lags]
     return count / (1.0 + 2.0 * sum((1.0 - k / count) * s for k, s in zip(lags, shared, strict=True)))
-
-
-def _noise(noise: object) -> float | None:
-    hint = "It is of the measurement; None finds it."
-    return None if noise is None else finite_number(noise, "noise", low=0.0, high=LARGEST, hint=hint)

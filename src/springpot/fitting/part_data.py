@@ -9,7 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.fitting.columns import FloatArray, PointFault, column, enough, frequencies, positive
+from springpot.fitting.columns import (
+    FloatArray,
+    check_number,
+    check_points,
+    column,
+    enough,
+    falls,
+    frequencies,
+    positive,
+)
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.problem.parts.checks import put
 
@@ -55,11 +64,7 @@ class MeasuredModuli:
         for name in ("storage", "loss"):
             if getattr(self, name) is not None:
                 put(self, **{name: positive(getattr(self, name), name, frequency.size)})
-        if self.relative_error is not None:
-            error = finite_number(
-                self.relative_error, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02."
-            )
-            put(self, relative_error=error)
+        check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
 
     @property
     def size(self) -> int:
@@ -102,9 +107,7 @@ class MeasuredImpacts:
         before = positive(self.before, "before")
         enough(before, "before")
         put(self, before=before, after=positive(self.after, "after", before.size))
-        if self.error is not None:
-            error = finite_number(self.error, "error", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
-            put(self, error=error)
+        check_number(self, "error", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s.")
 
     @classmethod
     def from_times(cls, times: ArrayLike, gravity: float = 9.80665) -> MeasuredImpacts:
@@ -141,11 +144,8 @@ class MeasuredImpacts:
         g = finite_number(gravity, "gravity", low=0.0, high=LARGEST, open_low=True, hint="It is in m/s^2.")
         if at.size < 5:
             raise ValueError(f"times must have at least 5 impacts, not {at.size}.")
-        flights = np.diff(at)
-        if (flights <= 0.0).any():
-            place = int(np.argmax(flights <= 0.0)) + 1
-            raise PointFault("times", place, f"must be later than the impact before, not {at[place]:g}.")
-        speeds = 0.5 * g * flights
+        check_points(falls(at), at, "times", "must be later than the impact before, not {:g}.")
+        speeds = 0.5 * g * np.diff(at)
         return cls(speeds[:-1], speeds[1:])
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -46,29 +46,32 @@ UNITS: dict[str, dict[str, float]] = {
     "v": {"m/s": 1.0, "mm/s": 1e-3},
     "a": {"m/s2": 1.0, "g": STANDARD_GRAVITY},
     "before": {"m/s": 1.0, "mm/s": 1e-3},
-    "magnitude": {"m/N": 1.0, "mm/N": 1e-3, "um/N": 1e-6, "m/s/N": 1.0, "mm/s/N": 1e-3, "m/s2/N": 1.0,
-                  "g/N": STANDARD_GRAVITY, "s2": 1.0, "s": 1.0, "1": 1.0, "g/g": 1.0},
+    "magnitude": {},
     "phase": {"deg": np.pi / 180.0, "rad": 1.0},
     "coherence": {"1": 1.0},
 }  # fmt: skip
 """What a column may be, and the units it may have."""
 UNITS["loss"], UNITS["after"] = UNITS["storage"], UNITS["before"]
-UNITS["real"] = UNITS["imaginary"] = UNITS["magnitude"]
 
-_RESPONSES: dict[str, tuple[str, str]] = {
-    "m/N": ("x", "mass"), "mm/N": ("x", "mass"), "um/N": ("x", "mass"), "m/s/N": ("v", "mass"),
-    "mm/s/N": ("v", "mass"), "m/s2/N": ("a", "mass"), "g/N": ("a", "mass"), "s2": ("x", "ground"),
-    "s": ("v", "ground"), "1": ("a", "ground"), "g/g": ("a", "ground"),
+_RESPONSES: dict[str, tuple[float, str, str]] = {
+    "m/N": (1.0, "x", "mass"), "mm/N": (1e-3, "x", "mass"), "um/N": (1e-6, "x", "mass"), "m/s/N": (1.0, "v", "mass"),
+    "mm/s/N": (1e-3, "v", "mass"), "m/s2/N": (1.0, "a", "mass"), "g/N": (STANDARD_GRAVITY, "a", "mass"),
+    "s2": (1.0, "x", "ground"), "s": (1.0, "v", "ground"), "1": (1.0, "a", "ground"), "g/g": (1.0, "a", "ground"),
 }  # fmt: skip
-"""What a response of this unit is of, and on."""
+"""Units of a response: their size, and what such a response is of, and on."""
+UNITS["magnitude"] = UNITS["real"] = UNITS["imaginary"] = {unit: size for unit, (size, _, _) in _RESPONSES.items()}
 
-_KINDS = {"frequency": "moduli, a spectrum or a frequency response", "time": "a record", "before": "impacts"}
+_COLUMNS: dict[str, set[str]] = {
+    "a record": {"time", "x", "v", "a"}, "impacts": {"before", "after"}, "a spectrum": {"frequency", "density"},
+    "a frequency response": {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"},
+    "moduli": {"frequency", "storage", "loss"},
+}  # fmt: skip
 _SETTINGS = {
-    "relative_error": "moduli or a frequency response", "averages": "a spectrum or a frequency response",
-    "sampling_rate_hz": "a spectrum", "window": "a spectrum",
-    "segment": "a spectrum",
-    "noise": "a spectrum or a record", "error": "impacts",
+    "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
+    "sampling_rate_hz": ("a spectrum",), "window": ("a spectrum",), "segment": ("a spectrum",),
+    "noise": ("a spectrum", "a record"), "error": ("impacts",),
 }  # fmt: skip
+"""What each kind of data may have, columns and settings."""
 MOST_BYTES = 200_000_000
 # no two parts of a pattern may take the same character: the time is then proportional to the length
 _HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(])([^\])]+)[\])]?")
@@ -169,7 +172,9 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
         found = statistics_in(rows, title)
         if settings:
             name = next(iter(settings))
-            raise FileError(f"{title} is not right: {name} is a setting of {_SETTINGS[name]}, not of statistics.")
+            raise FileError(
+                f"{title} is not right: {name} is a setting of {listed(_SETTINGS[name], 'or')}, not of statistics."
+            )
         return found
     known = [_head(head, line, title) for head in heads]
     values, lines = numbers_of(rows, heads, title)
@@ -219,7 +224,7 @@ def _head(text: str, line: int, title: str) -> tuple[str, str]:
 
 def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     names = [column.name for column in columns]
-    first = next((name for name in _KINDS if name in names), None)
+    first = next((name for name in ("frequency", "time", "before") if name in names), None)
     if first is None:
         raise ValueError("it must have a column frequency_hz (moduli, a spectrum or a frequency response), time_s (a "
                          "record) or before_m/s (impacts), or the header quantity,value,error "
@@ -229,18 +234,17 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
             raise ValueError(f"{name} must be one column, not {count}.")
     own = {column.name: column for column in columns}
     if first == "time":
-        return _record(own["time"], [c for c in columns if c.name != "time"], _given(settings, "a record", {"noise"}))
+        return _record(own["time"], [column for column in columns if column.name != "time"], settings)
     if first == "before":
-        _only(names, {"before", "after"}, "impacts")
+        given = _given(own, settings, "impacts")
         if "after" not in own:
             raise ValueError("it must have a column after_m/s beside that of the speeds before.")
-        return MeasuredImpacts(own["before"].values, own["after"].values, **_given(settings, "impacts", {"error"}))
+        return MeasuredImpacts(own["before"].values, own["after"].values, **given)
     if "density" in own:
-        _only(names, {"frequency", "density"}, "a spectrum")
-        return _spectrum(own["frequency"], own["density"], settings)
+        return _spectrum(own, settings)
     if {"magnitude", "phase", "real", "imaginary", "coherence"} & {*own}:
         return _response(own, settings)
-    _only(names, {"frequency", "storage", "loss"}, "moduli")
+    given = _given(own, settings, "moduli")
     moduli: dict[str, Any] = {name: own[name].values for name in ("storage", "loss") if name in own}
     if not moduli:
         raise ValueError("it must have a column storage_Pa, loss_Pa, density_m2/Hz or magnitude_m/N beside that of the "
@@ -248,33 +252,32 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     areal = {"Pa" in own[name].unit for name in moduli}
     if len(areal) > 1:
         raise ValueError("storage and loss must both be moduli in Pa, or both stiffnesses in N/m.")
-    return MeasuredModuli(own["frequency"].values, **moduli, **_given(settings, "moduli", {"relative_error"}))
+    return MeasuredModuli(own["frequency"].values, **moduli, **given)
 
 
-def _record(time: _Column, others: list[_Column], settings: dict[str, Any]) -> MeasuredRecord:
+def _record(time: _Column, others: list[_Column], settings: Mapping[str, str]) -> MeasuredRecord:
+    given = _given((), settings, "a record")
     kinds = {column.name for column in others}
-    if len(kinds) != 1 or not kinds <= {"x", "v", "a"}:
+    if len(kinds) != 1 or not kinds <= _COLUMNS["a record"]:
         have = listed([*dict.fromkeys(column.header for column in others)]) if others else "nothing"
         raise ValueError(f"a record must have columns of one kind beside the time, such as x_m, not {have}.")
     of: Any = kinds.pop()
-    return MeasuredRecord(time.values, np.array([column.values for column in others]), of, **settings)
+    return MeasuredRecord(time.values, np.array([column.values for column in others]), of, **given)
 
 
-def _spectrum(frequency: _Column, density: _Column, settings: Mapping[str, str]) -> MeasuredSpectrum:
-    known = {"averages", "sampling_rate_hz", "window", "segment", "noise"}
-    given = _given(settings, "a spectrum", known)
+def _spectrum(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredSpectrum:
+    given = _given(own, settings, "a spectrum")
     if "averages" not in given:
         raise ValueError("it must state the number of averages in a line such as: # averages = 64")
     if "sampling_rate_hz" in given:
         given["sampling_rate"] = given.pop("sampling_rate_hz")
+    density = own["density"]
     of: Any = {"m2/Hz": "x", "mm2/Hz": "x", "m2/s2/Hz": "v", "mm2/s2/Hz": "v"}.get(density.unit, "a")
-    return MeasuredSpectrum(frequency.values, density.values, of=of, **given)
+    return MeasuredSpectrum(own["frequency"].values, density.values, of=of, **given)
 
 
 def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredFrequencyResponse:
-    kind = "a frequency response"
-    _only([*own], {"frequency", "magnitude", "phase", "real", "imaginary", "coherence"}, kind)
-    given = _given(settings, kind, {"averages", "relative_error"})
+    given = _given(own, settings, "a frequency response")
     pairs = [pair for pair in (("magnitude", "phase"), ("real", "imaginary")) if {*pair} & {*own}]
     if len(pairs) != 1 or not {*pairs[0]} <= {*own}:
         raise ValueError("a frequency response must have columns magnitude_m/N and phase_deg, or real_m/N and "
@@ -286,15 +289,19 @@ def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Measur
     response = a * np.exp(1j * b) if pairs[0] == ("magnitude", "phase") else a + 1j * b
     if "coherence" in own:
         given["coherence"] = own["coherence"].values
-    of, on = _RESPONSES[first.unit]
+    _, of, on = _RESPONSES[first.unit]
     return MeasuredFrequencyResponse(own["frequency"].values, response, of=of, on=on, **given)  # type: ignore[arg-type]
 
 
-def _given(settings: Mapping[str, str], kind: str, known: set[str]) -> dict[str, Any]:
+def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> dict[str, Any]:
+    """The settings as numbers; columns and settings must be those of the kind."""
+    for name in columns:
+        if name not in _COLUMNS[kind]:
+            raise ValueError(f"{name} cannot be a column of {kind}.")
     found: dict[str, Any] = {}
     for name, text in settings.items():
-        if name not in known:
-            raise ValueError(f"{name} is a setting of {_SETTINGS[name]}, not of {kind}.")
+        if kind not in _SETTINGS[name]:
+            raise ValueError(f"{name} is a setting of {listed(_SETTINGS[name], 'or')}, not of {kind}.")
         if name == "window":
             found[name] = text.strip("'\"")
             continue
@@ -303,12 +310,6 @@ def _given(settings: Mapping[str, str], kind: str, known: set[str]) -> dict[str,
         except ValueError:
             raise ValueError(f"{name} must be a {'whole ' * (name == 'segment')}number, not {shown(text)}.") from None
     return found
-
-
-def _only(names: list[str], known: set[str], kind: str) -> None:
-    for name in names:
-        if name not in known:
-            raise ValueError(f"{name} cannot be a column of {kind}.")
 
 
 def _header_of(columns: list[_Column], name: str) -> str:

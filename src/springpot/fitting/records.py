@@ -147,11 +147,13 @@ class RecordLikelihood(Likelihood):
             u[moves] = centre + root @ w
             return u
 
+        def misfit_at(u: FloatArray) -> float:
+            return min(0.5 * self.deviance(own.outer(u)), 1e15)
+
         def misfit(w: FloatArray) -> float:
             u = place(w)
             inside = np.clip(u, low, high)
-            excess = float(np.sum(((u - inside) / (high - low)) ** 2))  # leads back between the bounds
-            return min(0.5 * self.deviance(own.outer(inside)), 1e15) + 1e3 * excess
+            return misfit_at(inside) + 1e3 * float(np.sum(((u - inside) / (high - low)) ** 2))  # leads back inside
 
         found = minimize(
             misfit, np.zeros(centre.size), jac=lambda w: _gradient(misfit, w), method="BFGS",
@@ -164,18 +166,17 @@ class RecordLikelihood(Likelihood):
         size = np.sqrt(np.diag(root @ root.T))
         bounds = [*zip((low[moves] - centre) / size, (high[moves] - centre) / size, strict=True)]
 
-        def misfit_of_each(w: FloatArray) -> float:
+        def place_by_each(w: FloatArray) -> FloatArray:
             u = begin.copy()
-            u[moves] = np.clip(centre + size * w, low[moves], high[moves])
-            return min(0.5 * self.deviance(own.outer(u)), 1e15)
+            u[moves] = centre + size * w
+            return np.clip(u, low, high)
 
         found = minimize(
-            misfit_of_each, np.clip((u[moves] - centre) / size, *np.array(bounds).T), method="L-BFGS-B", jac="3-point",
-            bounds=bounds, options={"maxiter": 100, "ftol": 1e-10, "finite_diff_rel_step": 1e-4},
+            lambda w: misfit_at(place_by_each(w)), np.clip((u[moves] - centre) / size, *np.array(bounds).T),
+            method="L-BFGS-B", jac="3-point", bounds=bounds,
+            options={"maxiter": 100, "ftol": 1e-10, "finite_diff_rel_step": 1e-4},
         )  # fmt: skip
-        again = begin.copy()
-        again[moves] = centre + size * found.x
-        return np.clip(again, low, high)
+        return place_by_each(found.x)
 
     def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
         """From second differences of the likelihood; from the spectrum if stopped, or where a number is at a bound."""

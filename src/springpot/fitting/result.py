@@ -13,6 +13,7 @@ from springpot.fitting.estimate import Confusion, Solution, known_together, prof
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, meant, name_results, shown
+from springpot.machine.plain import plain
 
 if TYPE_CHECKING:
     import xarray
@@ -131,9 +132,9 @@ class Fit:
     bic: float
     aicc: float
     table: Table
+    _likelihood: Likelihood = field(repr=False)
+    _best: Solution = field(repr=False)
     choices: tuple[Choice, ...] = ()
-    _likelihood: Likelihood | None = field(default=None, repr=False)
-    _best: Solution | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         name_results(self, "values", "errors")
@@ -146,15 +147,13 @@ class Fit:
     @property
     def degrees_of_freedom(self) -> int:
         """Data less the numbers that were found."""
-        likelihood, best = self._solved()
-        return likelihood.size - int(best.moves.sum())
+        return self._likelihood.size - int(self._best.moves.sum())
 
     @property
     def known_together(self) -> tuple[str, ...]:
         """One sentence for each two numbers whose errors have a correlation of 0.95 or more: what is known of both."""
-        likelihood, best = self._solved()
-        own = likelihood.coordinates
-        slope = own.slope(own.outer(best.u))
+        own = self._likelihood.coordinates
+        slope = own.slope(self._theta)
         return known_together(own.names, own.logarithmic, self.covariance / np.outer(slope, slope))
 
     def correlation(self, first: str, second: str) -> float:
@@ -211,11 +210,10 @@ class Fit:
 
         place = self._place(name)
         wanted = finite_number(probability, "probability", low=0.0, high=1.0, open_low=True)
-        likelihood, _ = self._solved()
-        own = likelihood.coordinates
+        own = self._likelihood.coordinates
         half = 0.5 * (1.0 + min(wanted, 1.0 - 1e-12))
-        free = max(self.degrees_of_freedom, 1)
-        many = stats.norm.ppf(half) if likelihood.known else stats.t.ppf(half, free)
+        known, free = self._likelihood.known, max(self.degrees_of_freedom, 1)
+        many = float(stats.norm.ppf(half) if known else stats.t.ppf(half, free))
         value = self.values[name]
         reach = many * self.errors[name] / float(own.slope(np.array([*self.values.values()]))[place])
         if math.isnan(reach):
@@ -257,29 +255,21 @@ class Fit:
         place = self._place(name)
         if isinstance(points, bool) or not isinstance(points, int) or points < 5:
             raise ValueError(f"points must be a whole number, at least 5, not {shown(points)}.")
-        likelihood, best = self._solved()
-        own = likelihood.coordinates
-        slope = float(own.slope(own.outer(best.u))[place])
+        likelihood, best, own = self._likelihood, self._best, self._likelihood.coordinates
+        slope = float(own.slope(self._theta)[place])
         error = self.errors[name] / slope
         reach = 4.0 * error if math.isfinite(error) and error > 0.0 else math.inf
         low, high = max(best.u[place] - reach, own.low[place]), min(best.u[place] + reach, own.high[place])
         u = np.unique(np.append(np.linspace(low, high, points), best.u[place]))
         rise = profile_along(likelihood, best, place, u) - best.deviance
-        moving = int(best.moves.sum())
-        rise = rise / likelihood.scatter(own.outer(best.u), moving)
-        free = max(likelihood.size - moving, 1)
+        rise = rise / likelihood.scatter(self._theta, int(best.moves.sum()))
+        free = max(self.degrees_of_freedom, 1)
         level = float(stats.chi2.ppf(0.95, 1) if likelihood.known else stats.t.ppf(0.975, free) ** 2)
         ends = _crossings(u, rise, level, float(best.u[place]))
-        numbers = np.tile(own.outer(best.u), (u.size + 2, 1))
-        numbers[:, place] = [own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]
-                             for each in (*u, *ends)]  # fmt: skip
-        return Profile(
-            name,
-            numbers[:-2, place],
-            np.maximum(rise, 0.0),
-            (float(numbers[-2, place]), float(numbers[-1, place])),
-            level,
-        )
+        values = [
+            float(own.outer(np.where(np.arange(best.u.size) == place, each, best.u))[place]) for each in (*u, *ends)
+        ]
+        return Profile(name, np.array(values[:-2]), np.maximum(rise, 0.0), (values[-2], values[-1]), level)
 
     def check(self) -> Check:
         """Tests of the fit: the size and the order of the residuals, as far as the data allow them.
@@ -295,8 +285,7 @@ class Fit:
         >>> sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).check().passed
         True
         """
-        likelihood, best = self._solved()
-        tests = likelihood.checks(likelihood.coordinates.outer(best.u), int(best.moves.sum()))
+        tests = self._likelihood.checks(self._theta, int(self._best.moves.sum()))
         said = [
             f"{name}: {meaning} (probability {probability:.2g})."
             for name, (probability, meaning) in tests.items() if probability < _DOUBTFUL
@@ -306,14 +295,13 @@ class Fit:
     @property
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each reason to doubt a number."""
-        likelihood, best = self._solved()
-        said = [likelihood.at_bound(name, end, self.values[name]) for name, end in self.at_bounds.items()]
+        said = [self._likelihood.at_bound(name, end, self.values[name]) for name, end in self.at_bounds.items()]
         for own in self.not_told_apart:
             said.append(
                 f"The data do not tell {listed(own.names)} apart: the correlation of their errors is "
                 f"{own.correlation:.3f}. Fix one of them, or add data of another kind."
             )
-        return (*said, *self.check().sentences, *likelihood.doubts(likelihood.coordinates.outer(best.u)))
+        return (*said, *self.check().sentences, *self._likelihood.doubts(self._theta))
 
     def report(self, warnings: bool = True) -> str:
         """All of it in words.
@@ -341,10 +329,9 @@ class Fit:
             "moduli": "moduli", "spectrum": "points of a spectrum", "record": "samples", "impacts": "impacts",
             "frequencyresponse": "magnitudes and phases", "statistics": "statistics", "tuple": "statistics",
         }  # fmt: skip
-        likelihood, _ = self._solved()
         count = len(self.values)
         lines = [
-            f"fit of {count} number{'s' if count != 1 else ''} to {likelihood.size} "
+            f"fit of {count} number{'s' if count != 1 else ''} to {self._likelihood.size} "
             f"{kind.get(type(self.data).__name__.lower().removeprefix('measured'), 'data')}"
         ]
         wide = max(len(name) for name in (*self.values, *self.extras)) + 2
@@ -372,26 +359,15 @@ class Fit:
         0.701
         """
 
-        def plain(value: float) -> float | None:
-            return float(value) if math.isfinite(value) else None
-
-        check = self.check()
-        return {
-            "values": self.values,
-            "errors": {name: plain(error) for name, error in self.errors.items()},
-            "intervals": {name: [plain(end) for end in self.interval(name)] for name in self.values},
-            "at_bounds": self.at_bounds,
-            "not_told_apart": [{"names": [*c.names], "correlation": c.correlation} for c in self.not_told_apart],
-            "known_together": [*self.known_together],
-            "correlations": [[plain(value) for value in row] for row in self.correlations.tolist()],
-            "extras": self.extras,
-            "deviance": self.deviance,
-            "bic": plain(self.bic),
-            "aicc": plain(self.aicc),
+        names = "values", "errors", "at_bounds", "known_together", "extras", "deviance", "bic", "aicc", "warnings"
+        more = {
+            "intervals": {name: self.interval(name) for name in self.values},
+            "not_told_apart": [vars(own) for own in self.not_told_apart],
+            "correlations": self.correlations.tolist(),
             "choices": [vars(choice) for choice in self.choices],
-            "check": {name: plain(value) for name, value in check.probabilities.items()},
-            "warnings": [*self.warnings],
+            "check": self.check().probabilities,
         }
+        return plain({name: getattr(self, name) for name in names} | more)
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset: values and errors over ``parameter``, data and fit over ``point``.
@@ -426,10 +402,10 @@ class Fit:
             {"deviance": self.deviance, "bic": self.bic, "aicc": self.aicc, "warnings": [*self.warnings]},
         )
 
-    def _solved(self) -> tuple[Likelihood, Solution]:
-        assert self._likelihood is not None
-        assert self._best is not None
-        return self._likelihood, self._best
+    @property
+    def _theta(self) -> FloatArray:
+        """The numbers as the likelihood has them."""
+        return self._likelihood.coordinates.outer(self._best.u)
 
     def _place(self, name: str) -> int:
         if name not in self.values:

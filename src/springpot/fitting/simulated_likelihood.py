@@ -39,11 +39,12 @@ class StackedStatistics:
 
     @classmethod
     def of(cls, data: Sequence[MeasuredStatistics]) -> StackedStatistics:
-        """Several sets, one after the other."""
+        """Several sets, one after the other; names then begin with the number of the set."""
         from scipy.linalg import block_diag
 
+        numbered = [f"{place}: {name}" for place, own in enumerate(data, start=1) for name in own.names]
         return cls(
-            tuple(_labels([own.names for own in data])),
+            data[0].names if len(data) == 1 else tuple(numbered),
             np.concatenate([own.values for own in data]),
             np.asarray(block_diag(*(own.covariance for own in data))),
         )
@@ -220,16 +221,3 @@ class MomentsLikelihood(LeastSquares):
             "statistic", "1", np.arange(1.0, self.size + 1.0), np.array(self.measured.names), data, expected,
             (data - expected) / self._spread, self._spread,
         )  # fmt: skip
-
-
-def _labels(names: Sequence[tuple[str, ...]]) -> list[str]:
-    """Names of statistics, with the number of the data set where there are several.
-
-    Examples
-    --------
-    >>> _labels([("x_mean",), ("x_mean", "v_rms")])
-    ['1: x_mean', '2: x_mean', '2: v_rms']
-    """
-    if len(names) == 1:
-        return [*names[0]]
-    return [f"{place}: {name}" for place, own in enumerate(names, start=1) for name in own]

@@ -25,9 +25,11 @@ from springpot.simulation.plan.plan import Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
-__all__ = ["Case", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
+__all__ = ["Case", "Measured", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
 
 FloatArray = NDArray[np.float64]
+Measured = tuple[System, MeasuredStatistics]
+"""A model, and what was measured of it."""
 
 _GROUPS = 128
 _PILOT_PATHS = 1024
@@ -62,17 +64,9 @@ class Case:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
 
-    def motion_at(self, named: Mapping[str, float]) -> Motion:
-        """With these values of its numbers; a ValueError where there is no stationary state."""
-        return _motion(self.system, named)
-
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
-        return _settings(self.motion_at(named), self.settings.seed, self.settings.threads)[1].steps
-
-    def started_at(self, named: Mapping[str, float], check: Progress | None) -> Case:
-        """The same with step, duration and start for these numbers; ``check`` is called again and again."""
-        return case_of(self.system, self.data, named, self.settings.seed, self.settings.threads, check)
+        return _settings(_motion(self.system, named), self.settings.seed, self.settings.threads)[1].steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +87,7 @@ class Moments:
 
 
 def case_of(
-    system: System,
-    data: MeasuredStatistics,
-    named: Mapping[str, float],
-    seed: int,
-    threads: int | None,
-    check: Progress | None,
+    model: Measured, named: Mapping[str, float], seed: int, threads: int | None, check: Progress | None
 ) -> Case:
     """A case with step, duration and start for these numbers; ``check`` is called again and again.
 
@@ -107,10 +96,10 @@ def case_of(
     ValueError
         If there is no stationary state.
     """
-    motion = _motion(system, named)
+    motion = _motion(model[0], named)
     settings, rough = _settings(motion, seed, threads)
     start = adapt(Plan(motion, settings), paths=_PILOT_PATHS, progress=check).adapted
-    return Case(system, data, settings, rough, start)
+    return Case(*model, settings, rough, start)
 
 
 def _motion(system: System, named: Mapping[str, float]) -> Motion:
@@ -159,7 +148,7 @@ def moments_of(
     ValueError
         If a part refuses its number, there is no stationary state, or no such result.
     """
-    motion, start = case.motion_at(named), case.start
+    motion, start = _motion(case.system, named), case.start
     if start is not None and start.pilots == 0:
         start = adapt(Plan(motion, case.settings), paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:

@@ -5,32 +5,24 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from springpot.designing.quantities import if_allowed
 from springpot.designing.surfaces import Surface, places, surface_through
 from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
-from springpot.fitting.simulated_moments import Case, Moments, groups_of, moments_of
+from springpot.fitting.simulated_moments import Case, Moments, case_of, groups_of, moments_of
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.simulation.paths.simulation import Progress
 
-__all__ = ["MOST_PATHS", "MOST_SHARE", "Region", "Reporter", "SimulatedRuns", "misfit_of"]
+__all__ = ["MOST_PATHS", "MOST_SHARE", "Reporter", "SimulatedRuns", "misfit_of"]
 
 MOST_PATHS = 65536
 MOST_SHARE = 0.1  # by which the simulation may enlarge the errors of the numbers
 _ROUGH_PATHS = 1024
 _FEWEST_PATHS = 1024
 _FEW_PATHS = 512  # to see whether a number changes anything
-
-
-@dataclass(frozen=True, eq=False)
-class Region:
-    """Where the runs of a round are: to either side of a place, in the coordinates of the search."""
-
-    centre: FloatArray
-    reach: FloatArray
 
 
 class Reporter:
@@ -102,8 +94,10 @@ class SimulatedRuns:
         self.errors = np.concatenate([case.data.errors for case in cases])
         self.seconds_per_step = 0.0
 
-    def surface(self, region: Region, known: Surface | None, paths: int, *, rough: bool) -> Surface:
-        """The surface through the runs of a region; ``known`` tells where each run starts.
+    def surface(
+        self, centre: FloatArray, reach: FloatArray, known: Surface | None, paths: int, *, rough: bool
+    ) -> Surface:
+        """The surface through the runs to either side of a place; ``known`` tells where each run starts.
 
         Raises
         ------
@@ -111,7 +105,7 @@ class SimulatedRuns:
             If the model cannot be run at most places, or has no such results.
         """
         z = places(self.own.start.size, quadratic=not rough, seed=self.seed)
-        u = np.clip(region.centre + z * region.reach, self.own.low, self.own.high)
+        u = np.clip(centre + z * reach, self.own.low, self.own.high)
         steps = len(u) * paths * sum((case.rough if rough else case.settings).steps for case in self.cases)
         begun, kept, found = time.perf_counter(), [], []
         fault: Exception | None = None
@@ -133,17 +127,15 @@ class SimulatedRuns:
         self.seconds_per_step = (time.perf_counter() - begun) / steps
         needed = len(u) // 2 + 1
         if len(found) < needed:
-            raise fault or ValueError(self._nothing(region.centre))
+            raise fault or ValueError(self._nothing(centre))
         values = np.array([np.concatenate([*(m.values for m in each), [m.mean for m in each]]) for each in found])
         samples = np.array([
             np.concatenate([*(m.samples for m in each), np.zeros((len(each[0].samples), len(each)))], axis=1)
             for each in found
         ])  # fmt: skip
-        positive = np.asarray((values > 0.0).all(axis=0))
-        positive[: self.data.size] &= self.data > 0.0
-        positive[self.data.size :] = False
+        positive = (values > 0.0).all(axis=0) & np.append(self.data > 0.0, np.zeros(len(self.cases), bool))
         return surface_through(
-            u[kept], values, region.centre, region.reach, form="plane" if rough else "quadratic",
+            u[kept], values, centre, reach, form="plane" if rough else "quadratic",
             logarithmic=positive, samples=samples,
         )  # fmt: skip
 
@@ -160,12 +152,10 @@ class SimulatedRuns:
 
     def differs(self, u: FloatArray, base: Sequence[Moments]) -> bool:
         """Whether runs at a place differ from others; if the model cannot be there, they do."""
-        try:
-            there = self.shortest_runs(u)
-        except (ValueError, NotCoveredError):
-            return True
-        pairs = zip(base, there, strict=True)
-        return not all(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
+        there = if_allowed(lambda: self.shortest_runs(u))
+        return there is None or not all(
+            np.array_equal(a.values, b.values, equal_nan=True) for a, b in zip(base, there, strict=True)
+        )
 
     def shortest_runs(self, u: FloatArray) -> list[Moments]:
         """Runs of as few paths as there can be."""
@@ -184,25 +174,28 @@ class SimulatedRuns:
     def restart(self, u: FloatArray) -> None:
         """Steps, durations and starts for these numbers."""
         named = self.own.named(self.own.outer(u))
-        self.cases = [case.started_at(named, self.reporter.check) for case in self.cases]
+        self.cases = [
+            case_of((own.system, own.data), named, own.settings.seed, own.settings.threads, self.reporter.check)
+            for own in self.cases
+        ]
 
     def steps(self, u: FloatArray) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""
         named = self.own.named(self.own.outer(u))
-        try:
-            return float(sum(case.steps_at(named) for case in self.cases))
-        except (ValueError, NotCoveredError):
-            return math.inf
+        found = if_allowed(lambda: float(sum(case.steps_at(named) for case in self.cases)))
+        return math.inf if found is None else found
 
     def misfit(self, u: FloatArray) -> float:
         """Of one rough run, see `misfit_of`."""
-        try:
+
+        def moments() -> list[Moments]:
             self.restart(u)
-            values = np.concatenate([own.values for own in self.at(u, None, self.rough // 2)])
-        except (ValueError, NotCoveredError):
+            return self.at(u, None, self.rough // 2)
+
+        if (found := if_allowed(moments)) is None:
             return math.inf
-        found = misfit_of(values, self.data, self.errors)
-        return found if math.isfinite(found) else math.inf
+        misfit = misfit_of(np.concatenate([own.values for own in found]), self.data, self.errors)
+        return misfit if math.isfinite(misfit) else math.inf
 
     def paths(self, surface: Surface, u: FloatArray, measured: FloatArray) -> int:
         """So many that the runs enlarge the errors of the numbers by a twentieth: a power of two.

@@ -7,22 +7,19 @@ the best numbers on it are found by least squares, the region moves there, and s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from springpot.designing.surfaces import Surface
-from springpot.fitting.likelihood import Coordinates, FloatArray, moved
+from springpot.fitting.likelihood import Coordinates, FloatArray, How, moved
 from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
-from springpot.fitting.simulated_moments import case_of
-from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Region, Reporter, SimulatedRuns
+from springpot.fitting.simulated_moments import Measured, case_of
+from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Reporter, SimulatedRuns
 from springpot.fitting.simulated_starts import other_starts
-from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.system import System
-from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
 
 __all__ = ["search_by_simulation"]
@@ -40,28 +37,15 @@ _POOR = 1e-4  # probability of the misfit at which other starts are tried
 _STARTS = 2
 
 
-def search_by_simulation(
-    cases: Sequence[tuple[System, MeasuredStatistics]],
-    seed: int = 1,
-    paths: int | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
-    stop: Callable[[], bool] | None = None,
-) -> MomentsLikelihood:
+def search_by_simulation(cases: Sequence[Measured], how: How) -> MomentsLikelihood:
     """The likelihood of statistics on the last surface, which starts at its minimum.
 
     Parameters
     ----------
     cases : sequence of (System, MeasuredStatistics)
         With free numbers; those of one name are one number.
-    seed : int
-        Of all runs.
-    paths : int or None
-        Of each run of the last surface, a power of two; None: as many as the measured errors need.
-    threads : int or None
-    progress : callable or None
-    stop : callable or None
-        Tells whether to end with the best so far.
+    how : How
+        ``paths`` are those of each run of the last surface, a power of two; None: as many as the measured errors need.
 
     Raises
     ------
@@ -71,12 +55,14 @@ def search_by_simulation(
         If it was stopped before there was a surface.
     """
     free = tuple(free_numbers(tuple(system for system, _ in cases)).values())
-    own, reporter = Coordinates(free), Reporter(progress, stop)
-    start = own.named(np.array([float(number) for number in free]))
-    seeds = [own_seed(seed, {"case": n, **with_values(system, start).to_dict()}) for n, (system, _) in enumerate(cases)]
-    begun = [case_of(*case, start, each, threads, reporter.check) for case, each in zip(cases, seeds, strict=True)]
+    coordinates, reporter = Coordinates(free), Reporter(how.progress, how.stop)
+    start = coordinates.named(np.array([float(number) for number in free]))
+    seeds = [
+        own_seed(how.seed, {"case": n, **with_values(system, start).to_dict()}) for n, (system, _) in enumerate(cases)
+    ]
+    begun = [case_of(case, start, own, how.threads, reporter.check) for case, own in zip(cases, seeds, strict=True)]
     measured = StackedStatistics.of([data for _, data in cases])
-    search = _Search(SimulatedRuns(begun, own, seed, paths, reporter), measured)
+    search = _Search(SimulatedRuns(begun, coordinates, how.seed, how.paths, reporter), measured)
     try:
         search.check_influence()
         search.lead()
@@ -90,7 +76,7 @@ def search_by_simulation(
     if not search.warnings:
         reporter.end()
     return MomentsLikelihood(
-        Coordinates(moved(free, own.outer(best.u))), search.measured, best.likelihood.surface, best.far, best.u,
+        Coordinates(moved(free, coordinates.outer(best.u))), search.measured, best.likelihood.surface, best.far, best.u,
         search.runs.cases, search.warnings, last=True,
     )  # fmt: skip
 
@@ -106,10 +92,6 @@ class _Place:
     @property
     def chi_square(self) -> float:
         return self.likelihood.chi_square(self.u)
-
-    @property
-    def surface(self) -> Surface:
-        return self.likelihood.surface
 
 
 class _Search:
@@ -164,7 +146,7 @@ class _Search:
         reach = self._reach(np.full(u.size, math.inf), _LEAST_ROUGH, _FIRST_REACH)
         surface: Surface | None = None
         for number in range(_ROUNDS):
-            surface = runs.surface(Region(u, reach), surface, runs.rough, rough=True)
+            surface = runs.surface(u, reach, surface, runs.rough, rough=True)
             before, place = u, self._stand(surface, 1.0, u)
             u = place.u
             ended = (np.abs(u - before) < 0.9 * reach) | (u == own.low) | (u == own.high)
@@ -183,12 +165,12 @@ class _Search:
         runs, own, place = self.runs, self.own, self.best
         assert place is not None
         u = place.u
-        paths = runs.paths(place.surface, u, self.measured.covariance)
+        paths = runs.paths(place.likelihood.surface, u, self.measured.covariance)
         runs.restart(u)
         width = 1.0
         for _ in range(_LAST_ROUNDS):
             reach = width * self._reach(place.likelihood.errors_at(u), _LEAST_REACH, _MOST_REACH)
-            surface = runs.surface(Region(u, reach), place.surface, paths, rough=False)
+            surface = runs.surface(u, reach, place.likelihood.surface, paths, rough=False)
             before, place = u, self._stand(surface, _BEYOND, u, last=True)
             u, likelihood = place.u, place.likelihood
             free = (u > own.low) & (u < own.high)

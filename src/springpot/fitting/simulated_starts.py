@@ -8,13 +8,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from springpot.designing.quantities import chosen_method, theory_values
+from springpot.designing.quantities import chosen_method, if_allowed, theory_values
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.simulated_moments import Case
 from springpot.fitting.simulated_runs import SimulatedRuns, misfit_of
-from springpot.machine.faults import NotCoveredError
 from springpot.problem.free_numbers import with_values
-from springpot.problem.system import System
 
 __all__ = ["other_starts"]
 
@@ -61,27 +59,19 @@ def _method(case: Case, named: Mapping[str, float]) -> str:
     system = with_values(case.system, named)
     if _asked(case, theory_values(system, "envelope")[0])[0].size:
         return "envelope"
-    try:
-        return chosen_method(system, "theory")[0]
-    except ValueError:
-        return ""
+    return if_allowed(lambda: chosen_method(system, "theory")[0]) or ""
 
 
 def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapping[str, float]) -> float:
     """As `springpot.fitting.simulated_runs.misfit_of`, of what theory knows; infinite where it knows nothing."""
     total, known = 0.0, 0
     for case, method in zip(cases, methods, strict=True):
-        values, kept = _asked(case, _by_theory(with_values(case.system, named), method))
+        system = with_values(case.system, named)
+        by_theory = if_allowed(lambda: theory_values(system, method)[0]) if method else {}  # noqa: B023
+        values, kept = _asked(case, by_theory or {})
         total += misfit_of(values, case.data.values[kept], case.data.errors[kept])
         known += values.size
     return total / known if known else math.inf
-
-
-def _by_theory(system: System, method: str) -> dict[str, float]:
-    try:
-        return theory_values(system, method)[0] if method else {}
-    except (ValueError, TypeError, NotCoveredError):
-        return {}
 
 
 def _asked(case: Case, known: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:

@@ -8,16 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from springpot.fitting.estimate import search
-from springpot.fitting.likelihood import (
-    Coordinates,
-    FloatArray,
-    LeastSquares,
-    Table,
-    gamma_residuals,
-    gamma_slope,
-    moved,
-    slopes,
-)
+from springpot.fitting.likelihood import Coordinates, FloatArray, GammaSquares, moved, slopes
 from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.spectral_density import Density, correlations_of_bins, folded, response, windowed
 from springpot.machine.arguments import Free
@@ -44,7 +35,7 @@ def check_name(free: tuple[Free, ...]) -> None:
         raise ValueError(f"{NOISE} must not be the name of a free number of the model: the measurement noise has it.")
 
 
-class SpectrumLikelihood(LeastSquares):
+class SpectrumLikelihood(GammaSquares):
     """Averages of periodograms: gamma distributed about the expected one.
 
     Parameters
@@ -73,16 +64,18 @@ class SpectrumLikelihood(LeastSquares):
             free = (*free, Free(0.5 * low, NOISE, 1e-4 * low, high))
         self.coordinates = Coordinates(free)
         self.size = data.size
-        self._root = data.averages**0.5
+        self.values, self.certainty = data.density, data.averages**0.5
+        self.at, self.group = data.frequency_hz, np.full(data.size, "density")
         self._grid = 0
         if data.window is not None and free:
             rough = SpectrumLikelihood(system, replace(data, window=None, segment=None), stop=stop)
             theta = rough.coordinates.outer(search(rough, seed).u)
             self.coordinates = Coordinates(moved(free, theta))
             self.smooth_start = True
-        self._expected(np.array([float(number) for number in self.coordinates.free]))
+        self.expected(np.array([float(number) for number in self.coordinates.free]))
 
-    def _expected(self, theta: FloatArray) -> FloatArray:
+    def expected(self, theta: FloatArray) -> FloatArray:
+        """The density, as it was measured."""
         named = self.coordinates.named(theta)
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
         data = self.data
@@ -98,35 +91,27 @@ class SpectrumLikelihood(LeastSquares):
         places = np.round(data.frequency_hz * data.segment / data.sampling_rate).astype(int)
         return np.asarray(np.maximum(found[places], 1e-12 * found.max()) + noise)
 
-    def residuals(self, theta: FloatArray) -> FloatArray:
-        """Signed roots of the deviance."""
-        return np.asarray(self._root * gamma_residuals(self.data.density / self._expected(theta)))
-
     def sensitivity(self, theta: FloatArray) -> FloatArray:
         """Relative change of the density, in its standard deviations."""
-        return np.asarray(self._root * slopes(lambda t: np.log(self._expected(t)), theta, self.coordinates.free))
+        return np.asarray(self.certainty * slopes(lambda t: np.log(self.expected(t)), theta, self.coordinates.free))
 
-    def jacobian(self, theta: FloatArray) -> FloatArray:
-        """Of the residuals."""
-        return np.asarray(gamma_slope(self.data.density / self._expected(theta))[:, None] * self.sensitivity(theta))
+    def constant(self) -> float:
+        """0: only models of the same spectrum are compared."""
+        return 0.0
 
-    def pearson(self, theta: FloatArray) -> FloatArray:
-        """Relative differences in standard deviations."""
-        return np.asarray(self._root * (self.data.density / self._expected(theta) - 1.0))
-
-    def weighed(self, sensitivity: FloatArray) -> FloatArray:
-        """With the correlation of neighbouring points that the window brings."""
-        found = sensitivity.T @ sensitivity
-        data = self.data
+    def spread(self, sensitivity: FloatArray) -> FloatArray:
+        """From both sides of the information where the window correlates neighbouring points."""
+        whole, data = super().spread(sensitivity), self.data
         if data.window is None or data.segment is None or data.sampling_rate is None:
-            return found
+            return whole
+        found = sensitivity.T @ sensitivity
         places = np.round(data.frequency_hz * data.segment / data.sampling_rate).astype(int)
         at = np.full((places[-1] + 8, sensitivity.shape[1]), 0.0)
         at[places] = sensitivity
         for lag, share in enumerate(correlations_of_bins(data.window, data.segment), start=1):
             both = share * at[:-lag].T @ at[lag:]
             found = found + both + both.T
-        return np.asarray(found)
+        return np.asarray(whole @ found @ whole)
 
     def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
         """As for independent points; where the window correlates them, with fewer degrees of freedom."""
@@ -139,13 +124,6 @@ class SpectrumLikelihood(LeastSquares):
         chi = float(np.mean(self.pearson(theta) ** 2)) * self.size / (self.size - moving) * count
         meaning = "the model misses more than the scatter of the periodograms explains"
         return {"size of the residuals (chi-square)": (float(stats.chi2.sf(chi, count)), meaning)}
-
-    def table(self, theta: FloatArray) -> Table:
-        """Density against frequency."""
-        return Table(
-            "frequency_hz", "Hz", self.data.frequency_hz, np.full(self.size, "density"), self.data.density,
-            self._expected(theta), self.pearson(theta),
-        )  # fmt: skip
 
 
 def _grid(density: Density, rate: float, segment: int) -> int:

@@ -62,7 +62,7 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
-    own = companion_of(system)
+    own, share = companion_of(system), system.mass / system.inertia  # of the inertia, which the ground accelerates
     on = {part.on for part in system.parts if hasattr(part, "on") and not isinstance(part, Constant)}
     if of == "a" and len(on) > 1:
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
@@ -88,7 +88,9 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
             return np.asarray(found)
         if of == "v":
             return np.asarray(found * w**2)
-        return np.asarray(found * (np.abs(stiffness) ** 2 if "ground" in on else w**4))
+        if "ground" not in on:
+            return np.asarray(found * w**4)
+        return np.asarray(found * np.abs((stiffness - (1.0 - share) * w**2) / share) ** 2)
 
     return density
 

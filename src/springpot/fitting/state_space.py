@@ -133,6 +133,8 @@ def state_space(system: System, of: Of, step: float, duration: float) -> StateSp
             "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
             "finite variance, or is not that of the state."
         )
+    if of == "a" and system.inertia != system.mass:
+        raise NotCoveredError("an acceleration is covered where the mass is all of the inertia.")
     return _assembled(own, of, _SLOWEST / duration, _FASTEST * math.pi / step)
 
 
@@ -209,8 +211,6 @@ def _beyond(
     """Sums of weight times a power of the rate over the modes beyond an end: geometric series."""
     near = np.array([rate, rate * math.exp(spacing)])
     first, second = weight(near)
-    found = []
-    for power in powers:
-        ratio = second / first * math.exp(power * spacing)
-        found.append(float(abs(spacing) * first * rate**power * ratio / (1.0 - ratio)))
-    return found[0], found[1]
+    ratios = [second / first * math.exp(power * spacing) for power in powers]
+    one, two = (abs(spacing) * first * rate**p * r / (1.0 - r) for p, r in zip(powers, ratios, strict=True))
+    return float(one), float(two)

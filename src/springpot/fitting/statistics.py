@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault
+from springpot.fitting.columns import FloatArray, PointFault, fixed
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put
@@ -31,9 +31,9 @@ _EXAMPLE = "impact_rate=(1.7, 0.03)"
 class _StatisticFault(PointFault):
     """One statistic is not right; it has a name, so its place is not in the sentence."""
 
-    def __init__(self, name: str, place: int, what: str) -> None:
-        super().__init__(name, place, what)
-        self.args = (f"{name} {what}",)
+    def __init__(self, name: str, place: int, sentence: str) -> None:
+        super().__init__(name, place, sentence)
+        self.args = (sentence,)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -107,8 +107,8 @@ class MeasuredStatistics:
             raise ValueError(f"MeasuredStatistics must have at most {MOST_STATISTICS:,} statistics.")
         numbers = [_pair(place, name, pair) for place, (name, pair) in enumerate(pairs.items())]
         values, errors = np.array(numbers).T
-        put(self, names=tuple(pairs), values=_fixed(values), errors=_fixed(errors))
-        put(self, correlation=_fixed(_correlation(correlation, self.names)))
+        put(self, names=tuple(pairs), values=fixed(values), errors=fixed(errors))
+        put(self, correlation=fixed(_correlation(correlation, self.names)))
 
     @property
     def size(self) -> int:
@@ -141,12 +141,9 @@ def _pair(place: int, name: str, pair: Any) -> tuple[float, float]:
         value = finite_number(pair[0], name, low=-LARGEST, high=LARGEST)
         error = finite_number(pair[1], f"the error of {name}", low=0.0, high=LARGEST, open_low=True)
     except ValueError as fault:
-        what = str(fault)
-        raise _StatisticFault(name, place, what.removeprefix(f"{name} ")) if what.startswith(f"{name} ") else (
-            _StatisticFault("the error of", place, what.removeprefix("the error of "))
-        ) from None  # fmt: skip
+        raise _StatisticFault(name, place, str(fault)) from None
     if _POSITIVE.fullmatch(name) and not value > 0.0:
-        raise _StatisticFault(name, place, f"must be greater than 0, not {value:g}.")
+        raise _StatisticFault(name, place, f"{name} must be greater than 0, not {value:g}.")
     return float(value), float(error)
 
 
@@ -166,8 +163,3 @@ def _correlation(given: Any, names: tuple[str, ...]) -> FloatArray:
     if not np.linalg.eigvalsh(found)[0] > 1e-9:
         raise ValueError("correlation must be positive definite: some statistics follow from the others exactly.")
     return found
-
-
-def _fixed(values: FloatArray) -> FloatArray:
-    values.flags.writeable = False
-    return values

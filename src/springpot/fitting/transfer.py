@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
-from springpot.fitting.moduli import complex_modulus, idle_numbers, slopes_by_name
-from springpot.machine.faults import listed
+from springpot.fitting.moduli import complex_modulus, slopes_by_name
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
@@ -44,21 +45,22 @@ def response_of(system: System, frequency_hz: FloatArray, of: str, on: str) -> t
     True
     """
     companion_of(system)  # refuses what it does not cover
-    mass = system.mass
+    mass, power = system.mass, {"x": 0, "v": 1, "a": 2}[of]
     p = np.asarray(2j * np.pi * frequency_hz, complex)
     modulus, slopes = complex_modulus(system, frequency_hz)
-    whole = modulus + mass * p**2
-    found = [(number, -slope / whole) for number, slope in slopes]
-    own = -(p**2) / whole
+    whole = modulus + system.inertia * p**2
+    slopes += [(part.inertia, p**2) for part in system.parts if part.inertia]
+    share: Any = 0.0  # of the slopes of the whole, in those of the numerator
+    of_mass: Any = 0.0
     if on == "mass":
-        response = p ** {"x": 0, "v": 1, "a": 2}[of] / whole
-    elif of == "a":  # of the mass itself
-        response = modulus / whole
-        found = [(number, slope / modulus - slope / whole) for number, slope in slopes]
+        response = p**power
+    elif of == "a":  # of the mass itself: the ground moves the other end of all parts but it
+        response = modulus + (system.inertia - mass) * p**2
+        share, of_mass = 1.0 / response, -(p**2) / response
     else:
-        response = -mass * p ** {"x": 0, "v": 1}[of] / whole
-        own = own + 1.0 / mass
-    return np.asarray(response), [*found, (mass, own)]
+        response, of_mass = -mass * p**power, 1.0 / mass
+    found = [(number, slope * share - slope / whole) for number, slope in slopes]
+    return np.asarray(response / whole), [*found, (mass, of_mass)]
 
 
 class ResponseLikelihood(LeastSquares):
@@ -88,8 +90,6 @@ class ResponseLikelihood(LeastSquares):
         self.size = data.size
         self.known = data.errors is not None
         self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
-        if idle := idle_numbers(self._at(system)[1], self.coordinates.names):
-            raise ValueError(f"{listed(idle)} must not be free: such data do not depend on it.")
 
     def _at(self, system: System) -> tuple[ComplexArray, Slopes]:
         return response_of(system, self.data.frequency_hz, self.data.of, self.data.on)

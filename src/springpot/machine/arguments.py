@@ -100,49 +100,46 @@ class Free(float):
         """The same with another start, as it stands here."""
         return Free(value, self.name, self.low, self.high, self.times, self.plus, self.power)
 
-    def _linear(self, times: object, plus: object) -> Any:
-        plain = all(isinstance(each, int | float) and not isinstance(each, bool | Free) for each in (times, plus))
-        if not plain or not times or not math.isfinite(times + plus):  # type: ignore[operator]
+    def _linear(self, times: Any, plus: Any) -> Any:
+        if not _are_plain(times, plus) or not times or not math.isfinite(times + plus):
             return NotImplemented
-        low, start, high = (float(times * each + plus) for each in (self.low, float(self), self.high))  # type: ignore[operator]
-        more = float(times * self.times), float(times * self.plus + plus)  # type: ignore[operator]
+        low, start, high = (float(times * each + plus) for each in (self.low, float(self), self.high))
+        more = float(times * self.times), float(times * self.plus + plus)
         return Free(start, self.name, min(low, high), max(low, high), *more, self.power)
 
     def __neg__(self) -> Any:
         return self._linear(-1.0, 0.0)
 
-    def __mul__(self, other: object) -> Any:
+    def __mul__(self, other: Any) -> Any:
         return _or_plain(self._linear(other, 0.0), float.__mul__, self, other)
 
-    def __add__(self, other: object) -> Any:
+    def __add__(self, other: Any) -> Any:
         return _or_plain(self._linear(1.0, other), float.__add__, self, other)
 
-    def __sub__(self, other: object) -> Any:
-        return _or_plain(self._linear(1.0, _minus(other)), float.__sub__, self, other)
+    def __sub__(self, other: Any) -> Any:
+        return _or_plain(self._linear(1.0, -other if _are_plain(other) else None), float.__sub__, self, other)
 
-    def __rsub__(self, other: object) -> Any:
+    def __rsub__(self, other: Any) -> Any:
         return _or_plain(self._linear(-1.0, other), float.__rsub__, self, other)
 
-    def __truediv__(self, other: object) -> Any:
-        return _or_plain(self._linear(_inverse(other), 0.0), float.__truediv__, self, other)
+    def __truediv__(self, other: Any) -> Any:
+        return _or_plain(
+            self._linear(1.0 / other if _are_plain(other) and other else None, 0.0), float.__truediv__, self, other
+        )
 
-    def __pow__(self, other: object, modulus: None = None) -> Any:
-        plain = isinstance(other, int | float) and not isinstance(other, bool | Free) and other and math.isfinite(other)
+    def __pow__(self, other: Any, modulus: None = None) -> Any:
+        plain = _are_plain(other) and other and math.isfinite(other)
         if not plain or self.plus or not (self.low > 0.0 and self.times > 0.0):
-            return float.__pow__(self, other)  # type: ignore[operator]
-        low, start, high = (float(each**other) for each in (self.low, float(self), self.high))  # type: ignore[operator]
-        more = float(self.times**other), 0.0, float(self.power * other)  # type: ignore[operator]
+            return float.__pow__(self, other)
+        low, start, high = (float(each**other) for each in (self.low, float(self), self.high))
+        more = float(self.times**other), 0.0, float(self.power * other)
         return Free(start, self.name, min(low, high), max(low, high), *more)
 
     __rmul__, __radd__ = __mul__, __add__
 
 
-def _minus(other: object) -> object:
-    return -other if isinstance(other, int | float) and not isinstance(other, Free) else None
-
-
-def _inverse(other: object) -> object:
-    return 1.0 / other if isinstance(other, int | float) and not isinstance(other, Free) and other else None
+def _are_plain(*numbers: Any) -> bool:
+    return all(isinstance(each, int | float) and not isinstance(each, bool | Free) for each in numbers)
 
 
 def _or_plain(found: Any, plain: Any, *numbers: Any) -> Any:
@@ -179,15 +176,16 @@ def finite_number(
     >>> finite_number(2, "duration", low=0.0)
     2.0
     """
+    hint = f" {hint}" if hint else ""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise TypeError(f"{name} must be a real number, not {shown(value)} ({type(value).__name__}).{_sentence(hint)}")
+        raise TypeError(f"{name} must be a real number, not {shown(value)} ({type(value).__name__}).{hint}")
     try:
         number = float(value)
     except OverflowError:  # a whole number beyond double precision
         number = math.inf
     inside = (number > low if open_low else number >= low) and number <= high
     if not math.isfinite(number) or not inside:
-        raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{_sentence(hint)}")
+        raise ValueError(f"{name} must be {_range(low, high, open_low)}, not {number:g}.{hint}")
     if isinstance(value, Free):
         for bound in (value.low, value.high):
             try:
@@ -196,10 +194,6 @@ def finite_number(
                 raise ValueError(f"{fault} This is a bound of the free number {value.name}.") from None
         return value
     return number
-
-
-def _sentence(hint: str) -> str:
-    return f" {hint}" if hint else ""
 
 
 def _range(low: float, high: float, open_low: bool) -> str:

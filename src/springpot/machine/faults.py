@@ -39,7 +39,9 @@ _SYMBOLS = {
     "x_rms": ("x_mean_square",),
     "v_rms": ("v_mean_square",),
     "rate": ("impact_rate",),
-}
+    **{f"{part}_{what}": (f"damping_{what}",)
+       for part in ("springpot", "dashpot") for what in ("power", "force_mean", "virial")},
+}  # fmt: skip
 """What is often said for a name."""
 
 _TELLING = ("Error", "Unknown", "Invalid", "No implementation", "Cannot", "cannot", "not supported", "missing")
@@ -118,6 +120,8 @@ def nearest(word: str, names: Iterable[str]) -> str:
     --------
     >>> nearest("stiff", ["stiffness", "order"]), nearest("rms", ["x_mean", "x_mean_square"]), nearest("?", ["x"])
     ('stiffness', 'x_mean_square', '')
+    >>> nearest("springpot_power", ["input_power", "damping_power"])
+    'damping_power'
     """
     known = [*names]
     close = [name for name in _SYMBOLS.get(word, ()) if name in known]

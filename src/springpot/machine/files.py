@@ -157,10 +157,8 @@ def make_room(path: str, *, folder: bool = False) -> None:
     try:
         # a link counts as its target, and is removed only if it is broken
         kind = os.stat(path).st_mode
-    except FileNotFoundError:
-        kind = None
     except OSError as error:
-        if error.errno != errno.ELOOP:
+        if error.errno not in (errno.ENOENT, errno.ELOOP):
             raise
         kind = None
     if kind is None:
@@ -248,10 +246,9 @@ def _is_orphan(entry: os.DirEntry[str]) -> bool:
 
 
 def _is_alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (PermissionError, OverflowError):
-        return True
+    with contextlib.suppress(PermissionError, OverflowError):
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return False
     return True

@@ -68,12 +68,7 @@ def direct(family: Family, order: float, count: int) -> Floats:
         ratios = np.ones(count, np.longdouble)
         ratios[1:] = 1 - np.longdouble(order) / j[1:].astype(np.longdouble)
         return np.cumprod(ratios).astype(np.float64)
-    weights = np.empty(count)
-    weights[:1] = 1.0
-    # (j + 1)^p - j^p without the cancellation
-    power = 1.0 - order
-    weights[1:] = j[1:] ** power * np.expm1(power * np.log1p(1.0 / j[1:]))
-    return weights / math.gamma(2.0 - order)
+    return np.concatenate([[1.0 / math.gamma(2.0 - order)][:count], at_lags(family, order, j[1:])])
 
 
 def at_lags(target: Target, order: float, lags: Floats) -> Floats:
@@ -101,7 +96,7 @@ def at_lags(target: Target, order: float, lags: Floats) -> Floats:
     if target == "power":
         return np.asarray(lags**-order)
     if target == "average":
-        power = 1.0 - order
+        power = 1.0 - order  # (t + 1)^p - t^p without the cancellation
         return np.asarray(lags**power * np.expm1(power * np.log1p(1.0 / lags)) / math.gamma(2.0 - order))
     # c(t) = c(t + 1) (t + 1) / (t + 1 - alpha), up to lags where Stirling's series is exact to rounding
     last = lags + _STIRLING

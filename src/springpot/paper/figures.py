@@ -16,7 +16,7 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot, WhiteNoise
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import simulated
-from springpot.theory import Averaging, averaging
+from springpot.theory import averaging
 
 __all__ = ["errata", "fig1", "fig2"]
 
@@ -119,7 +119,8 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
     colors = [COLORS[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     for number, q in enumerate(intensities):
         color = colors[number % len(colors)]
-        formula = [_at_unit(float(alpha), q).amplitude_mean_square for alpha in fine]
+        systems = [Oscillator(1.0, Springpot(float(alpha), 1.0), excitation=WhiteNoise(q)) for alpha in fine]
+        formula = [averaging(system, form="printed").amplitude_mean_square for system in systems]
         curves.plot(fine, formula, color=color, linewidth=1.2, label=f"Eq. 20, $q = {q:g}$ m² s⁻³")
         group = [row for row in rows if row.q == q]
         alpha, printed, *simulated = np.array(
@@ -199,7 +200,7 @@ def errata(out: Path, *, seed: int = 1, threads: int | None = None, progress: Pr
             _tuned(float(omega)), paths=paths, duration=duration, step=step, window=(duration / 2, duration),
             seed=1000 * seed + 700 + number, threads=threads, start="stationary",
         )  # fmt: skip
-        estimates.append(Estimate(answer["amplitude_mean_square"].value, answer["amplitude_mean_square"].error))
+        estimates.append(Estimate.of(answer))
         progress((len(measured) + len(estimates)) / total, f"errata: Omega = {omega:.3g}")
     page = out / "errata.md"
     trend = [(_tuned(float(omega)), estimate) for omega, estimate in zip(_OMEGAS, estimates, strict=True)]
@@ -231,11 +232,6 @@ def _draw_errata(path: Path, simulated: FloatArray) -> Path:
     ratios.set_yticks([0.3, 0.5, 1.0, 2.0, 3.0], ["0.3", "0.5", "1", "2", "3"])
     ratios.minorticks_off()
     return save(figure, path)
-
-
-def _at_unit(alpha: float, q: float) -> Averaging:
-    """The printed formula at C = Omega = 1."""
-    return averaging(Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q)), form="printed")
 
 
 def _tuned(omega: float) -> System:

@@ -15,6 +15,7 @@ from scipy import special
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot, WhiteNoise
 from springpot.problem.system import System
+from springpot.simulation import Run
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import averaging
 
@@ -90,6 +91,11 @@ class Estimate:
     value: float
     error: float
 
+    @classmethod
+    def of(cls, run: Run, name: str = "amplitude_mean_square") -> Estimate:
+        """A result of a run by its name."""
+        return cls(run[name].value, run[name].error)
+
     def under(self, formula: float) -> Estimate:
         """The formula over this estimate, less 1: how far the formula is too high.
 
@@ -131,7 +137,7 @@ class Gap:
     Parameters
     ----------
     alpha, coefficient, formula : float
-    rest, rest_se, adapted, adapted_se : float
+    rest, adapted : Estimate
         <A^2> with its standard error, from rest and from the adapted start.
     twice_x, twice_v : float
         2 <x^2> and 2 <v^2> / Omega^2 of the adapted run, two other readings of "amplitude".
@@ -140,10 +146,8 @@ class Gap:
     alpha: float
     coefficient: float
     formula: float
-    rest: float
-    rest_se: float
-    adapted: float
-    adapted_se: float
+    rest: Estimate
+    adapted: Estimate
     twice_x: float
     twice_v: float
 
@@ -292,9 +296,8 @@ def pooled(rows: Sequence[Point], start: StartKind) -> dict[float, Estimate]:
 
 
 def _over_q(rows: Sequence[Point], alpha: float, start: StartKind) -> list[Estimate]:
-    if start == "rest":
-        return [Estimate(row.mu_mc / row.q, row.mu_mc_se / row.q) for row in rows if row.alpha == alpha]
-    return [Estimate(row.mu_adapted / row.q, row.mu_adapted_se / row.q) for row in rows if row.alpha == alpha]
+    mu = "mu_mc" if start == "rest" else "mu_adapted"
+    return [Estimate(*(getattr(r, name) / r.q for name in (mu, f"{mu}_se"))) for r in rows if r.alpha == alpha]
 
 
 def collapse(rows: Sequence[Point], start: StartKind = "rest") -> Collapse:
@@ -360,10 +363,8 @@ def gaps(
             alpha=alpha,
             coefficient=coefficient,
             formula=averaging(oscillator).amplitude_mean_square,
-            rest=rest["amplitude_mean_square"].value,
-            rest_se=rest["amplitude_mean_square"].error,
-            adapted=adapted["amplitude_mean_square"].value,
-            adapted_se=adapted["amplitude_mean_square"].error,
+            rest=Estimate.of(rest),
+            adapted=Estimate.of(adapted),
             twice_x=2.0 * adapted["x_mean_square"].value,
             twice_v=2.0 * adapted["v_mean_square"].value,
         )

@@ -81,10 +81,7 @@ def fig2_page(rows: Sequence[Point], settings: str, duration: float) -> str:
                 (
                     f"{alpha:g}",
                     f"{formula[alpha]:.4g}",
-                    _with_error(rest[alpha]),
-                    _percent(rest[alpha].under(formula[alpha])),
-                    _with_error(adapted[alpha]),
-                    _percent(gaps[alpha]),
+                    *(words for each in (rest[alpha], adapted[alpha]) for words in _with_gap(each, formula[alpha])),
                 )
                 for alpha in sorted(formula)
             ],
@@ -163,10 +160,7 @@ def errata_page(gaps: Sequence[Gap], trend: Sequence[tuple[System, Estimate]], s
                     f"{gap.alpha:g}",
                     f"{gap.coefficient:g}",
                     f"{gap.formula:.4g}",
-                    _with_error(Estimate(gap.rest, gap.rest_se)),
-                    _percent(Estimate(gap.rest, gap.rest_se).under(gap.formula)),
-                    _with_error(Estimate(gap.adapted, gap.adapted_se)),
-                    _percent(Estimate(gap.adapted, gap.adapted_se).under(gap.formula)),
+                    *(words for each in (gap.rest, gap.adapted) for words in _with_gap(each, gap.formula)),
                     f"{gap.twice_x:.4g}",
                     f"{gap.twice_v:.4g}",
                 )
@@ -202,8 +196,7 @@ def _trend_row(oscillator: System, estimate: Estimate) -> tuple[str, ...]:
         f"{Dimensionless.of(oscillator).dimensionless_coefficient:.2g}",
         f"{printed:.4g}",
         f"{corrected:.4g}",
-        _with_error(estimate),
-        _percent(estimate.under(corrected)),
+        *_with_gap(estimate, corrected),
     )
 
 
@@ -234,5 +227,6 @@ def _percent(gap: Estimate) -> str:
     return f"{100.0 * gap.value:+.1f} ± {100.0 * gap.error:.1f} %"
 
 
-def _with_error(estimate: Estimate) -> str:
-    return f"{estimate.value:.4g} ± {estimate.error:.2g}"
+def _with_gap(estimate: Estimate, formula: float) -> tuple[str, str]:
+    """A number with its error, and how far the formula is too high."""
+    return f"{estimate.value:.4g} ± {estimate.error:.2g}", _percent(estimate.under(formula))

@@ -14,7 +14,7 @@ from springpot.machine.faults import per_cent, shown
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.simulation.error.budget import Budget, combine
 from springpot.simulation.error.decision import Known, bias_range
-from springpot.simulation.error.levels import Level, Levels, levels_of
+from springpot.simulation.error.levels import Levels, levels_of
 from springpot.simulation.error.reach import checked_quantities
 from springpot.simulation.estimate.samples import estimates_of, samples_of, watched
 from springpot.simulation.estimate.step_biases import step_biases
@@ -142,7 +142,8 @@ def _with_paths(run: Run, paths: object, threads: int | None, progress: Progress
     values, errors = estimates_of(simulation, rows, seen)
     biases = step_biases(simulation.motion, settings.step, values, {}, {}, PROBABILITIES)
     first = simulation.but(paths=before)
-    old = {*doubts(first, *_parts(run), run.path_sums, watched(first, run.path_sums))}
+    known, doubtful = ({name: getattr(own, what) for name, own in run.estimates.items()} for what in ("value", "error"))
+    old = {*doubts(first, known, doubtful, run.path_sums, watched(first, run.path_sums))}
     kept = (sentence for sentence in run.warnings if sentence not in old)
     return replace(
         run,
@@ -153,12 +154,6 @@ def _with_paths(run: Run, paths: object, threads: int | None, progress: Progress
         record=run.record if skipped else ensemble.record,
         path_sums=rows,
     )
-
-
-def _parts(run: Run) -> tuple[dict[str, float], dict[str, float]]:
-    """Values and standard errors."""
-    estimates = run.estimates.items()
-    return {name: own.value for name, own in estimates}, {name: own.error for name, own in estimates}
 
 
 def _check_bits(simulation: Simulation, run: Run) -> None:
@@ -198,12 +193,13 @@ def _extended_to(
     motion = motion_of(run.system)
     wanted = checked_quantities(motion, quantities)
     _check_continued(run, motion, wanted)
-    pairs = _pairs_of(run, motion)
+    # its pairs have the run's step and half of it; the paths are those of the run
+    pairs = levels_of(Plan(motion, run.settings, run.adapted))
     targets = (run.settings.paths, FIRST_PAIRS)
     while True:
         if targets[0] > run.settings.paths:
             run = _with_paths(run, targets[0], threads, None)
-        pairs = _more(pairs, targets[1])
+        pairs = pairs.extended(0, targets[1], None)
         standings = _standings(run, pairs, wanted, rtol)
         if all(each.off <= rtol for each in standings):
             break
@@ -223,37 +219,15 @@ def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
         raise ValueError(f"run must have the default scheme, not {run.settings.scheme!r}, whose bias is not measured.")
     if run.settings.record:
         raise ValueError("run must not have recorded paths if it is extended to an rtol.")
+    if run.adapted is None:
+        raise ValueError(
+            "run must have a stationary start if it is extended to an rtol: the bias of others is not known."
+        )
     if motion.struck.crowded and (slow := [name for name in wanted if "impact" in name]):
         raise ValueError(
             f"quantities must not have {slow[0]} behind a lossy wall: its slow impacts are added only in a run "
             "that was made with rtol."
         )
-
-
-def _pairs_of(run: Run, motion: Motion) -> Levels:
-    """Levels whose pairs have the run's step and half of it; the paths are those of the run."""
-    if run.adapted is None:
-        raise ValueError(
-            "run must have a stationary start if it is extended to an rtol: the bias of others is not known."
-        )
-    return levels_of(Plan(motion, run.settings, run.adapted))
-
-
-def _more(levels: Levels, pairs: int) -> Levels:
-    return replace(
-        levels, pair_coarse=_longer(levels.pair_coarse, pairs), pair_fine=_longer(levels.pair_fine, pairs)
-    )  # fmt: skip
-
-
-def _longer(level: Level, paths: int) -> Level:
-    """As `Level.extended`, without the counts of slow impacts."""
-    more = -(-(paths - level.paths) // LANES) * LANES
-    if more <= 0:
-        return level
-    ensemble = level.simulation.but(paths=more).advance(
-        stream=level.stream, skipped=level.paths, halved=level.halved
-    )  # fmt: skip
-    return replace(level, rows=np.concatenate([level.rows, ensemble.rows]))
 
 
 def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> list[_Standing]:
@@ -267,14 +241,11 @@ def _standings(run: Run, levels: Levels, wanted: Sequence[str], rtol: float) -> 
         if not (math.isfinite(value) and value != 0.0):
             raise ValueError(f"run must have seen enough to estimate {name}: extend it by paths first.")
         chance = standard_error(samples[name])
-        budget = replace(estimates.budgets[name], standard_error=chance, step_bias=_step_bias(known))
+        # of the coarse step, whose values are not extrapolated: the difference to half of it, and what remains there
+        step_bias = _weight(known) * (known.difference + known.difference_error) + known.other_bias
+        budget = replace(estimates.budgets[name], standard_error=chance, step_bias=step_bias)
         found.append(_standing(run, known, value, budget, levels.pair_coarse.paths, rtol))
     return found
-
-
-def _step_bias(known: Known) -> float:
-    """Of the coarse step, whose values are not extrapolated: the difference to half of it, and what remains there."""
-    return _weight(known) * (known.difference + known.difference_error) + known.other_bias
 
 
 def _weight(known: Known) -> float:

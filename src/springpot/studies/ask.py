@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -111,22 +112,18 @@ def study(
     [0.318, 0.115]
     """
     content = read_study(source)
-    if store is None:
-        with tempfile.TemporaryDirectory(prefix="springpot-") as folder:
-            return _answered(
-                content, Path(folder) / "study.zarr", threads=threads, workers=workers, scheduler=scheduler,
-                progress=progress, labelled=False,
-            ).load()  # fmt: skip
-    return _answered(content, store, threads=threads, workers=workers, scheduler=scheduler, progress=progress)
-
-
-def _answered(content: Study, store: str | Path, **how: Any) -> xarray.DataTree:
-    outcome = run_study(content, store, **how)
-    if outcome.failures:
-        task, reason = outcome.failures[0]
-        warnings.warn(
-            f"{len(outcome.failures)} tasks failed, the first of them {task.method}: {reason}",
-            UserWarning,
-            stacklevel=3,
-        )
-    return open_study(store)
+    with tempfile.TemporaryDirectory(prefix="springpot-") if store is None else nullcontext("") as folder:
+        place = Path(folder) / "study.zarr" if store is None else store
+        outcome = run_study(
+            content, place, threads=threads, workers=workers, scheduler=scheduler, progress=progress,
+            labelled=store is not None,
+        )  # fmt: skip
+        if outcome.failures:
+            task, reason = outcome.failures[0]
+            warnings.warn(
+                f"{len(outcome.failures)} tasks failed, the first of them {task.method}: {reason}",
+                UserWarning,
+                stacklevel=2,
+            )
+        tree = open_study(place)
+        return tree.load() if store is None else tree

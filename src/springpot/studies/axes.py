@@ -63,12 +63,8 @@ def some_points(shape: Sequence[int], most: int, axes: int = 8) -> list[int]:
     ([0, 1, 2, 3, 4, 5], [0, 999, 309016, 999000, 999999])
     """
     chosen = set(spread(math.prod(shape), most))
-    for corner in itertools.product(*({0, length - 1} for length in shape[:axes])):
-        place = 0
-        for length, step in itertools.zip_longest(shape, corner, fillvalue=0):
-            place = place * length + step
-        chosen.add(place)
-    return sorted(chosen)
+    ends = [{0, length - 1} if number < axes else {0} for number, length in enumerate(shape)]
+    return sorted(chosen.union(int(np.ravel_multi_index(corner, shape)) for corner in itertools.product(*ends)))
 
 
 def _axis(value: object) -> tuple[float, ...]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.catalogue import possible_results
 from springpot.problem.system import System
 from springpot.theory.result import names_of_results
 
@@ -19,11 +19,8 @@ __all__ = [
     "bare",
     "columns_of",
     "names_in_results",
-    "numbers_of_answer",
     "numbers_of_run",
     "scalars_of",
-    "unit_of_column",
-    "walls_of",
 ]
 
 ENDINGS = ("", "_se", "_error")
@@ -66,21 +63,6 @@ def bare(column: str) -> str:
     'x_mean'
     """
     return column.removesuffix("_se").removesuffix("_error")
-
-
-def unit_of_column(column: str, system: System) -> str:
-    """The unit of a number in a result."""
-    return unit_of_result(system, bare(column))
-
-
-def walls_of(system: System) -> tuple[str, ...]:
-    """Names of walls and contacts, in the order of the parts."""
-    return tuple(system.stops)
-
-
-def numbers_of_answer(result: Any, system: System) -> tuple[float, ...]:
-    """The numbers of a theory's result; NaN where there is none."""
-    return tuple(result.moments[name] for name in columns_of(result.method, system))
 
 
 def numbers_of_run(estimates: Mapping[str, Estimate], system: System) -> tuple[float, ...]:

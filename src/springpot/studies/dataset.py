@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.catalogue import is_controlled
+from springpot.problem.catalogue import is_controlled, unit_of_result
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import OF_WALLS, bare, columns_of, unit_of_column, walls_of
+from springpot.studies.columns import OF_WALLS, bare, columns_of
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
 from springpot.studies.tables import PARAMETERS
@@ -40,7 +40,7 @@ class Results:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
-        return columns_of(self.method, self.store.study.base)
+        return columns_of(self.method, self.store.study.system)
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
         place = self.columns.index(column)
@@ -58,61 +58,50 @@ def open_tree(store: Store) -> xarray.DataTree:
     import xarray
 
     study = store.study
+    shape, parts = study.shape, {}
     theories = [method for method in study.methods if method != "monte_carlo"]
-    shape = tuple(study.shape.values())
-    parts = {}
-    constant = {n: v for n, v in study.fixed.model_dump().items() if n not in study.columns}
-    attributes = {
-        "Conventions": "CF-1.11",
-        "title": study.name,
-        "study": json.dumps(document(study)),
-        **({"fixed": json.dumps(constant)} if study.system is None else {}),
-        "seed": study.seed,
-        "versions": json.dumps(store.versions),
-    }
     if theories:
         answers = [Results(store, method) for method in theories]
         coordinates = {"theory": ("theory", theories), **_coordinates(study)}
-        parts["/theory"] = xarray.Dataset(
-            _variables(answers, ("theory", *study.shape), (len(theories), *shape), "", study), coordinates
-        )
+        variables = _variables(answers, {"theory": len(theories), **shape}, "", study)
+        parts["/theory"] = xarray.Dataset(variables, coordinates)
     if "monte_carlo" in study.methods:
-        answers = [Results(store, "monte_carlo")]
-        parts["/simulation"] = xarray.Dataset(
-            _variables(answers, tuple(study.shape), shape, "Monte Carlo: ", study), _coordinates(study)
-        )
+        variables = _variables([Results(store, "monte_carlo")], shape, "Monte Carlo: ", study)
+        parts["/simulation"] = xarray.Dataset(variables, _coordinates(study))
     tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
-    tree.attrs = attributes
+    tree.attrs = {
+        "Conventions": "CF-1.11",
+        "title": study.name,
+        "study": json.dumps(document(study)),
+        "fixed": json.dumps(study.constants),
+        "seed": study.seed,
+        "versions": json.dumps(store.versions),
+    }
     return tree
 
 
 def _coordinates(study: Study) -> dict[str, Any]:
     coordinates: dict[str, Any] = {}
     for name, (axis, values) in study.columns.items():
-        unit = "rad s-1" if name == "natural_frequency" else unit_of(study.base, PARAMETERS.get(name, name))
+        number, power = PARAMETERS.get(name, (name, 1))
+        unit = unit_of(study.system, number) if power == 1 else "rad s-1"  # the root of a stiffness
         coordinates[label_of(name)] = axis, list(values), {"units": unit, "long_name": name}  # as in the study file
-    if walls := walls_of(study.base):
-        coordinates["barrier"] = ("barrier", list(walls))
+    if study.system.stops:
+        coordinates["barrier"] = ("barrier", list(study.system.stops))
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can have a number, with the study's settings of Monte Carlo."""
-    given = {} if study.monte_carlo is None else study.monte_carlo.given()
-
-    def known(column: str) -> bool:
-        if not column.endswith("_error"):
-            return True
-        return "rtol" in given and is_controlled(bare(column))
-
-    return tuple(column for column in columns_of(method, study.base) if known(column))
+    names = columns_of(method, study.system)
+    if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
+        return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
+    return tuple(name for name in names if not name.endswith("_error"))
 
 
-def _variables(
-    answers: list[Results], dimensions: tuple[str, ...], shape: tuple[int, ...], prefix: str, study: Study
-) -> dict[str, Any]:
+def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, study: Study) -> dict[str, Any]:
     def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any, *walls: int) -> Any:
-        whole = (*shape, *walls)
+        whole = (*shape.values(), *walls)
         return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, kind)
 
     columns = {}
@@ -121,29 +110,24 @@ def _variables(
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
         words = f"{name.removeprefix('barrier_')} of each wall" if of_walls else name
         long_name = prefix + text[column] + words.replace("_", " ")
-        attributes = {"units": unit_of_column(sources[0], study.base), "long_name": long_name}
+        attributes = {"units": unit_of_result(study.system, bare(sources[0])), "long_name": long_name}
         if column == name and prefix:
             attributes["ancillary_variables"] = f"{name}_se"
 
         def read(part: Results, sources: tuple[str, ...] = sources) -> npt.NDArray[np.float64]:
             return np.stack([part.numbers(source) for source in sources], axis=-1)
 
-        if of_walls:
-            columns[column] = ((*dimensions, "barrier"), lazily(read, "f8", len(sources)), attributes)
-        else:
-            columns[column] = (dimensions, lazily(read, "f8"), attributes)
-    columns["done"] = (dimensions, lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
-    columns["said"] = (
-        dimensions,
-        lazily(Results.sentences, "O"),
-        {"long_name": "warnings, or why there is no answer"},
-    )
+        walls = {"barrier": len(sources)} if of_walls else {}
+        columns[column] = ((*shape, *walls), lazily(read, "f8", *walls.values()), attributes)
+    columns["done"] = (tuple(shape), lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
+    reasons = {"long_name": "warnings, or why there is no answer"}
+    columns["said"] = (tuple(shape), lazily(Results.sentences, "O"), reasons)
     return columns
 
 
 def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], bool]]:
     """Each variable of a data set with its columns, and whether these are of all walls."""
-    walls = walls_of(study.base)
+    walls = study.system.stops
     found: dict[str, tuple[tuple[str, ...], bool]] = {}
     for column in columns:
         name = bare(column)

@@ -67,23 +67,20 @@ def estimate(study: Study) -> Estimate:
     used: dict[str, int] = {}
     room = 0
     for method in study.methods:
-        room += count * math.ceil((8 * (2 + len(columns_of(method, study.base))) + 4) / BLOCK) * BLOCK
-        room += count * math.ceil((SENTENCES + 4) / BLOCK) * BLOCK
+        for size in (8 * (2 + len(columns_of(method, study.system))), SENTENCES):
+            room += count * math.ceil((size + 4) / BLOCK) * BLOCK
         tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
         _cost(tried[0])  # loads the method
-        spent, mute, used[method] = 0.0, 0, 0
-        begun = time.perf_counter()
+        costs, begun = [], time.perf_counter()
         for task in tried:
             before = _kernels()
-            taken, statement = _cost(task)
-            if _kernels() != before:  # that was the time of a compiler
-                taken, statement = _cost(task)
-            spent += taken
-            mute += bool(statement)
-            used[method] += 1
+            cost = _cost(task)
+            costs.append(cost if _kernels() == before else _cost(task))  # else that was the time of a compiler
             if time.perf_counter() - begun > LARGEST_SAMPLE:
                 break
-        seconds[method], silent[method] = spent / used[method] * count, mute / used[method]
+        used[method] = len(costs)
+        seconds[method] = sum(taken for taken, _ in costs) / len(costs) * count
+        silent[method] = sum(bool(statement) for _, statement in costs) / len(costs)
     return Estimate(counts, seconds, room, silent, used, checked)
 
 

@@ -7,11 +7,11 @@ import os
 import shutil
 from pathlib import Path
 
-from springpot.machine.files import netcdf_of, partial_name, write
+from springpot.machine.files import netcdf_of, write
 from springpot.problem.numbers import label_of
 from springpot.studies.dataset import Results, open_tree, result_columns
 from springpot.studies.labelled import write_zarr
-from springpot.studies.store import Store, is_store, metadata_of
+from springpot.studies.store import Store, is_store, metadata_of, whole_folder
 
 __all__ = ["export"]
 
@@ -52,14 +52,10 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
     elif path.suffix == ".csv":
         write(str(path), _table(store).encode())
     else:
-        partial = path.with_name(partial_name(path.name))
-        try:
+        with whole_folder(path) as partial:
             write_zarr(open_tree(store), partial)
             if path.is_dir():
                 shutil.rmtree(path)
-            os.rename(partial, path)
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
     return path
 
 

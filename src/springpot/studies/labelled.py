@@ -10,7 +10,6 @@ detected, and the next run writes it again.  `open_study` never reads it.
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import os
@@ -25,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from springpot.machine.files import Damaged, make_room, partial_name, read_file, write
 from springpot.studies.dataset import open_tree
 from springpot.studies.layout import LABELLED, NOT_IN_THE_FORMAT
-from springpot.studies.store import ATTRIBUTE, Store, document, metadata_of, root_of
+from springpot.studies.store import ATTRIBUTE, Store, document, metadata_of, root_of, whole_folder
 from springpot.studies.tasks import tasks
 
 if TYPE_CHECKING:
@@ -105,19 +104,12 @@ def finish(store: Store) -> bool:
     if found.answers is None:
         return False
     if found.labelled != "right":
-        partial = store.path / partial_name(LABELLED)
         tree = open_tree(store)
         tree.attrs[ANSWERS] = found.answers
-        try:
+        with whole_folder(store.path / LABELLED) as partial:
             write_zarr(tree, partial)
             described = root_of(*_described(store, partial))
             take_away_labelled(store)
-            os.rename(partial, store.path / LABELLED)
-        except OSError as error:
-            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
-                raise
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
         write(f"{store.path}/zarr.json", described, durable=True)
     return True
 

@@ -21,8 +21,9 @@ from zarr.codecs import BytesCodec, Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore, WrapperStore
 
 from springpot.machine.files import read_file, write
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
-from springpot.studies.columns import columns_of, unit_of_column
+from springpot.studies.columns import bare, columns_of
 from springpot.studies.tasks import SENTENCES, SLOTS
 
 __all__ = ["ARRAYS", "LABELLED", "metadata", "open_arrays", "place_of", "root"]
@@ -65,7 +66,7 @@ def metadata(methods: Iterable[str], system: System) -> dict[str, bytes]:
     group = zarr.create_group(MemoryStore(made), zarr_format=3)
     for method in methods:
         columns = columns_of(method, system)
-        units = [unit_of_column(column, system) for column in columns]
+        units = [unit_of_result(system, bare(column)) for column in columns]
         place = place_of(method)
         group.require_group(place.partition("/")[0])
         group.create_group(place)

@@ -5,9 +5,9 @@ A file is TOML; its content is the model `Study` below, whose JSON schema `sprin
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from pydantic import (
     ConfigDict,
     FailFast,
     Field,
+    PrivateAttr,
     ValidationError,
     model_validator,
 )
@@ -26,11 +27,13 @@ from springpot.machine.toml import read_toml
 from springpot.problem.file import read_system
 from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
+from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
-from springpot.studies.tables import ALL_METHODS, PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
+from springpot.studies.tables import PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
 from springpot.studies.wording import sentence, unknown_key
+from springpot.theory.registry import METHODS
 
 __all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
 
@@ -51,8 +54,8 @@ class Study(Strict):
         Every point's own seed is made from it and from the point's numbers.
     methods : tuple of str
         Methods of the theory, and ``monte_carlo``.
-    system : System or None
-        Whose numbers vary; None for the oscillator of ``fixed``.
+    system : System
+        Whose numbers vary: if none is given, the paper's oscillator with the numbers of ``fixed``.
     quantities : tuple of str
         Quantities that ``rtol`` controls, and that tables and charts show.  The store keeps all quantities.
     fixed : Fixed
@@ -75,11 +78,9 @@ class Study(Strict):
     model_config = ConfigDict(json_schema_extra=of_either)
 
     name: str = Field(min_length=1, max_length=200)
-    methods: Annotated[
-        tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(ALL_METHODS) + 1), FailFast()
-    ]
+    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(METHODS) + 1), FailFast()]
     seed: int = Field(1, ge=0, le=2**63 - 1)
-    system: Device = None
+    system: Device = None  # type: ignore[assignment]  # found below, if none is given
     quantities: Annotated[tuple[str, ...], Field(strict=False, min_length=1, max_length=100), FailFast()] = (
         "amplitude_mean_square",
     )
@@ -88,24 +89,24 @@ class Study(Strict):
     zipped: dict[str, dict[str, Axis]] = Field(default_factory=dict)
     monte_carlo: MonteCarlo | None = None
 
+    _constants: Point = PrivateAttr(default_factory=dict)
+
     @model_validator(mode="after")
     def _consistent(self) -> Study:
-        if self.system is None:
-            fixed = self.fixed.model_dump()
-            _check_oscillator(fixed, {name: f"fixed.{name}" for name in fixed})
+        self._find_system()
         self._check_names()
         if ("monte_carlo" in self.methods) != (self.monte_carlo is not None):
             raise ValueError('methods must name "monte_carlo" if, and only if, there is a table [monte_carlo]')
         parameters = [*self.axes, *(name for columns in self.zipped.values() for name in columns)]
         if not parameters:
-            some = "order" if self.system is None else next(iter(numbers_of(self.system)), "parts.spring.stiffness")
+            some = next(iter({**self._constants, **numbers_of(self.system)}), "parts.spring.stiffness")
             raise ValueError(f"there must be an axis, such as [axes] {some} = [0.25, 0.5]")
         if len(set(parameters)) < len(parameters):
             raise ValueError(f"{_twice(parameters)} is on two axes: leave out one of the two")
         for name in parameters:
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
-        taken, labels = names_in_results(self.base), [label_of(name) for name in parameters]
+        taken, labels = names_in_results(self.system), [label_of(name) for name in parameters]
         for name, label in zip(parameters, labels, strict=True):
             if label in taken or labels.count(label) > 1:
                 raise ValueError(f"{name} would be {label} in the results, as another number is: rename the part")
@@ -123,26 +124,51 @@ class Study(Strict):
                 raise ValueError(f"axis {title} holds {again[0] if len(again) == 1 else again} twice")
         if math.prod(self.shape.values()) * len(self.methods) > MOST_TASKS:
             raise ValueError(f"there are more than {MOST_TASKS:,} tasks: make the axes shorter")
-        self._check_oscillators() if self.system is None else self._check_systems()
+        self._check_points()
         return self
+
+    def _find_system(self) -> None:
+        """The one door: a study that names no system is of the paper's oscillator, whose numbers have short names.
+
+        From here on it has a system, and constants that are in each of its points.  What its parts refuse is said by
+        the place in the file.  Their ranges are intervals, so the ends of each column are tried.
+        """
+        columns = [("axes", name, values) for name, values in self.axes.items()]
+        for title, part in self.zipped.items():
+            columns += [(f"zipped.{shown(title)[1:-1]}", name, values) for name, values in part.items()]
+        if self.system is not None:
+            if "fixed" in self.model_fields_set:
+                raise ValueError("fixed is for oscillators: the system has its numbers, so change them there")
+            for place, name, _ in columns:
+                try:
+                    check_number(self.system, name)
+                except ValueError as fault:
+                    raise ValueError(f"{place}: {fault}") from None
+            return
+        for place, name, _ in columns:
+            if name.startswith("parts"):
+                raise ValueError(f"{shown(name)} is a number of a system: name its file too, as system = 'device.toml'")
+            if name not in PARAMETERS:
+                raise ValueError(unknown_key(name, place, PARAMETERS))
+        self._constants = self.fixed.model_dump()
+        put(self, system=_oscillator(self._constants, {name: f"fixed.{name}" for name in self._constants}))
+        for place, name, values in columns:
+            for value in (min(values), max(values)):
+                _oscillator({**self._constants, name: value}, {name: f"{place}.{name}"})
 
     def _check_names(self) -> None:
         """Raise an error if a name of a method or quantity is there twice, or is not for this system."""
         for what, names in (("methods", self.methods), ("quantities", self.quantities)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} names {_twice(names)} twice")
-        known = scalars_of(self.base)
+        known = scalars_of(self.system)
         for number, name in enumerate(self.quantities, start=1):
             if name not in known:
                 near = meant(name, known)
                 must = f"must be {listed([*map(repr, known)], 'or')}, not {shown(name)}{near}"
                 raise ValueError(f"quantities, number {number}: {must}")
-        if self.system is None:
-            return
         for name in self.system.with_functions:
             raise ValueError(f"system: {name} has a function, which cannot be kept in a store")
-        if "fixed" in self.model_fields_set:
-            raise ValueError("fixed is for oscillators: the system has its numbers, so change them there")
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:
@@ -161,8 +187,8 @@ class Study(Strict):
 
     @cached_property
     def unvaried(self) -> dict[str, Any]:
-        """The system's parts by name, without the numbers that vary: what a store's results depend on."""
-        if self.system is None:
+        """What the points do not say of the system, and a store's results depend on: its parts, by name."""
+        if self._constants:
             return {}
         parts = {str(part.pop("name")): part for part in self.system.to_dict()["parts"]}
         for name in self.columns:
@@ -175,84 +201,50 @@ class Study(Strict):
             table[int(last) if last.isdigit() else last] = None
         return parts
 
-    @cached_property
-    def base(self) -> System:
-        """The system whose numbers vary: its parts and their names are those of every point."""
-        if self.system is not None:
-            return self.system
-        found: System = Oscillator.from_numbers(**self.fixed.model_dump())
-        return found
-
-    def system_at(self, point: Mapping[str, Any]) -> System:
-        """The system at a point of the grid."""
-        return system_at(point, self.base)
-
     def points(self) -> Iterator[Point]:
-        """All points of the grid, the last axis fastest, each with all numbers of its oscillator.
-
-        Of a system those that vary.
-        """
-        fixed = self._constants()
-        axes = self._grid.values()
-        for chosen in itertools.product(*(zip(*columns.values(), strict=True) for columns in axes)):
-            point = dict(fixed)
-            for columns, values in zip(axes, chosen, strict=True):
-                point.update(zip(columns, values, strict=True))
-            yield point
+        """All points of the grid, the last axis fastest: the numbers that vary, and all others of an oscillator."""
+        return map(self.point, range(math.prod(self.shape.values())))
 
     def point(self, index: int) -> Point:
         """The point with this index in `points`."""
-        point = self._constants()
+        point = dict(self._constants)
         for values in reversed(self._grid.values()):
             index, place = divmod(index, len(next(iter(values.values()))))
             point.update((name, column[place]) for name, column in values.items())
         return point
 
-    def _constants(self) -> Point:
-        return self.fixed.model_dump() if self.system is None else {}
+    @property
+    def constants(self) -> Point:
+        """The numbers that all points have, and no axis."""
+        return {name: value for name, value in self._constants.items() if name not in self.columns}
 
     def where(self, point: Mapping[str, Any]) -> str:
         """A point in words: the parameters that vary."""
         return ", ".join(f"{name} = {point[name]:g}" for name in self.columns)
 
-    def _check_systems(self) -> None:
+    def _check_points(self) -> None:
         """Raise an error, with the point, if a part or the whole refuses its numbers at some point of the grid."""
         for place in some_points(tuple(self.shape.values()), SYSTEMS_CHECKED):
             point = self.point(place)
             try:
-                self.system_at(point)
+                system_at(point, self.system)
             except ValueError as fault:
                 raise ValueError(f"at {self.where(point)}: {fault}") from None
 
-    def _check_oscillators(self) -> None:
-        """Raise an error if a value of an axis is outside the range of its parameter.
 
-        Ranges are intervals, so the smallest and the largest value of each column are checked.
-        """
-        base = self.fixed.model_dump()
-        for name in self.axes:
-            place = {name: f"axes.{name}"}
-            for value in (min(self.axes[name]), max(self.axes[name])):
-                _check_oscillator({**base, name: value}, place)
-        for title, columns in self.zipped.items():
-            for name, column in columns.items():
-                for value in (min(column), max(column)):
-                    _check_oscillator({**base, name: value}, {name: f"zipped.{title}.{name}"})
-
-
-def _check_oscillator(point: Point, places: Mapping[str, str]) -> None:
-    """Check an oscillator; in errors the name of the parameter is replaced by its place in the file."""
+def _oscillator(numbers: Mapping[str, Any], places: Mapping[str, str]) -> System:
+    """The paper's oscillator; in errors the name of a number is replaced by its place in the file."""
     try:
-        Oscillator.from_numbers(**point)  # type: ignore[arg-type]
+        found: System = Oscillator.from_numbers(**numbers)
+        return found
     except ValueError as error:
         name, space, rest = str(error).partition(" ")
         raise ValueError(places.get(name, name) + space + rest) from None
 
 
 def _twice(names: Iterable[Any]) -> Any:
-    """The first name that occurs for the second time."""
-    before: set[Any] = set()
-    return next(name for name in names if name in before or before.add(name))  # type: ignore[func-returns-value]
+    """The first name that is there again."""
+    return next(name for name, count in Counter(names).items() if count > 1)
 
 
 def system_at(point: Mapping[str, Any], base: System) -> System:
@@ -265,10 +257,8 @@ def system_at(point: Mapping[str, Any], base: System) -> System:
     9.0
     """
     known = numbers_of(base)
-    numbers = {PARAMETERS.get(name, name): value for name, value in point.items()}
-    if "natural_frequency" in point:
-        numbers[PARAMETERS["natural_frequency"]] = point["natural_frequency"] ** 2
-    return with_numbers(base, {name: value for name, value in numbers.items() if name in known})
+    named = ((*PARAMETERS.get(name, (name, 1)), value) for name, value in point.items())
+    return with_numbers(base, {number: value**power for number, power, value in named if number in known})
 
 
 def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
@@ -325,16 +315,11 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
 
 def _read_system(given: object, folder: Path, title: str) -> System:
     """The system of a study, from a file of its own or a table; an error of that file is said as its own."""
-    if isinstance(given, str | Path):
-        place = folder / given
-        try:
-            return read_system(place)
-        except FileNotFoundError:
-            raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
-    if isinstance(given, Mapping):
-        return read_system(given)
+    place: Any = folder / given if isinstance(given, str | Path) else given
     try:
-        return checked_system(given)
+        return read_system(place) if isinstance(place, Path | Mapping) else checked_system(place)
+    except FileNotFoundError:
+        raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
     except TypeError as fault:
         hint = "In a file it is the place of the system's file, in quotes."
         raise FileError(f"{title} is not right: {fault} {hint}") from None
@@ -360,28 +345,7 @@ def _check_keys(content: Mapping[str, Any]) -> None:
         ("fixed", content.get("fixed"), Fixed.model_fields),
         ("monte_carlo", content.get("monte_carlo"), MonteCarlo.model_fields),
     ]
-    axes = [("axes", content.get("axes"))]
-    zipped = content.get("zipped")
-    if isinstance(zipped, Mapping):
-        axes += [(f"zipped.{shown(title)[1:-1]}", columns) for title, columns in zipped.items()]
-    if "system" not in content:
-        tables += [(place, columns, PARAMETERS) for place, columns in axes]
-        axes = []
     for place, table, known in tables:
-        if isinstance(table, Mapping):
-            for key in table:
-                if key not in known:
-                    raise FileError(_about_parts(key, place) or unknown_key(key, place, known))
-    for place, table in axes:
         for key in table if isinstance(table, Mapping) else ():
-            try:
-                check_number(content["system"], str(key))
-            except ValueError as fault:
-                raise FileError(f"{place}: {fault}") from None
-
-
-def _about_parts(key: object, place: str) -> str:
-    """The sentence for numbers of parts in a study that names no system; otherwise empty."""
-    if not place.startswith(("axes", "zipped")) or not str(key).startswith("parts"):
-        return ""
-    return f"{shown(key)} is a number of a system: name its file too, as system = 'device.toml'."
+            if key not in known:
+                raise FileError(unknown_key(key, place, known))

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.crew import work_together
+from springpot.machine.faults import Stopped
 from springpot.machine.interrupt import Terminated, sigterm_as_ctrl_c
 from springpot.machine.processors import threads_available
 from springpot.studies.labelled import finish, take_away_labelled
@@ -38,10 +39,6 @@ CHECKED = 20_000  # points at which the settings of Monte Carlo are checked befo
 PATIENCE = "20s"  # for a scheduler to answer
 IN_FLIGHT = 4  # tasks submitted to a cluster for each of its threads: memory stays bounded, and no thread waits
 RECOUNT = 1.0  # s between two looks at how many threads a cluster has: workers may come later
-
-
-class _Stopped(Exception):
-    """Raised inside a task to end it."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +78,15 @@ class _Count:
     failures: list[tuple[Task, str]] = field(default_factory=list)
     stopping: bool = False
     lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def ended(self, task: Task, found: bool | str) -> None:
+        """Count a task: computed here, by another process, or failed for a reason."""
+        if isinstance(found, str):
+            self.failures.append((task, found))
+        elif found:
+            self.computed += 1
+        else:
+            self.others += 1
 
     def tell(self) -> None:
         """Call ``progress``; only in the thread that started the run."""
@@ -212,29 +218,29 @@ def _one(store: Store, task: Task, threads: int, count: _Count) -> None:
 
     def alive(fraction: float) -> None:
         if count.stopping:
-            raise _Stopped
+            raise Stopped
         with count.lock:
             count.under_way[task.slot] = fraction
 
-    failure, mine = None, False
     try:
-        if not store.has(task):
-            store.write(task, compute(task, threads=threads, progress=alive))
-            mine = True
-    except _Stopped:
+        found: bool | str = _computed(store, task, threads, alive)
+    except Stopped:
         return
     except (OSError, MemoryError):
         raise
     except Exception as error:
-        failure = (task, f"{type(error).__name__}: {error}")
+        found = f"{type(error).__name__}: {error}"
     with count.lock:
         count.under_way.pop(task.slot, None)
-        if failure is not None:
-            count.failures.append(failure)
-        elif mine:
-            count.computed += 1
-        else:
-            count.others += 1
+        count.ended(task, found)
+
+
+def _computed(store: Store, task: Task, threads: int, progress: Progress | None = None) -> bool:
+    """Whether this was the one to compute and save a result, and not another process before."""
+    if store.has(task):
+        return False
+    store.write(task, compute(task, threads=threads, progress=progress))
+    return True
 
 
 @lru_cache(maxsize=8)
@@ -246,13 +252,9 @@ def _remote(path: str, task: Task) -> bool:
     """Compute and save a task in a worker of a cluster; False if the store has its result already."""
     from distributed import get_worker
 
-    store = _store_at(path)
-    if store.has(task):
-        return False
     state = get_worker().state  # all tasks that the worker has now share its threads
     threads = max(1, state.nthreads // max(1, len(state.executing) + len(state.ready)))
-    store.write(task, compute(task, threads=threads))
-    return True
+    return _computed(_store_at(path), task, threads)
 
 
 def _on_a_cluster(
@@ -315,16 +317,14 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
 def _take(future: Any, task: Task, count: _Count) -> None:
     """Count a task that a worker has finished, or record its error."""
     if future.status == "finished":
-        computed = future.result()
-        count.computed += computed
-        count.others += not computed
+        count.ended(task, future.result())
     elif future.status != "error":
         raise ConnectionError("a task was cancelled by the cluster")
     else:
         error = future.exception()
         if isinstance(error, OSError | MemoryError | StoreError):  # all other tasks would fail too
             raise error
-        count.failures.append((task, f"{type(error).__name__}: {error}"))
+        count.ended(task, f"{type(error).__name__}: {error}")
     future.release()
 
 

@@ -46,6 +46,7 @@ __all__ = [
     "metadata_of",
     "open_store",
     "root_of",
+    "whole_folder",
     "writing",
 ]
 
@@ -81,7 +82,7 @@ class Store:
     @cached_property
     def metadata(self) -> dict[str, bytes]:
         """The metadata of groups and arrays by their places, as they should be."""
-        return metadata(self.study.methods, self.study.base)
+        return metadata(self.study.methods, self.study.system)
 
     @cached_property
     def _arrays(self) -> dict[str, Any]:
@@ -156,6 +157,20 @@ class Store:
     def described(self) -> dict[str, Any]:
         """What the attributes of the root say of the study."""
         return {"format": FORMAT, "study": document(self.study), "versions": self.versions}
+
+
+@contextmanager
+def whole_folder(path: Path) -> Iterator[Path]:
+    """A folder that is made under another name and then renamed, so that it is never seen incomplete."""
+    partial = path.with_name(partial_name(path.name))
+    try:
+        yield partial
+        os.rename(partial, path)
+    except OSError as error:
+        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
+            raise
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 @contextmanager
@@ -302,17 +317,12 @@ def _check_same(path: Path, kept: Study, given: Study) -> None:
 
 
 def _make(path: Path, study: Study) -> None:
-    """Create the store under another name and rename it, so that it is never seen incomplete."""
-    partial = path.with_name(partial_name(path.name))
     try:
-        partial.mkdir(parents=True)
-        _describe(partial, study, None)
-        os.rename(partial, path)
+        with whole_folder(path) as partial:
+            partial.mkdir(parents=True)
+            _describe(partial, study, None)
     except OSError as error:
-        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):  # otherwise another process was quicker
-            raise OSError(f"store {str(path)!r} cannot be created ({error.strerror}).") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        raise OSError(f"store {str(path)!r} cannot be created ({error.strerror}).") from error
 
 
 def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:

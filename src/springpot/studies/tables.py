@@ -20,22 +20,18 @@ from springpot.problem.system import System
 from springpot.simulation.plan.options import hints
 from springpot.theory.registry import METHODS
 
-__all__ = ["ALL_METHODS", "PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
+__all__ = ["PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
 
-ALL_METHODS = tuple(METHODS)
 if TYPE_CHECKING:
     Method = str
 else:
-    Method = Literal[(*ALL_METHODS, "monte_carlo")]
-PARAMETERS: Mapping[str, str] = {
-    "order": "parts.springpot.order", "coefficient": "parts.springpot.coefficient",
-    "natural_frequency": "parts.spring.stiffness", "intensity": "parts.white_noise.intensity",
-    "position": "parts.barrier.position", "restitution": "parts.barrier.restitution",
+    Method = Literal[(*METHODS, "monte_carlo")]
+PARAMETERS: Mapping[str, tuple[str, int]] = {
+    "order": ("parts.springpot.order", 1), "coefficient": ("parts.springpot.coefficient", 1),
+    "natural_frequency": ("parts.spring.stiffness", 2), "intensity": ("parts.white_noise.intensity", 1),
+    "position": ("parts.barrier.position", 1), "restitution": ("parts.barrier.restitution", 1),
 }  # fmt: skip
-"""What an axis can run over where no system is named, and the number of the oscillator's parts that it is.
-
-A natural frequency is the root of the stiffness.
-"""
+"""The paper's numbers by their short names: each the number of a part of which it is the root of this power."""
 
 
 class Strict(BaseModel):
@@ -66,7 +62,8 @@ _Settings = create_model(  # a study has a seed of its own, and stores no paths
 
 
 Device = Annotated[
-    Annotated[InstanceOf[System], PlainSerializer(System.to_dict)] | None,
+    InstanceOf[System],
+    PlainSerializer(System.to_dict),
     WithJsonSchema(
         {
             "anyOf": [{"type": "string"}, {"type": "object", "required": ["parts"]}],
@@ -86,13 +83,7 @@ def of_either(schema: dict[str, Any]) -> None:
     theirs: dict[str, Any] = {"propertyNames": {"pattern": "^parts(\\.|$)"}}
     schema["if"] = {"required": ["system"]}
     schema["then"] = {"properties": {"axes": theirs, "zipped": {"additionalProperties": theirs}, "fixed": False}}
-    schema["else"] = {
-        "properties": {
-            "methods": {"items": {"enum": [*METHODS, "monte_carlo"]}},
-            "axes": own,
-            "zipped": {"additionalProperties": own},
-        }
-    }
+    schema["else"] = {"properties": {"axes": own, "zipped": {"additionalProperties": own}}}
 
 
 class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]

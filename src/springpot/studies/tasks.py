@@ -18,7 +18,7 @@ from springpot.problem.parts import RecordedExcitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
-from springpot.studies.columns import columns_of, numbers_of_answer, numbers_of_run
+from springpot.studies.columns import columns_of, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, system_at
 
 __all__ = [
@@ -112,34 +112,35 @@ def tasks(study: Study) -> Iterator[Task]:
     [0.25, 0.5]
     """
     for method in study.methods:
-        how = _how(study, method)
-        for point in study.points():
-            yield _task(method, point, how)
+        yield from map(_maker(study, method), study.points())
 
 
 def task_at(study: Study, method: str, index: int) -> Task:
     """A method's task at the point with this index."""
-    return _task(method, study.point(index), _how(study, method))
+    return _maker(study, method)(study.point(index))
 
 
-@dataclass(frozen=True)
-class _How:
-    """What the tasks of one method have in common."""
-
-    settings: dict[str, Any]
-    quantities: tuple[str, ...]
-    seed: int
-    base: System
-    unvaried: str  # digest of the system without the numbers that vary; empty if the points have all numbers
-
-
-def _how(study: Study, method: str) -> _How:
-    settings: dict[str, Any] = {}
+def _maker(study: Study, method: str) -> Callable[[Point], Task]:
+    """What makes a method's task at a point."""
+    base, settings = study.system, {}
     if method == "monte_carlo" and study.monte_carlo is not None:
-        settings = _settings(study.monte_carlo, study.base)
+        settings = _settings(study.monte_carlo, base)
     quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
-    unvaried = hashlib.sha256(json.dumps(study.unvaried, sort_keys=True).encode()).hexdigest() if study.unvaried else ""
-    return _How(settings, quantities, study.seed, study.base, unvaried)
+    content: dict[str, Any] = {"format": ANSWERS_FORMAT, "method": method}
+    if study.unvaried:
+        content["system"] = hashlib.sha256(json.dumps(study.unvaried, sort_keys=True).encode()).hexdigest()
+    if method == "monte_carlo":
+        content |= {"settings": settings, "quantities": quantities, "seed": study.seed}
+
+    def task(point: Point) -> Task:
+        numbers = {name: value + 0.0 if isinstance(value, float) else value for name, value in point.items()}
+        whole = {**content, "point": numbers}
+        digest = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).digest()
+        slot, check = int.from_bytes(digest[:8], "little") >> 4, int.from_bytes(digest[8:16], "little") >> 12
+        seed = own_seed(study.seed, whole) if method == "monte_carlo" else 0
+        return Task(method, point, settings, quantities, seed, slot, check, base)
+
+    return task
 
 
 def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
@@ -157,21 +158,6 @@ def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
     return {**given, "start": "stationary"}
 
 
-def _task(method: str, point: Point, how: _How) -> Task:
-    random = {"settings": how.settings, "quantities": how.quantities, "seed": how.seed}
-    content = {
-        "format": ANSWERS_FORMAT,
-        "method": method,
-        "point": {name: value + 0.0 if isinstance(value, float) else value for name, value in point.items()},
-        **({"system": how.unvaried} if how.unvaried else {}),
-        **(random if method == "monte_carlo" else {}),
-    }
-    digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
-    slot, check = int.from_bytes(digest[:8], "little") >> 4, int.from_bytes(digest[8:16], "little") >> 12
-    seed = own_seed(how.seed, content) if method == "monte_carlo" else 0
-    return Task(method, point, how.settings, how.quantities, seed, slot, check, how.base)
-
-
 def check_some(study: Study, most: int) -> int:
     """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number.
 
@@ -187,15 +173,15 @@ def check_some(study: Study, most: int) -> int:
     from springpot.simulation.plan.plan import plan_of
     from springpot.theory import NoStationaryStateError
 
-    how = (most,) if study.system is None else (SYSTEMS_TRIED, AXES_TRIED)
+    how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
     chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None:
         return len(chosen)
-    given = _settings(study.monte_carlo, study.base)
+    given = _settings(study.monte_carlo, study.system)
     explicit = {name: value for name, value in given.items() if name != "rtol"}
     for point in map(study.point, chosen):
         try:
-            system = study.system_at(point)
+            system = system_at(point, study.system)
             if "rtol" in given:
                 motion = motion_of(system)
                 impacts = [name for name in study.quantities if "impact_" in name]
@@ -213,24 +199,27 @@ def check_some(study: Study, most: int) -> int:
 
 def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
     """Compute one task.  The same task always gives the same bits."""
-    if task.method == "monte_carlo":
-        return _simulated(task, threads, progress)
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
-    result, statement = solve_one(task.system, task.method)
-    if result is None:
-        return Answer((math.nan,) * len(columns_of(task.method, task.base)), statement, ())
-    return Answer(numbers_of_answer(result, task.base), "", warnings_of(result))
+    names = columns_of(task.method, task.base)
+    if task.method == "monte_carlo":
+        run, statement = _simulated(task, threads, progress)
+        if run is not None:
+            return Answer(numbers_of_run(run.estimates, task.base), "", run.warnings)
+    else:
+        result, statement = solve_one(task.system, task.method)
+        if result is not None:
+            return Answer(tuple(result.moments[name] for name in names), "", warnings_of(result))
+    return Answer((math.nan,) * len(names), statement, ())
 
 
-def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> Answer:
+def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> tuple[Any, str]:
     from springpot.simulation.monte_carlo import simulated
     from springpot.theory import NoStationaryStateError
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        found = simulated(task.system, **task.settings, **more, seed=task.seed, threads=threads, progress=progress)
+        return simulated(task.system, **task.settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
-        return Answer((math.nan,) * len(columns_of(task.method, task.base)), str(nothing), ())
-    return Answer(numbers_of_run(found.estimates, task.base), "", found.warnings)
+        return None, str(nothing)

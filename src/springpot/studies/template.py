@@ -2,35 +2,49 @@
 
 from __future__ import annotations
 
+import json
+
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
-from springpot.problem.parts import Mass
 from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
-from springpot.studies.tables import ALL_METHODS
 from springpot.theory.registry import METHODS
+from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
 
-__all__ = ["TEMPLATE", "TEMPLATE_OF_SYSTEM", "of_system"]
+__all__ = ["OF_OSCILLATORS", "TEMPLATE", "of_system"]
 
 _TRIED = "envelope", "linearization"  # quick, and for most systems; in the file where they have an answer
 
 TEMPLATE = """\
-# A study: a grid of oscillators, each computed by every method below.  It takes ten seconds.
+# A study: a grid of {kind}, each computed by every method below.{takes}
 #     springpot study check {file}
 #     springpot study run {file} --store {store}
 #     springpot study plot {store} --out {picture}
 #     springpot study export {store} {table}
 name = {name}
 seed = 1             # every point's own seed is made from this and the point's numbers
-# methods: METHODS
-methods = [
-    "averaging",
-    "envelope",
-    "monte_carlo",
-]
-# amplitude_mean_square, x_mean, x_mean_square, v_mean_square, impact_rate, impact_speed_mean, impact_speed_mean_square
-quantities = ["amplitude_mean_square", "impact_rate"]  # what rtol controls and charts show; the store keeps them all
+{system}# methods: METHODS
+methods = [{methods}]
+# {quantities}
+quantities = {chosen}  # what rtol controls and charts show; the store keeps them all
 
+{fixed}[axes]               # the grid is the product of the axes; they can be extended later
+{axes}
+
+# [zipped.case]      # columns that vary together, along one axis with a name of your own
+{zipped}
+[monte_carlo]        # one of
+{monte_carlo}
+""".replace("METHODS", ", ".join((*METHODS, "monte_carlo")))
+
+OF_OSCILLATORS = {
+    "kind": "oscillators",
+    "takes": "  It takes ten seconds.",
+    "system": "",
+    "methods": '"averaging", "envelope", "monte_carlo"',
+    "quantities": ", ".join(MOMENTS),
+    "chosen": '["amplitude_mean_square", "impact_rate"]',
+    "fixed": """\
 [fixed]              # the same at every point; these values are also the defaults
 coefficient = 1.0    # C, s^(alpha-2)
 natural_frequency = 1.0  # Omega, rad/s
@@ -39,51 +53,25 @@ position = 0.0       # b, m
 side = "above"       # of the wall, where the mass moves
 barrier = true       # false: no wall
 
-[axes]               # the grid is the product of the axes; they can be extended later
-order = {{linspace = [0.2, 1.0, 9]}}      # start, end, count; or geomspace = [start, end, count]
-restitution = [1.0, 0.9, 0.7]            # or a plain list
-
-# [zipped.case]      # columns that vary together, along one axis with a name of your own
-# coefficient = [0.1, 0.5]
-# natural_frequency = [1.0, 2.0]
-
-[monte_carlo]        # one of
+""",
+    "axes": """\
+order = {linspace = [0.2, 1.0, 9]}      # start, end, count; or geomspace = [start, end, count]
+restitution = [1.0, 0.9, 0.7]            # or a plain list""",
+    "zipped": "# coefficient = [0.1, 0.5]\n# natural_frequency = [1.0, 2.0]\n",
+    "monte_carlo": """\
 rtol = 0.03          #   the total relative error of the quantities, or
-# paths = 5000       #   the settings of a run: paths, duration, step, window, scheme, start = "rest", ...
-""".replace("METHODS", ", ".join((*METHODS, "monte_carlo")))
-
-TEMPLATE_OF_SYSTEM = """\
-# A study: a grid of systems, each computed by every method below.
-#     springpot study check {file}
-#     springpot study run {file} --store {store}
-#     springpot study plot {store} --out {picture}
-#     springpot study export {store} {table}
-name = {name}
-seed = 1             # every point's own seed is made from this and the point's numbers
-system = {system}    # its place, from this file
-# methods: METHODS
-methods = [{methods}]
-# {quantities}
-quantities = {chosen}  # what rtol controls and charts show; the store keeps them all
-
-[axes]               # the grid is the product of the axes; they can be extended later
-{axes}
-
-# [zipped.case]      # columns that vary together, along one axis with a name of your own
-
-[monte_carlo]        # one of
-paths = 1000         #   the settings of a run: paths, duration, step, window, start = "rest", ..., or
-# rtol = 0.05        #   the total relative error of the quantities
-""".replace("METHODS", ", ".join((*ALL_METHODS, "monte_carlo")))
+# paths = 5000       #   the settings of a run: paths, duration, step, window, scheme, start = "rest", ...""",
+}
+"""What the file says of the paper's oscillator."""
 
 
-def of_system(device: System) -> dict[str, str]:
+def of_system(device: System, place: str) -> dict[str, str]:
     """What the file says of a system: methods, quantities, and an axis for each number, of which the first is in use.
 
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
-    >>> words = of_system(System(Spring(80.0), Barrier(-0.02), WhiteNoise(0.02)))
+    >>> words = of_system(System(Spring(80.0), Barrier(-0.02), WhiteNoise(0.02)), "device.toml")
     >>> print(words["axes"])
     parts.spring.stiffness = [64.0, 80.0]  # s-2
     # parts.barrier.position = [-0.02]  # m
@@ -94,7 +82,7 @@ def of_system(device: System) -> dict[str, str]:
     """
     numbers = numbers_of(device)
     usable = [name for name in numbers if _varies(device, name)]
-    heavy = {name for name, part in device.named() if isinstance(part, Mass)}
+    heavy = {name for name, part in device.named() if "inertia" in part.powers}
     first = next((name for name in usable if name.split(".")[1] not in heavy), next(iter(usable), ""))
     lines = []
     for name, value in numbers.items():
@@ -104,10 +92,18 @@ def of_system(device: System) -> dict[str, str]:
     theories = [name for name in _TRIED if solve_one(device, name)[0] is not None]
     chosen = ["x_mean_square", *(["impact_rate"] if device.stops else [])]
     return {
+        "kind": "systems",
+        "takes": "",
+        "system": f"system = {json.dumps(place, ensure_ascii=False)}    # its place, from this file\n",
+        "fixed": "",
         "axes": "\n".join(lines),
+        "zipped": "",
         "quantities": ", ".join(scalars_of(device)),
         "chosen": "[" + ", ".join(f'"{name}"' for name in chosen) + "]",
         "methods": ", ".join(f'"{name}"' for name in (*theories, "monte_carlo")),
+        "monte_carlo": """\
+paths = 1000         #   the settings of a run: paths, duration, step, window, start = "rest", ..., or
+# rtol = 0.05        #   the total relative error of the quantities""",
     }
 
 

@@ -1,24 +1,24 @@
 """Base classes of results with densities: they convert units and side, and handle arrays, NaN and infinity.
 
-A method gives a `Law` in its own units; where its formulas are in other units it overrides one of the methods that
-begin with an underscore.
+A method gives a `Law` in its own units; where that is known at a time from rest too, it overrides a method that begins
+with an underscore.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.theory.distributions import numbers_only, real_array
+from springpot.theory.distributions import numbers_only
 from springpot.theory.problem import Units
 from springpot.theory.result import NotCoveredError, Result
 
-__all__ = ["Densities", "DensitiesOfAmplitude", "Law"]
+__all__ = ["Densities", "DensitiesOfAmplitude", "Law", "LawOfAmplitude", "WithLaw"]
 
 FloatArray = NDArray[np.float64]
 
@@ -43,8 +43,33 @@ class Law(Protocol):
         """Of the speed just before an impact."""
 
 
+class LawOfAmplitude(Law, Protocol):
+    """A law that also has the density of A = sqrt(x^2 + v^2 / Omega^2)."""
+
+    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+        """Of A over the unit of length."""
+
+
+L = TypeVar("L", bound=Law, covariant=True)
+A = TypeVar("A", bound=LawOfAmplitude, covariant=True)
+Kept = TypeVar("Kept", covariant=True)
+
+
 @dataclass(frozen=True)
-class Densities(Result):
+class WithLaw(Result, Generic[Kept]):
+    """A result that keeps the law from which its moments are."""
+
+    _law: Kept | None = field(default=None, repr=False, compare=False, kw_only=True)
+
+    def _stationary_law(self) -> Kept:
+        _ = self.moments  # raises where there is no stationary state
+        if self._law is None:
+            raise ValueError("there is no density: without noise the mass is at rest.")
+        return self._law
+
+
+@dataclass(frozen=True)
+class Densities(WithLaw[L]):
     """A result with the densities of displacement, velocity and impact speed.
 
     Notes
@@ -52,8 +77,6 @@ class Densities(Result):
     The parameters are those of `springpot.theory.result.Result`.  A density takes a number or an array of any shape; it
     is 0 at infinity and NaN at NaN.
     """
-
-    _law: Law | None = field(default=None, repr=False, compare=False, kw_only=True)
 
     @cached_property
     def paper(self) -> Dimensionless:
@@ -88,7 +111,8 @@ class Densities(Result):
         >>> sp.theory.averaging(sp.Oscillator()).x_density([-0.1, 0.0]).round(4)
         array([0.    , 0.7446])
         """
-        return self._x(real_array(displacement, "displacement"), time)
+        law = self._at(time)
+        return np.asarray(law.x(law.units.place(displacement)) / law.units.length)
 
     @numbers_only
     def v_density(self, velocity: ArrayLike, time: float | None = None) -> FloatArray:
@@ -102,7 +126,8 @@ class Densities(Result):
         >>> float(sp.theory.averaging(sp.Oscillator()).v_density(0.0).round(4))
         0.3723
         """
-        return self._v(real_array(velocity, "velocity"), time)
+        law = self._at(time)
+        return np.asarray(law.v(law.units.pace(velocity)) / law.units.speed)
 
     @numbers_only
     def joint_density(self, displacement: ArrayLike, velocity: ArrayLike, time: float | None = None) -> FloatArray:
@@ -116,7 +141,8 @@ class Densities(Result):
         >>> float(sp.theory.averaging(sp.Oscillator()).joint_density(0.0, 0.0).round(4))
         0.2772
         """
-        return self._joint(real_array(displacement, "displacement"), real_array(velocity, "velocity"), time)
+        law, units = self._at(time), self._at(time).units
+        return np.asarray(law.joint(units.place(displacement), units.pace(velocity)) / (units.length * units.speed))
 
     @numbers_only
     def impact_speed_density(self, speed: ArrayLike, time: float | None = None) -> FloatArray:
@@ -135,42 +161,22 @@ class Densities(Result):
         >>> float(sp.theory.averaging(sp.Oscillator()).impact_speed_density(1.0).round(4))
         0.5635
         """
-        u = real_array(speed, "speed")
         if not self.system.stops:
             raise NotCoveredError("There is no impact speed: this system has no wall to strike.")
-        return self._impact_speed(u, time)
+        law = self._at(time)
+        return np.asarray(law.impact_speed(np.asarray(speed) / law.units.speed) / law.units.speed)
 
-    def _at(self, time: float | None) -> Law:
+    def _at(self, time: float | None) -> L:
         """The law at a time from rest, or in the stationary state."""
         if time is not None:
             raise NotCoveredError(
                 f"This density of {self.method} is known in the stationary state only, not at a time."
             )
-        _ = self.moments  # raises where there is no stationary state
-        if self._law is None:
-            raise ValueError("there is no density: without noise the mass is at rest.")
-        return self._law
-
-    def _x(self, x: FloatArray, time: float | None) -> FloatArray:
-        law = self._at(time)
-        return np.asarray(law.x(law.units.place(x)) / law.units.length)
-
-    def _v(self, v: FloatArray, time: float | None) -> FloatArray:
-        law = self._at(time)
-        return np.asarray(law.v(law.units.side * v / law.units.speed) / law.units.speed)
-
-    def _joint(self, x: FloatArray, v: FloatArray, time: float | None) -> FloatArray:
-        law = self._at(time)
-        units = law.units
-        return np.asarray(law.joint(units.place(x), units.side * v / units.speed) / (units.length * units.speed))
-
-    def _impact_speed(self, u: FloatArray, time: float | None) -> FloatArray:
-        law = self._at(time)
-        return np.asarray(law.impact_speed(u / law.units.speed) / law.units.speed)
+        return self._stationary_law()
 
 
 @dataclass(frozen=True)
-class DensitiesOfAmplitude(Densities):
+class DensitiesOfAmplitude(Densities[A]):
     """A result that also has the densities of amplitude and energy."""
 
     @numbers_only
@@ -185,7 +191,7 @@ class DensitiesOfAmplitude(Densities):
         >>> float(sp.theory.averaging(sp.Oscillator()).amplitude_density(1.0).round(4))
         0.5635
         """
-        return self._amplitude(real_array(amplitude, "amplitude"), time)
+        return self._amplitude(np.asarray(amplitude), time)
 
     @numbers_only
     def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
@@ -199,12 +205,10 @@ class DensitiesOfAmplitude(Densities):
         >>> float(sp.theory.averaging(sp.Oscillator()).energy_density(1.0).round(4))
         0.3645
         """
-        return self._energy(real_array(energy, "energy"), time)
-
-    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
-        raise NotImplementedError
-
-    def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
-        omega = self.paper.natural_frequency
+        omega, h = self.paper.natural_frequency, np.asarray(energy)
         a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega
         return np.where(h >= 0.0, self._amplitude(a, time) / (omega * omega * a), 0.0)
+
+    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+        law = self._at(time)
+        return np.asarray(law.amplitude(a / law.units.length) / law.units.length)

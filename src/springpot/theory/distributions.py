@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["finite_array", "hoyt", "modulus_correlation", "normal", "numbers_only", "rayleigh", "real_array"]
+__all__ = ["finite_array", "hoyt", "modulus_correlation", "normal", "numbers_only", "rayleigh", "real_array", "times"]
 
 FloatArray = NDArray[np.float64]
 
@@ -57,6 +57,27 @@ def finite_array(value: ArrayLike, name: str) -> FloatArray:
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name} must be finite.")
     return array
+
+
+def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> FloatArray:
+    """Times of at least 0 s, or the sizes of those of either sign, as an array of floats, which may be infinite.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is not a real number, or is NaN or negative.
+
+    Examples
+    --------
+    >>> times(1, "time")
+    array(1.)
+    """
+    t = np.abs(real_array(value, name)) if either_sign else real_array(value, name)
+    if np.any(np.isnan(t)):
+        raise ValueError(f"{name} must be {'a time in s' if either_sign else 'at least 0 s'}, not NaN.")
+    if np.any(t < 0.0):
+        raise ValueError(f"{name} must be at least 0 s, not {np.min(t):g}.")
+    return t
 
 
 def normal(value: FloatArray, variance: float) -> FloatArray:
@@ -113,7 +134,7 @@ def modulus_correlation(rho: FloatArray) -> FloatArray:
 
 
 def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray]:
-    """Decorator of a density, which is then called with finite arguments only: it is NaN at NaN and 0 at infinity.
+    """Decorator of a density, which is then called with arrays of finite numbers: it is NaN at NaN and 0 at infinity.
 
     A parameter ``time`` is passed on unchanged.  Overflow is not reported: it gives infinity, where a density is 0.
 
@@ -130,12 +151,7 @@ def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray
         bound = signature.bind(self, *arguments, **named).arguments
         rest = {name: value for name, value in bound.items() if name == "time"}
         with np.errstate(over="ignore"):
-            try:
-                given = np.broadcast_arrays(*(np.asarray(bound[name]) for name in places))
-            except ValueError:
-                return density(*(bound[name] for name in ("self", *places)), **rest)  # which raises the error
-            if any(argument.dtype.kind not in "iuf" for argument in given):
-                return density(*(bound[name] for name in ("self", *places)), **rest)
+            given = np.broadcast_arrays(*(real_array(bound[name], name) for name in places))
             finite = np.logical_and.reduce([np.isfinite(argument) for argument in given])
             if finite.all() and finite.size:
                 return density(self, *given, **rest)

@@ -10,10 +10,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.theory.result import Moments
+from springpot.problem.system import System
+from springpot.theory.result import NEVER_STRUCK, Moments, moments_of
 
 __all__ = ["Problem", "Units", "at_rest", "endless", "problem_and_units"]
 
@@ -73,30 +74,30 @@ class Units:
         """In s."""
         return 1.0 / self.frequency
 
-    def place(self, displacement: NDArray[np.float64]) -> NDArray[np.float64]:
+    def place(self, displacement: ArrayLike) -> NDArray[np.float64]:
         """Dimensionless displacements from the origin, away from the wall."""
-        return np.asarray(self.side * (displacement - self.origin) / self.length)
+        return np.asarray(self.side * (np.asarray(displacement) - self.origin) / self.length)
 
-    def moments(self, dimensionless: Moments) -> Moments:
-        """Moments in units, and on the mass's own side of the wall.
+    def pace(self, velocity: ArrayLike) -> NDArray[np.float64]:
+        """Dimensionless velocities, away from the wall."""
+        return np.asarray(self.side * np.asarray(velocity) / self.speed)
+
+    def moments(
+        self, system: System, x_mean: float, x_mean_square: float, v_mean_square: float, hit: tuple[float, float, float]
+    ) -> Moments:
+        """Moments in units, and on the mass's own side of the wall; rate, mean and mean square speed of the impacts.
 
         Examples
         --------
-        >>> from springpot.problem.parts import Barrier
+        >>> from springpot.problem.parts import Barrier, Spring
         >>> _, units = problem_and_units(Dimensionless(natural_frequency=2.0, barrier=Barrier(side="below")))
-        >>> units.moments(Moments(2.0, 1.0, 1.0, 1.0, 0.5, 1.0, 2.0)).impact_rate
+        >>> units.moments(System(Spring(4.0), Barrier(side="below")), 1.0, 1.0, 1.0, (0.5, 1.0, 2.0)).impact_rate
         1.0
         """
-        length, speed = self.length, self.speed
-        return Moments(
-            amplitude_mean_square=dimensionless.amplitude_mean_square * length**2,
-            x_mean=self.side * dimensionless.x_mean * length + 0.0,
-            x_mean_square=dimensionless.x_mean_square * length**2,
-            v_mean_square=dimensionless.v_mean_square * speed**2,
-            impact_rate=dimensionless.impact_rate * self.frequency,
-            impact_speed_mean=dimensionless.impact_speed_mean * speed,
-            impact_speed_mean_square=dimensionless.impact_speed_mean_square * speed**2,
-        )
+        length, speed, (rate, mean, square) = self.length, self.speed, hit
+        hits = [(rate * self.frequency, mean * speed, square * speed**2)]
+        x = self.side * x_mean * length + 0.0
+        return moments_of(system, x, x_mean_square * length**2, v_mean_square * speed**2, hits)
 
 
 def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:
@@ -148,15 +149,16 @@ def endless(paper: Dimensionless) -> str | None:
     return f"There is no stationary state: nothing dissipates energy ({cause}), so {fate}."
 
 
-def at_rest(paper: Dimensionless) -> Moments:
+def at_rest(system: System, paper: Dimensionless) -> Moments:
     """Moments without noise: the mass rests against the wall under a preload, at 0 otherwise.
 
     Examples
     --------
-    >>> from springpot.problem.parts import Barrier, WhiteNoise
-    >>> at_rest(Dimensionless(barrier=Barrier(0.5, side="above"), excitation=WhiteNoise(0.0))).x_mean
+    >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
+    >>> pressed = System(Spring(1.0), Barrier(0.5, side="above"), WhiteNoise(0.0))
+    >>> at_rest(pressed, Dimensionless.of(pressed)).x_mean
     0.5
     """
     wall, side = paper.barrier, paper.direction
     place = 0.0 if wall is None else side * max(side * wall.position, 0.0) + 0.0
-    return Moments(place**2, place, place**2, 0.0, 0.0, math.nan, math.nan)
+    return moments_of(system, place, place**2, 0.0, [NEVER_STRUCK])

@@ -101,7 +101,7 @@ _LISTED = (
     Method("averaging_shifted", "averaging, shifted", "averaging.averaging", "green", (4.0, 1.5, 1.0, 1.5),
            options={"form": "shifted"}),
     Method("averaging_amplitude", "averaging of the amplitude", "systems.amplitude.averaging_amplitude", "green",
-           (1.0, 1.5)),
+           (2.5, 1.0, 2.5, 3.0)),
     Method("linearization", "linearization", "systems.linearization.linearization", "blue", (1.0, 1.5), seconds=0.1),
     Method("envelope", "envelope", "envelope.method.envelope", "vermilion", over_order="one by one"),
     Method("memory_closure", "memory closure", "memory_closure.method.memory_closure", "blue", (3.5, 2.0)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import PiezoelectricCircuit
@@ -14,6 +14,8 @@ from springpot.theory.walls import about_walls
 
 __all__ = [
     "MOMENTS",
+    "NEVER_STRUCK",
+    "OF_A_WALL",
     "ROUNDED",
     "Moments",
     "NoConvergenceError",
@@ -38,7 +40,9 @@ MOMENTS = (
     "impact_speed_mean_square",
 )
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
-_OF_A_WALL = ("impact_rate", "impact_speed_mean")
+OF_A_WALL = ("impact_rate", "impact_speed_mean")
+NEVER_STRUCK = 0.0, math.nan, math.nan
+"""Rate, mean and mean square speed of the impacts on a wall without any."""
 
 
 class NoStationaryStateError(ValueError):
@@ -92,7 +96,7 @@ def names_of_results(system: System) -> tuple[str, ...]:
     >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
-    of_walls = (f"{wall}_{what}" for wall in system.stops for what in _OF_A_WALL)
+    of_walls = (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL)
     return (*MOMENTS, *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
@@ -115,9 +119,10 @@ def moments_of(
     >>> moments_of(walls, 0.0, 1.0, 1.0, [(1.0, 2.0, 5.0), (3.0, 4.0, 17.0)]).impact_speed_mean
     3.5
     """
-    total = math.nan if any(math.isnan(rate) for rate, _, _ in hits) else math.fsum(rate for rate, _, _ in hits)
-    struck = [hit for hit in hits if hit[0] > 0.0]
-    walls = dict(zip(system.stops, hits, strict=False))
+    known = (hit if hit[0] > 0.0 else (hit[0], *NEVER_STRUCK[1:]) for hit in hits)
+    walls = dict(zip(system.stops, known, strict=False))
+    total = math.fsum(rate for rate, _, _ in walls.values())  # NaN with a NaN
+    struck = [hit for hit in walls.values() if hit[0] > 0.0]
     power = {} if harvested is None else {"harvested_power": harvested}
     return Moments(
         amplitude_mean_square=x_mean_square + v_mean_square / system.natural_frequency**2,
@@ -127,7 +132,7 @@ def moments_of(
         impact_rate=total,
         impact_speed_mean=sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
         impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
-        of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(_OF_A_WALL) for wall, hit in walls.items()} | power,
+        of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(OF_A_WALL) for wall, hit in walls.items()} | power,
     )
 
 
@@ -168,12 +173,7 @@ class Result:
     def __post_init__(self) -> None:
         if isinstance(found := self.stationary, str):
             return
-        walls = [*self.system.stops]
-        if len(walls) == 1 and not found.of_parts:
-            alone = {f"{walls[0]}_{what}": found[what] for what in _OF_A_WALL}
-            found = replace(found, of_parts=alone)
-            put(self, stationary=found)
-        rates = {wall: found[f"{wall}_impact_rate"] for wall in walls}
+        rates = {wall: found[f"{wall}_impact_rate"] for wall in self.system.stops}
         doubts = about_walls(self.system, found.x_mean, found.x_mean_square, found.v_mean_square, rates)
         put(self, warnings=tuple(dict.fromkeys((*self.warnings, *doubts.values()))))
 

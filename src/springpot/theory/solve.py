@@ -37,16 +37,9 @@ def solve_all(system: System) -> tuple[dict[str, Result], dict[str, str]]:
     >>> sorted({round(answer.amplitude_mean_square, 3) for answer in answers.values()}), len(answers), len(statements)
     ([1.0], 8, 4)
     """
-    system = checked_system(system)
-    answers: dict[str, Result] = {}
-    statements: dict[str, str] = {}
-    for name in METHODS:
-        result, statement = solve_one(system, name)
-        if result is None:
-            statements[name] = statement
-        else:
-            answers[name] = result
-    return answers, statements
+    solved = {name: solve_one(system, name) for name in METHODS}
+    answers = {name: result for name, (result, _) in solved.items() if result is not None}
+    return answers, {name: statement for name, (result, statement) in solved.items() if result is None}
 
 
 def solve_one(system: System, method: str) -> tuple[Result | None, str]:

@@ -49,10 +49,11 @@ def about_walls(
     period = 2.0 * math.pi / (omega if omega > 0.0 else speed / spread)
     said: dict[str, Message] = {}
     for name, wall in system.stops.items():
-        side = 1.0 if wall.side == "above" else -1.0
-        away = side * (x_mean - wall.position) / spread
+        away = wall.inwards * (x_mean - wall.position) / spread
         struck = rates.get(name, math.nan) * period
-        push = _push(system, wall) / (omega * speed) if isinstance(wall, Barrier) and omega > 0.0 else 0.0
+        # of the force per mass with which the springs press on a wall from inside
+        pressing = wall.inwards * float(system.potential.force(wall.position))
+        push = pressing / (omega * speed) if isinstance(wall, Barrier) and omega > 0.0 else 0.0
         words = f"{name} at {wall.position:g} m"
         if away > FAR and not struck > NEVER:
             said[name] = say("far_wall", wall=words, away=away)
@@ -61,9 +62,3 @@ def about_walls(
         elif struck > CHATTER:
             said[name] = say("chatter", wall=words, rate=rates[name], often=struck)
     return said
-
-
-def _push(system: System, wall: Barrier) -> float:
-    """The force per mass with which the springs press on a wall from inside; negative where they pull away."""
-    force = float(system.potential.force(wall.position))
-    return force if wall.side == "above" else -force

@@ -155,7 +155,7 @@ def _mine(force, slot, n, x, v, g, forcing, at, lane, weight):
 
 plan = plan_of(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")
 mine = simulation_of(plan).with_parts(load=Mine(1.0)).advance().rows[0, 0]
-plain = run(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")["x_mean"].value
+plain = simulate(Oscillator(), paths=1, duration=0.1, step=0.05, start="rest")["x_mean"].value
 print(mine, plain, sum(block.stats.cache_hits.values()))
 """)
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from springpot.problem.catalogue import unit_of
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
-from springpot.theory.result import MOMENTS, Moments, NotCoveredError, Result
+from springpot.theory.result import MOMENTS, OF_A_WALL, Moments, NotCoveredError, Result
 
 __all__ = [
     "ATLAS_FILE", "AtlasAnswer", "Table", "atlas", "crowding", "error_codes", "read_table", "restitution_at", "weights",
@@ -200,10 +200,11 @@ def atlas(system: System) -> AtlasAnswer:
     scales = _scales(paper)
     values = {name: numbers[name] * scales[name] for name in MOMENTS}
     errors = {name: NORMAL * own[name] * abs(scales[name]) for name in MOMENTS}
+    of_wall = {f"{wall}_{what}": values[what] for wall in system.stops for what in OF_A_WALL}
     return AtlasAnswer(
         method="atlas",
         system=system,
-        stationary=Moments(**values, of_parts={}),
+        stationary=Moments(**values, of_parts=of_wall),
         assumptions=("Stationary response; interpolated between Monte Carlo of the same problem.",),
         warnings=(),
         errors=errors,

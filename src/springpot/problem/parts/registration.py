@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, ClassVar, Literal, Self, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
@@ -276,6 +276,7 @@ class Part(Checked):
     said: ClassVar[str]
     glyph: ClassVar[str]
     powers: ClassVar[tuple[Power, ...]]
+    beside: ClassVar[tuple[str, ...]] = ()  # what else a family of parts must state
 
     @property
     def is_linear(self) -> bool:
@@ -305,10 +306,13 @@ class Part(Checked):
     def __init_subclass__(cls, abstract: bool = False) -> None:
         if abstract:
             return
-        stored = ("force_coefficients",) if "stored" in getattr(cls, "powers", ()) else ()
-        missing = [name for name in (*_ENTRIES, *stored) if getattr(cls, name, None) is getattr(Part, name, None)]
+        powers = getattr(cls, "powers", ())
+        needed = (*_ENTRIES, *cls.beside, *(name for power, name in _OF_A_POWER.items() if power in powers))
+        missing = [name for name in needed if getattr(cls, name, None) is getattr(Part, name, None)]
         if missing:
             raise TypeError(f"{cls.__name__} must state {listed(missing)}, as every part does.")
+        if wrong := {*powers} - {*get_args(Power)}:
+            raise TypeError(f"{cls.__name__}.powers must be of {listed(get_args(Power))}, not {listed(sorted(wrong))}.")
         cls.numbers = stated_numbers(cls)
         Part.kinds[kind_of(cls)] = cls
 
@@ -439,4 +443,5 @@ def _ends(given: object) -> tuple[str, str]:
     return first, second
 
 
+_OF_A_POWER = {"stored": "force_coefficients", "inertia": "inertia"}
 _ENTRIES = ("said", "glyph", "powers", "is_linear", "remembers", "dissipates", "is_thermal", "is_odd")

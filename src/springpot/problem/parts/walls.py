@@ -139,6 +139,8 @@ class Stop(Element, abstract=True):
 class SoftStop(Stop, abstract=True):
     """A stop with a force, which its `soft_stop` has without what it dissipates."""
 
+    beside = ("soft_stop",)
+
 
 @dataclass(frozen=True)
 class Barrier(Stop):

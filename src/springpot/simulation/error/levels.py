@@ -23,7 +23,7 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.scales import closed_form
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.plan.transient import shares_missing
-from springpot.theory.methods.exact import stationary_moments
+from springpot.theory.methods.exact import free_mean_squares
 
 __all__ = ["FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "level_plan", "levels_of"]
 
@@ -213,12 +213,12 @@ def _slow_time(motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
 
 
 def _slow_time_of(paper: Dimensionless, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
-    free = stationary_moments(replace(paper, barrier=None))
+    free = free_mean_squares(replace(paper, barrier=None))
     if isinstance(free, str):  # no springpot, or one of order 0: the wall alone dissipates
         return 0.0
     values = dict.fromkeys((*wanted, "x_mean"), 1.0) | {
-        "x_mean_square": free.x_mean_square,
-        "amplitude_mean_square": free.amplitude_mean_square,
+        "x_mean_square": free[0] * paper.length_scale**2,
+        "amplitude_mean_square": sum(free) * paper.length_scale**2,
     }
     scales = closed_form(paper)
     alone = replace(motion, slow=(paper,))

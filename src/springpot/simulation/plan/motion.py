@@ -38,6 +38,9 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls", "motion_of"]
 
+_SMOOTH = (ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+"""Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
+
 
 @dataclass(frozen=True)
 class StruckWalls:
@@ -176,6 +179,11 @@ class Motion:
         return bool(self.system.of(ThermalNoise))
 
     @property
+    def is_random(self) -> bool:
+        """Whether its paths differ; without noise, and random phases, all are alike."""
+        return bool(self.system.of(WhiteNoise, Harmonic, *_SMOOTH))
+
+    @property
     def recorded(self) -> float:
         """The length of the longest recorded excitation, in s; 0 without one."""
         return max((record.duration for record in self.system.of(RecordedExcitation)), default=0.0)
@@ -247,7 +255,7 @@ class Motion:
         system = self.system
         dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
         thermal = self.is_thermal and dampers > 0.0
-        smooth = system.of(ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+        smooth = system.of(*_SMOOTH)
         for name, wall in system.named():
             if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
                 continue

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Barrier
-from springpot.theory.methods.averaging import decay_rate, stationary_moments
+from springpot.theory.methods.averaging import decay_rate, mean_square_amplitude
 
 __all__ = ["Scales", "closed_form"]
 
@@ -97,8 +97,9 @@ def _mean(paper: Dimensionless) -> float:
     """E[x] by averaging with the wall moved to the equilibrium, or the wall's place if that is farther inside."""
     if paper.barrier is None:
         return 0.0
-    moments = stationary_moments(replace(paper, barrier=Barrier(0.0, paper.restitution)))
-    mean = 0.0 if isinstance(moments, str) else abs(moments.x_mean)
+    beta = decay_rate(replace(paper, barrier=Barrier(0.0, paper.restitution)))
+    square = mean_square_amplitude(paper, beta, paper.natural_frequency)
+    mean = math.sqrt(square / math.pi) if math.isfinite(square) else 0.0
     return paper.direction * max(paper.direction * paper.barrier.position, mean)
 
 

@@ -164,7 +164,10 @@ class Run:
 
     def __str__(self) -> str:
         wide = max(map(len, self.estimates), default=0) + 2
-        lines = [f"{name:{wide}}{estimate}" for name, estimate in self.estimates.items()]
+        lines = [
+            f"{name:{wide}}{own}" + ("" if own.step_bias is None else f", step bias up to {own.step_bias:.2g}")
+            for name, own in self.estimates.items()
+        ]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
     def to_dict(self) -> dict[str, Any]:

@@ -190,7 +190,8 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
     if "x_mean" in values:
         odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
     yield from odd.values()
-    yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
+    if simulation.motion.is_random:
+        yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
 
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
@@ -13,11 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.machine.arguments import finite_number
 from springpot.memory.zeta import zeta_beyond_one
 from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array
-from springpot.theory.problem import Units, endless
-from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
+from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array, times
+from springpot.theory.numerics.panels import panel_rule
+from springpot.theory.problem import Units, at_rest, endless
+from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError, moments_of
 
 __all__ = ["Averaging", "averaging", "check_covered", "harmonic_sum", "stiffness_sum"]
 
@@ -62,7 +64,7 @@ def harmonic_sum(alpha: float) -> float:
 
 
 @dataclass(frozen=True)
-class Averaging(DensitiesOfAmplitude):
+class Averaging(DensitiesOfAmplitude["_Law"]):
     """Result of stochastic averaging: moments, densities, correlation, spectrum and transients.
 
     With a^2 = x^2 + v^2 / w^2 the amplitude obeys the Ito equation
@@ -145,11 +147,7 @@ class Averaging(DensitiesOfAmplitude):
         from scipy import special  # slow to import, and most runs need none of it
 
         start = finite_number(initial, "initial", low=0.0)
-        t = real_array(time, "time")
-        if np.any(np.isnan(t)):
-            raise ValueError("time must be at least 0 s, not NaN.")
-        if np.any(t < 0.0):
-            raise ValueError(f"time must be at least 0 s, not {np.min(t):g}.")
+        t = times(time, "time")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
             raise NoStationaryStateError(self.stationary)
         if self.decay_rate > 0.0:
@@ -184,10 +182,7 @@ class Averaging(DensitiesOfAmplitude):
         array([1.1481, 0.8011, 0.7309])
         """
         variance = self.x_mean_square
-        t = np.abs(real_array(lag, "lag"))
-        if np.any(np.isnan(t)):
-            raise ValueError("lag must be a time in s, not NaN.")
-        t = np.minimum(t, 800.0 / self.decay_rate)  # e^-800 is 0
+        t = np.minimum(times(lag, "lag", either_sign=True), 800.0 / self.decay_rate)  # e^-800 is 0
         rho = np.exp(-self.decay_rate * t) * np.cos(self.frequency * t)
         if self.paper.barrier is not None:
             rho = modulus_correlation(rho)
@@ -243,11 +238,7 @@ class Averaging(DensitiesOfAmplitude):
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
         if mu == 0.0:
             raise ValueError("there is no density: the amplitude is always zero (at rest, or without noise).")
-        return _Law(mu, self.frequency, self.paper.direction)
-
-    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
-        mu, w, omega = self._at(time).mu, self.frequency, self.paper.natural_frequency
-        return rayleigh(a, mu) if w == omega else hoyt(a, mu / 2.0, mu / 2.0 * (w / omega) ** 2)
+        return _Law(mu, self.frequency, self.frequency / self.paper.natural_frequency, self.paper.direction)
 
 
 @dataclass(frozen=True)
@@ -264,6 +255,7 @@ class _Law:
 
     mu: float
     frequency: float
+    shift: float  # frequency over Omega
     side: float
 
     @property
@@ -283,6 +275,12 @@ class _Law:
     def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """With a uniform phase x and v are independent."""
         return np.asarray(self.x(x) * self.v(v))
+
+    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+        """Rayleigh where it is a; Hoyt at a shifted frequency."""
+        if self.shift == 1.0:
+            return rayleigh(amplitude, self.mu)
+        return hoyt(amplitude, self.mu / 2.0, self.mu / 2.0 * self.shift**2)
 
     def impact_speed(self, speed: FloatArray) -> FloatArray:
         """Rayleigh: it is w a."""
@@ -341,7 +339,7 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     return Averaging(
         method=_METHODS[form],
         system=system,
-        stationary=_stationary(paper, beta, frequency),
+        stationary=_stationary(system, paper, beta, frequency),
         assumptions=_assumptions(paper, form),
         warnings=_warnings(paper, form),
         decay_rate=beta,
@@ -354,9 +352,9 @@ def decay_rate(paper: Dimensionless) -> float:
     return _memory_decay(paper, paper.natural_frequency) + _impact_decay(paper, paper.natural_frequency)
 
 
-def stationary_moments(paper: Dimensionless) -> Moments | str:
-    """Those of the corrected form, or why there are none; the wall must be at 0."""
-    return _stationary(paper, decay_rate(paper), paper.natural_frequency)
+def mean_square_amplitude(paper: Dimensionless, beta: float, frequency: float) -> float:
+    """mu = <x^2 + v^2 / w^2> in the stationary state; infinite where nothing dissipates energy."""
+    return paper.excitation.intensity / (4.0 * beta) * 2.0 / frequency / frequency if beta > 0.0 else math.inf
 
 
 def check_covered(system: System, form: str = "corrected") -> Dimensionless:
@@ -379,22 +377,10 @@ def check_covered(system: System, form: str = "corrected") -> Dimensionless:
 
 
 def _shifted_frequency(paper: Dimensionless) -> float:
-    """w of a steady oscillation with the springpot's in-phase force: the root of w^2 = Omega^2 + stiffness w^alpha."""
-    from scipy import optimize  # slow to import, and most runs need none of it
-
-    alpha, omega = paper.springpot.order, paper.natural_frequency
-    stiffness = paper.dimensionless_coefficient * math.sin((1.0 - alpha) * math.pi / 2.0)
-    if paper.barrier is not None:
-        stiffness *= 16.0 / math.pi**2 * stiffness_sum(alpha)
-
-    def excess(log_ratio: float) -> float:
-        """Of the logarithm: w^alpha may be far larger than 1."""
-        return 2.0 * log_ratio - float(np.logaddexp(0.0, math.log(stiffness) + alpha * log_ratio))
-
-    if stiffness <= 0.0:
-        return omega
-    highest = float(np.logaddexp(0.0, math.log(stiffness))) / (2.0 - alpha) + 1e-9
-    return omega * math.exp(optimize.brentq(excess, 0.0, highest, xtol=1e-16, rtol=1e-15))
+    """w of a steady oscillation with the springpot's in-phase force: with a wall that is less than of a free one."""
+    pot = paper.springpot
+    share = 1.0 if paper.barrier is None else 16.0 / math.pi**2 * stiffness_sum(pot.order)
+    return resonance(paper.natural_frequency**2, [replace(pot, coefficient=share * pot.coefficient)])
 
 
 def stiffness_sum(alpha: float) -> float:
@@ -426,25 +412,17 @@ def _impact_decay(paper: Dimensionless, frequency: float) -> float:
     return -frequency / math.pi * math.log(paper.restitution) + 0.0
 
 
-def _stationary(paper: Dimensionless, beta: float, frequency: float) -> Moments | str:
-    omega, q = paper.natural_frequency, paper.excitation.intensity
+def _stationary(system: System, paper: Dimensionless, beta: float, frequency: float) -> Moments | str:
     if statement := endless(paper):
         return statement
-    v_mean_square = q / (4.0 * beta) if beta > 0.0 else math.inf
-    mu = 2.0 * v_mean_square / frequency / frequency
+    mu = mean_square_amplitude(paper, beta, frequency)
     if not math.isfinite(mu):
         return f"There is no stationary state in floating point: the decay rate {beta:g} 1/s is too small for <A^2>."
-    side = paper.direction
-    strikes = side != 0.0 and mu > 0.0
-    return Moments(
-        amplitude_mean_square=mu * (1.0 + (frequency / omega) ** 2) / 2.0,
-        x_mean=side * math.sqrt(mu / math.pi) + 0.0,
-        x_mean_square=mu / 2.0,
-        v_mean_square=v_mean_square,
-        impact_rate=frequency / math.pi if strikes else 0.0,
-        impact_speed_mean=frequency * math.sqrt(math.pi * mu) / 2.0 if strikes else math.nan,
-        impact_speed_mean_square=2.0 * v_mean_square if strikes else math.nan,
-    )
+    if mu == 0.0:
+        return at_rest(system, paper)
+    v_square = paper.excitation.intensity / (4.0 * beta)
+    hit = frequency / math.pi, frequency * math.sqrt(math.pi * mu) / 2.0, 2.0 * v_square
+    return moments_of(system, paper.direction * math.sqrt(mu / math.pi) + 0.0, mu / 2.0, v_square, [hit])
 
 
 def _assumptions(paper: Dimensionless, form: str) -> tuple[str, ...]:
@@ -517,14 +495,9 @@ def _power_rule() -> tuple[FloatArray, FloatArray]:
     Beyond the first k the sum is an integral between half integers, by Gauss nodes in blocks of doubling length: the
     error is that of the midpoint rule, below 1e-8 of the sum.
     """
-    x, w = np.polynomial.legendre.leggauss(_BLOCK_NODES)
-    edges = _POWERS * np.exp2(np.arange(_BLOCKS + 1)) + 0.5
-    half = np.diff(edges) / 2.0
-    nodes = (edges[:-1] + half)[:, None] + half[:, None] * x
+    nodes, weights = panel_rule(_POWERS * np.exp2(np.arange(_BLOCKS + 1)) + 0.5, _BLOCK_NODES)
     first = np.arange(1.0, _POWERS + 1.0)
-    return np.concatenate([first, nodes.reshape(-1)]), np.concatenate(
-        [np.ones_like(first), np.outer(half, w).reshape(-1)]
-    )
+    return np.concatenate([first, nodes]), np.concatenate([np.ones_like(first), weights])
 
 
 def _line_strength(power: FloatArray, harmonic: int) -> FloatArray:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,14 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array
-from springpot.theory.forms import Form, Forms
+from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array, times
+from springpot.theory.forms import form_of
 from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law
-from springpot.theory.numerics.contours import Relaxation, dashpot_mean_squares, mean_squares, relaxation
+from springpot.theory.numerics.contours import (
+    dashpot_mean_squares,
+    dashpot_motion,
+    free_spectrum,
+    mean_squares,
+    relaxation,
+)
 from springpot.theory.problem import Units, at_rest, endless, problem_and_units
-from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError
+from springpot.theory.result import NEVER_STRUCK, Moments, NoStationaryStateError, NotCoveredError
 
-__all__ = ["Exact", "check_covered", "exact"]
+__all__ = ["Exact", "Normals", "check_covered", "exact", "exact_of_paper", "exact_state", "free_mean_squares"]
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +38,7 @@ _REACH = (
 
 
 @dataclass(frozen=True)
-class Exact(DensitiesOfAmplitude):
+class Exact(DensitiesOfAmplitude["Normals"]):
     """The exact stationary state, and where it is known the way there from rest.
 
     Without a wall x and v are independent and normal.  With a dashpot and an elastic wall they are the same two
@@ -135,13 +141,13 @@ class Exact(DensitiesOfAmplitude):
         array([0.5321, 0.209 , 0.0175])
         """
         moments = self.moments
-        t = np.minimum(np.abs(_times(np.abs(real_array(lag, "lag")), "lag")) * self.paper.natural_frequency, _LONG)
+        t = np.minimum(times(lag, "lag", either_sign=True) * self.paper.natural_frequency, _LONG)
         if self.paper.barrier is not None and self.paper.barrier.position != 0.0:
             raise NotCoveredError("The exact correlation is known with a wall at 0 or without a wall.")
         alpha, c = self.paper.springpot.order, self.paper.dimensionless_coefficient
         if alpha < 1.0:
-            return _relaxation(alpha, c).correlation(t) * self.paper.length_scale**2
-        free = _dashpot_correlation(c, t)
+            return relaxation(alpha, c).correlation(t) * self.paper.length_scale**2
+        free = np.clip(dashpot_motion(c, t)[2], -1.0, 1.0)
         if self.paper.barrier is not None:  # x = |y| with y normal
             free = modulus_correlation(free)
         return free * moments.x_mean_square
@@ -172,17 +178,13 @@ class Exact(DensitiesOfAmplitude):
         if self.paper.barrier is not None:
             raise NotCoveredError("The exact spectrum is known without a wall only.")
         _ = self.moments
-        alpha, c = self.paper.springpot.order, self.paper.dimensionless_coefficient
         w = np.minimum(np.abs(real_array(frequency, "frequency")) / self.paper.natural_frequency, 1e75)
-        element = c * w**alpha
-        real = (1.0 - w) * (1.0 + w) + element * math.sin((1.0 - alpha) * math.pi / 2.0)
-        imaginary = element * math.sin(alpha * math.pi / 2.0)
-        scale = self.paper.length_scale**2 / self.paper.natural_frequency / (2.0 * math.pi)
-        return np.asarray(scale / (real**2 + imaginary**2))
+        shape = free_spectrum(self.paper.springpot.order, self.paper.dimensionless_coefficient, w)
+        return np.asarray(self.paper.length_scale**2 / self.paper.natural_frequency * shape)
 
     def _transient(self, time: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Dimensionless <x^2> and <v^2> without a wall: with an elastic wall at 0, x is the modulus of that x."""
-        wall, t = self.paper.barrier, _times(real_array(time, "time"), "time")
+        wall, t = self.paper.barrier, times(time, "time")
         if wall is not None and wall.position != 0.0:
             raise NotCoveredError("The exact motion from rest is known with an elastic wall at 0 or without a wall.")
         if np.any(np.isinf(t)) and isinstance(self.stationary, str):
@@ -195,19 +197,11 @@ class Exact(DensitiesOfAmplitude):
             frequency = math.sqrt(1.0 + c)
             x, v = dashpot_mean_squares(0.0, frequency * t)
             return x / frequency**3, v / frequency
-        return _relaxation(alpha, c).mean_squares(t)
-
-    def _joint(self, x: FloatArray, v: FloatArray, time: float | None) -> FloatArray:
-        return np.asarray(self._x(x, time) * self._v(v, time))  # x and v are independent
-
-    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
-        law = self._at(time)
-        assert isinstance(law, _Normals)
-        return np.asarray(law.amplitude(a / law.units.length) / law.units.length)
+        return relaxation(alpha, c).mean_squares(t)
 
 
 @dataclass(frozen=True)
-class _Normals:
+class Normals:
     """Densities of two independent normals, the first cut off at the wall (NaN for none); dimensionless."""
 
     units: Units
@@ -284,12 +278,14 @@ def exact(system: System) -> Exact | ExactLaw:
     >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
-    return _FORMS.solve(system)
+    solve: Callable[[System], Exact | ExactLaw] = form_of(system, exact_of_paper, exact_law)
+    return solve(system)
 
 
-def _exact(system: System) -> Exact:
+def exact_of_paper(system: System) -> Exact:
+    """The form of the paper's problem."""
     paper = _paper_covered(system)
-    stationary = _stationary(paper)
+    stationary, law = exact_state(system, paper)
     return Exact(
         method="exact",
         system=system,
@@ -297,18 +293,14 @@ def _exact(system: System) -> Exact:
         assumptions=("None: this solves the equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
         is_exact=True,
-        _law=None if isinstance(stationary, str) else _law(paper, stationary),
+        _law=law,
     )
-
-
-def stationary_moments(paper: Dimensionless) -> Moments | str:
-    """Those without a wall, or why there are none."""
-    return _stationary(paper)
 
 
 def check_covered(system: System) -> None:
     """Raise `NotCoveredError` for what is not covered."""
-    _FORMS.check(system)
+    check: Callable[[System], object] = form_of(system, _paper_covered, check_law_covered)
+    check(system)
 
 
 def _paper_covered(system: System) -> Dimensionless:
@@ -324,53 +316,39 @@ def _paper_covered(system: System) -> Dimensionless:
     return paper
 
 
-_FORMS: Forms[Exact | ExactLaw] = Forms(Form(_paper_covered, _exact), Form(check_law_covered, exact_law))
-
-
-def _stationary(paper: Dimensionless) -> Moments | str:
-    problem, units = problem_and_units(paper)
-    c = problem.coefficient
+def free_mean_squares(paper: Dimensionless) -> tuple[float, float] | str:
+    """Dimensionless <x^2> and <v^2> without a wall, or why there are none."""
+    problem, _ = problem_and_units(paper)
     if statement := endless(paper):
         return statement
-    if units.length == 0.0:
-        return at_rest(paper)
-    if c == 0.0:
+    if problem.coefficient == 0.0:
         return "There is no stationary state in floating point: C Omega^(alpha-2) is too small."
     with np.errstate(over="ignore"):
-        x_mean_square, v_mean_square = mean_squares(problem.order, c)
-    x_mean, rate = 0.0, 0.0
+        return mean_squares(problem.order, problem.coefficient)
+
+
+def exact_state(system: System, paper: Dimensionless) -> tuple[Moments | str, Normals | None]:
+    """The stationary moments, or why there are none, and the law."""
+    problem, units = problem_and_units(paper)
+    free = free_mean_squares(paper)
+    if units.length == 0.0 and paper.dissipates:
+        return at_rest(system, paper), None
+    if isinstance(free, str):
+        return free, None
+    x_mean_square, v_mean_square = free
+    spread, x_mean, hit = math.sqrt(v_mean_square), 0.0, NEVER_STRUCK
+    law = Normals(units, math.sqrt(x_mean_square), spread, math.nan)
     if paper.barrier is not None:
-        spread = math.sqrt(v_mean_square)
         k = problem.position / spread
         hazard = _hazard(k)
-        x_mean = spread * hazard
-        x_mean_square = v_mean_square * (1.0 + k * hazard)
-        rate = hazard / math.sqrt(2.0 * math.pi)
-    strikes = rate > 0.0
-    moments = units.moments(
-        Moments(
-            amplitude_mean_square=x_mean_square + v_mean_square,
-            x_mean=x_mean,
-            x_mean_square=x_mean_square,
-            v_mean_square=v_mean_square,
-            impact_rate=rate,
-            impact_speed_mean=math.sqrt(math.pi / 2.0 * v_mean_square) if strikes else math.nan,
-            impact_speed_mean_square=2.0 * v_mean_square if strikes else math.nan,
-        )
-    )
+        x_mean, x_mean_square = spread * hazard, v_mean_square * (1.0 + k * hazard)
+        hit = hazard / math.sqrt(2.0 * math.pi), math.sqrt(math.pi / 2.0 * v_mean_square), 2.0 * v_mean_square
+        law = Normals(units, spread, spread, problem.position)
+    moments = units.moments(system, x_mean, x_mean_square, v_mean_square, hit)
     if not math.isfinite(moments.amplitude_mean_square):
-        return f"There is no stationary state in floating point: C Omega^(alpha-2) = {c:g} is too small."
-    return moments
-
-
-def _law(paper: Dimensionless, moments: Moments) -> _Normals | None:
-    problem, units = problem_and_units(paper)
-    if units.length == 0.0:
-        return None
-    v_spread = math.sqrt(moments.v_mean_square) / units.speed
-    if paper.barrier is None:
-        return _Normals(units, math.sqrt(moments.x_mean_square) / units.length, v_spread, math.nan)
-    return _Normals(units, v_spread, v_spread, problem.position)
+        c = problem.coefficient
+        return f"There is no stationary state in floating point: C Omega^(alpha-2) = {c:g} is too small.", None
+    return moments, law
 
 
 def _hazard(k: float) -> float:
@@ -378,30 +356,6 @@ def _hazard(k: float) -> float:
     from scipy import special  # slow to import, and most runs need none of it
 
     return math.sqrt(2.0 / math.pi) / float(special.erfcx(k / math.sqrt(2.0)))
-
-
-@lru_cache(maxsize=16)
-def _relaxation(alpha: float, c: float) -> Relaxation:
-    return relaxation(alpha, c)
-
-
-def _dashpot_correlation(c: float, lag: FloatArray) -> FloatArray:
-    """Correlation coefficient of the linear oscillator: its free decay from a unit displacement."""
-    half = c / 2.0
-    root = np.emath.sqrt((half - 1.0) * (half + 1.0))
-    if root == 0.0:
-        return np.asarray(np.exp(-half * lag) * (1.0 + np.minimum(half * lag, _LONG)))
-    slow, fast = -1.0 / (half + root), -(half + root)
-    decay = (fast * np.exp(slow * lag) - slow * np.exp(fast * lag)) / (fast - slow)
-    return np.asarray(np.clip(decay.real, -1.0, 1.0))
-
-
-def _times(value: FloatArray, name: str) -> FloatArray:
-    if np.any(np.isnan(value)):
-        raise ValueError(f"{name} must be a time in s, not NaN.")
-    if np.any(value < 0.0):
-        raise ValueError(f"{name} must be at least 0 s, not {np.min(value):g}.")
-    return value
 
 
 def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:

@@ -11,11 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Relaxation", "dashpot_decay", "dashpot_mean_squares", "mean_squares", "relaxation"]
+from springpot.theory.numerics.panels import on_panels
+
+__all__ = ["Relaxation", "dashpot_mean_squares", "dashpot_motion", "free_spectrum", "mean_squares", "relaxation"]
 
 FloatArray = NDArray[np.float64]
 
@@ -55,17 +58,16 @@ def mean_squares(alpha: float, c: float) -> tuple[float, float]:
     return x_mean_square, x_mean_square + tangent * second / math.pi
 
 
-def dashpot_decay(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """e^(-ct/2) cos wt and e^(-ct/2) sin(wt) / w with w^2 = 1 - c^2/4, for alpha = 1 and any c >= 0.
-
-    The second is the displacement after a unit kick.
+def dashpot_motion(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Displacement and speed after a unit kick, and displacement after a unit displacement, for alpha = 1, c >= 0.
 
     Examples
     --------
-    >>> [float(value.round(4)) for value in dashpot_decay(2.0, np.array(1.0))]
-    [0.3679, 0.3679]
+    >>> [float(part.round(4)) for part in dashpot_motion(2.0, np.array(1.0))]
+    [0.3679, 0.0, 0.7358]
     """
     half = c / 2.0
+    # e^(-ct/2) cos wt and e^(-ct/2) sin(wt) / w with w^2 = 1 - c^2/4
     if half < 1.0:
         frequency = math.sqrt((1.0 - half) * (1.0 + half))
         decay = np.exp(-half * time)
@@ -77,7 +79,7 @@ def dashpot_decay(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         cosine = slow * (1.0 + np.exp(gap)) / 2.0
         # (1 - e^-2kt) / 2k, t where k = 0
         sine = slow * (-np.expm1(gap) / (2.0 * split) if split > 0.0 else time)
-    return cosine, sine
+    return sine, cosine - half * sine, cosine + half * sine
 
 
 def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -89,9 +91,23 @@ def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatA
     >>> bool(abs(x + v - 2.0) < 1e-15)
     True
     """
-    cosine, sine = dashpot_decay(c, time)
+    kick, rate, hold = dashpot_motion(c, time)
     grown = _saturating(c, time) / 2.0
-    return grown - cosine * sine / 2.0 - c * sine**2 / 4.0, grown + cosine * sine / 2.0 - c * sine**2 / 4.0
+    return grown - kick * hold / 2.0, grown + kick * rate / 2.0
+
+
+def free_spectrum(alpha: float, c: float, w: FloatArray) -> FloatArray:
+    """Two-sided spectrum of x, 1 / (2 pi \\|1 - w^2 + c (iw)^alpha\\|^2), at frequencies w >= 0.
+
+    Examples
+    --------
+    >>> round(float(free_spectrum(1.0, 0.5, np.array(1.0))) * 2.0 * math.pi, 12)
+    4.0
+    """
+    element = c * w**alpha
+    real = (1.0 - w) * (1.0 + w) + element * math.sin((1.0 - alpha) * math.pi / 2.0)
+    imaginary = element * math.sin(alpha * math.pi / 2.0)
+    return np.asarray(1.0 / (2.0 * math.pi * (real**2 + imaginary**2)))
 
 
 @dataclass(frozen=True)
@@ -163,6 +179,7 @@ class Relaxation:
         return np.maximum(total, 0.0).reshape(time.shape)
 
 
+@lru_cache(maxsize=16)
 def relaxation(alpha: float, c: float) -> Relaxation:
     """Pole and cut of G for 0 < alpha < 1 and c > 0.
 
@@ -216,7 +233,6 @@ def _below(y: FloatArray, alpha: float, c: float) -> NDArray[np.complex128]:
 def _cut_rule(alpha: float, c: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights in ln y: Gauss panels, halved until none is wide against its distance from a zero of 1 / G."""
     low, high = _range(alpha, c)
-    x, w = np.polynomial.legendre.leggauss(_NODES)
     edges = np.linspace(low, high, math.ceil((high - low) / 2.0) + 1)
     left, right = edges[:-1], edges[1:]
     turn = c * np.exp(1j * math.pi * alpha)
@@ -235,8 +251,8 @@ def _cut_rule(alpha: float, c: float) -> tuple[FloatArray, FloatArray]:
         if left.size == 0:
             break
     start, end = np.concatenate([*done_left, left]), np.concatenate([*done_right, right])
-    half = (end - start) / 2.0
-    return ((start + half)[:, None] + half[:, None] * x).reshape(-1), (half[:, None] * w).reshape(-1)
+    nodes, weights = on_panels(start, end, _NODES)
+    return nodes.ravel(), weights.ravel()
 
 
 def _pole(alpha: float, c: float) -> complex:

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from springpot.theory.distributions import real_array
+from springpot.theory.distributions import times
 
 __all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
 
@@ -72,10 +72,7 @@ class FirstPassage:
         >>> float(passage.survival(2.0).round(4))
         0.3679
         """
-        t = real_array(time, "time")
-        if not np.all(t >= 0.0):
-            raise ValueError("time must be at least 0 s.")
-        decay = np.exp(-np.multiply.outer(np.minimum(t, 800.0 / self.rates.min()), self.rates))
+        decay = np.exp(-np.multiply.outer(np.minimum(times(time, "time"), 800.0 / self.rates.min()), self.rates))
         return np.asarray(np.clip(decay @ self.weights, 0.0, 1.0))
 
 

@@ -6,9 +6,10 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PPoly
+
+from springpot.theory.numerics.panels import panel_rule
 
 __all__ = ["Tabulated", "signed_root"]
 
@@ -46,11 +47,8 @@ class Tabulated:
 
     def moment(self, power: int) -> float:
         """Integral of density * value^power, exactly for a power up to 1."""
-        nodes, weights = legendre.leggauss(4)
-        root = self.spline.x
-        half = np.diff(root)[:, None] / 2.0
-        at = root[:-1, None] + half * (nodes + 1.0)
-        measure = half * weights * 2.0 * np.abs(at) * (self.corner + at * np.abs(at)) ** power
+        at, weights = panel_rule(self.spline.x, 4)
+        measure = weights * 2.0 * np.abs(at) * (self.corner + at * np.abs(at)) ** power
         return float(np.sum(measure * self.spline(at)))
 
     @property

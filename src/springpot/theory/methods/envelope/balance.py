@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
+from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Problem
 
 __all__ = ["Balance", "Cells", "Closure", "Labels", "Stretch", "balance", "before_impact", "missing_sinc", "saturated"]
@@ -90,12 +91,12 @@ class Labels:
     @property
     def nodes(self) -> FloatArray:
         """Labels of the nodes, one row for each panel."""
-        return np.asarray(self.edges[:-1, None] + np.diff(self.edges)[:, None] * _POINTS)
+        return on_panels(self.edges[:-1], self.edges[1:], _NODES)[0]
 
     @property
     def weights(self) -> FloatArray:
         """Weights of the integral over the label, in the shape of the nodes."""
-        return np.asarray(np.diff(self.edges)[:, None] * _WEIGHTS)
+        return on_panels(self.edges[:-1], self.edges[1:], _NODES)[1]
 
     def derivative(self, values: FloatArray) -> FloatArray:
         """Derivative by the label."""
@@ -265,14 +266,12 @@ class Balance:
 
     def cells(self) -> Cells:
         """The same cycles on a finer grid, for the diffusion in time."""
-        points, weights = legendre.leggauss(_FINE_NODES)
-        width = np.diff(self.labels.edges)[:, None]
-        label = (self.labels.edges[:-1, None] + width * (points + 1.0) / 2.0).ravel()
+        label, measure = panel_rule(self.labels.edges, _FINE_NODES)
         columns = (self.action, self.measure, self.fall, self.mobility, self.x_square, self.v_square)
         shapes = (self.phase, self.amplitude, self.frequency, self.centre)
         fine = self.labels.interpolate(np.stack([*columns, *shapes], axis=1), label).T
         density = np.exp(-fine[2])
-        mass = density * np.maximum(fine[1], 0.0) * (width * weights / 2.0).ravel()
+        mass = density * np.maximum(fine[1], 0.0) * measure
         likely = (mass > 1e-25 * mass.max()) & (np.diff(np.maximum.accumulate(fine[0]), prepend=0.0) > 0.0)
         diffusion = make_energy_diffusion(fine[0, likely], mass[likely], (density * fine[3])[likely])
         kept = likely & np.isin(fine[0], diffusion.action)
@@ -541,7 +540,7 @@ def saturated(y: FloatArray, power: float) -> FloatArray:
 
 
 _X, _W = legendre.leggauss(_NODES)
-_POINTS, _WEIGHTS = (_X + 1.0) / 2.0, _W / 2.0
+_WEIGHTS = _W / 2.0
 _TO_LEGENDRE = np.linalg.inv(legendre.legvander(_X, _NODES - 1))
 _UNIT = np.eye(_NODES)
 _DERIVATIVE = 2.0 * legendre.legval(_X, legendre.legder(_UNIT)).T @ _TO_LEGENDRE

@@ -21,10 +21,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.polynomial import chebyshev, legendre
+from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from springpot.theory.methods.envelope.balance import Balance, missing_sinc
+from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.tabulated import Tabulated, signed_root
 from springpot.theory.result import NotCoveredError
 
@@ -147,21 +148,17 @@ class Portrait:
     @property
     def nested(self) -> bool:
         """Whether every cycle lies inside the larger ones, and (label, phase) are coordinates of the plane."""
-        nodes, _ = legendre.leggauss(_NODES)
-        label = (self.edges[:-1, None] + np.diff(self.edges)[:, None] * (nodes + 1.0) / 2.0).ravel()
-        cycles = self.shapes(label)
+        cycles = self.shapes(panel_rule(self.edges, _NODES)[0])
         part = np.linspace(0.0, 1.0, _NODES)[:, None]
         missing = 2.0 * np.sin(cycles.phase * part / 2.0) ** 2
         return bool(np.all(cycles.jacobian(cycles.top - cycles.a * missing) > 0.0))
 
     def normalized(self) -> Portrait:
         """With mass 1."""
-        nodes, weights = legendre.leggauss(_NODES)
-        half = np.diff(self.edges)[:, None] / 2.0
-        label = self.edges[:-1, None] + half * (nodes + 1.0)
-        weight = self.weight(label.ravel()).reshape(label.shape)
-        return replace(self, total=float(np.sum(half * weights * weight)))
+        label, weights = panel_rule(self.edges, _NODES)
+        return replace(self, total=float(weights @ self.weight(label)))
 
+    @cached_property
     def x(self) -> Tabulated:
         """Density of the displacement."""
         left, right, back, out = self.ends
@@ -175,6 +172,7 @@ class Portrait:
             density += self.joint(grid[:, None], v) @ weight
         return Tabulated.make(grid, density, corner)
 
+    @cached_property
     def v(self) -> Tabulated:
         """Density of the velocity; symmetric unless the wall is lossy."""
         left, right, top = self._ends_of_cycles
@@ -200,13 +198,12 @@ class Portrait:
         # half the plane: angles from the positive x axis to the wall
         ratio = np.divide(wall, grid, out=np.full(grid.size, -1.0 if wall < 0.0 else 0.0), where=grid > 0.0)
         last = np.arccos(np.clip(ratio, -1.0, 1.0))
-        nodes, weights = legendre.leggauss(2 * _CROSS)
-        angle = last[:, None] * (nodes + 1.0) / 2.0
+        angle, weights = on_panels(np.zeros_like(last), last, 2 * _CROSS)
         x, v = grid[:, None] * np.cos(angle) + 0.0, grid[:, None] * np.sin(angle) / math.sqrt(kappa)
         values = self.joint(x, v)
         if self.balance.stretch is not None:
             values += self.joint(x, -v)
-        return Tabulated.make(grid, last * (values @ weights), corner, power=1)
+        return Tabulated.make(grid, 2.0 * np.sum(values * weights, axis=1), corner, power=1)
 
     def shapes(self, label: FloatArray) -> Shapes:
         """The cycles with these labels."""
@@ -305,7 +302,7 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
     --------
     >>> from springpot.theory.methods.envelope.balance import balance
     >>> from springpot.theory.problem import Problem
-    >>> half_normal = portrait(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))).x()
+    >>> half_normal = portrait(balance(Problem(order=1.0, coefficient=0.5, position=0.0, restitution=1.0))).x
     >>> float(half_normal.density(np.array(1.0)).round(4))  # sqrt(2 / pi) e^(-1/2)
     0.4839
     """
@@ -362,7 +359,5 @@ def _grid(low: float, high: float, corner: float) -> FloatArray:
 
 def _cross(start: float, end: float) -> tuple[FloatArray, FloatArray]:
     """Gauss-Legendre rule between two points in three panels that widen away from the start (positive weights)."""
-    nodes, weights = legendre.leggauss(_CROSS)
-    edges = start + (end - start) * np.array([0.0, 0.12, 0.4, 1.0])
-    width = np.diff(edges)[:, None]
-    return (edges[:-1, None] + width * (nodes + 1.0) / 2.0).ravel(), np.abs(width * weights / 2.0).ravel()
+    nodes, weights = panel_rule(start + (end - start) * np.array([0.0, 0.12, 0.4, 1.0]), _CROSS)
+    return nodes, np.abs(weights)

@@ -29,7 +29,6 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
@@ -40,6 +39,7 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Stretch, balance
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.fokker_planck.method import fokker_planck
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import NotCoveredError
 
@@ -165,8 +165,8 @@ def _balance(settled: Balance, ratios: Ratios) -> Balance:
         ratios, settled.from_origin(origin), settled.from_origin(wall), wall - origin,
         settled.average(settled.frequency),
     )  # fmt: skip
-    points, weights = legendre.leggauss(_PHASES)
-    s, weights = settled.phase[:, None] * (points + 1.0) / 2.0, weights / 2.0
+    part, weights = panel_rule([0.0, 1.0], _PHASES)
+    s = settled.phase[:, None] * part
     near = _NEAR * math.sqrt(wanted_square)
     above = np.maximum(settled.centre[:, None] + settled.amplitude[:, None] * np.cos(s) - wall, 0.0) + near
 

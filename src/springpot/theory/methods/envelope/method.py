@@ -29,6 +29,7 @@ the documentation, page "The energy envelope".
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -39,8 +40,8 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import real_array
-from springpot.theory.forms import Form, Forms
+from springpot.theory.distributions import times
+from springpot.theory.forms import form_of
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
@@ -50,7 +51,7 @@ from springpot.theory.methods.systems.envelope import check_system_covered, enve
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, endless, problem_and_units
-from springpot.theory.result import ROUNDED, Moments, NotCoveredError, Result
+from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, NotCoveredError, Result
 
 __all__ = ["Envelope", "check_covered", "envelope"]
 
@@ -65,7 +66,7 @@ _SMALLEST_LOSS = 1e-7  # of c sin(alpha pi/2) plus 1 - r, for double precision
 
 
 @dataclass(frozen=True)
-class Envelope(DensitiesOfAmplitude):
+class Envelope(DensitiesOfAmplitude["_Law"]):
     """Result of the envelope: moments, densities, and transients of the energy.
 
     Parameters
@@ -87,13 +88,14 @@ class Envelope(DensitiesOfAmplitude):
     @property
     def frequency(self) -> float:
         """Mean angular frequency of the arcs, in rad/s: that of the spring and of the springpot in phase with it."""
-        settled = self._solved().balance
-        return settled.average(settled.frequency) / self._solved().units.time
+        law = self._stationary_law()
+        return law.balance.average(law.balance.frequency) / law.units.time
 
     @property
     def relaxation_rates(self) -> FloatArray:
         """Rates at which the density of the energy relaxes, in 1/s, the slowest first."""
-        return np.asarray(self._solved().cells.diffusion.modes[0][1:] / self._solved().units.time)
+        law = self._stationary_law()
+        return np.asarray(law.cells.diffusion.modes[0][1:] / law.units.time)
 
     def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
         """<A^2> at a time from rest, in m^2.
@@ -124,15 +126,13 @@ class Envelope(DensitiesOfAmplitude):
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
         """
-        t = real_array(time, "time")
-        if not np.all(t >= 0.0):
-            raise ValueError("time must be at least 0 s.")
+        t = times(time, "time")
         if self._law is None and not isinstance(self.stationary, str):
             return np.full(t.shape, self.amplitude_mean_square)
-        cells = self._solved().cells
-        square = cells.x_square + self._solved().kappa * cells.v_square
-        probability = cells.diffusion.from_rest(t.ravel() / self._solved().units.time)
-        return (probability @ square).reshape(t.shape) * self._solved().units.length ** 2
+        law = self._stationary_law()
+        square = law.cells.x_square + law.kappa * law.cells.v_square
+        probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time)
+        return (probability @ square).reshape(t.shape) * law.units.length**2
 
     def first_passage(
         self,
@@ -200,33 +200,26 @@ class Envelope(DensitiesOfAmplitude):
             raise TypeError("first_passage takes one level: amplitude, energy, x or distance.")
         if x is not None:
             return self._first_passage_of_x(finite_number(x, "x", low=-LARGEST, high=LARGEST), both=False)
-        (name, level), kappa = next(iter(given.items())), self._solved().kappa
+        (name, level), law = next(iter(given.items())), self._stationary_law()
         level = finite_number(level, name, low=0.0, open_low=True)
         if distance is not None:
             return self._first_passage_of_x(level, both=True)
+        kappa = law.kappa
         if energy is not None:
             level = math.sqrt(2.0 * level) / self.paper.natural_frequency  # of the amplitude with this energy
         else:
             kappa *= (self.paper.natural_frequency / self.paper.resonance) ** 2
-        cells = self._solved().cells
-        largest = _largest_amplitude(cells, kappa)
-        wanted = level / self._solved().units.length
-        if not largest[0] < wanted < largest[-1]:
-            ends = largest[0] * self._solved().units.length, largest[-1] * self._solved().units.length
+        largest = _largest_amplitude(law.cells, kappa) * law.units.length
+        if not largest[0] < level < largest[-1]:
+            ends = largest[0], largest[-1]
             if energy is not None:
                 ends = tuple(0.5 * (self.paper.natural_frequency * end) ** 2 for end in ends)
             raise ValueError(
                 f"{name} must be a level between {ends[0]:g} (rest) and {ends[1]:g} (which is never reached), not "
                 f"{given[name]:g}."
             )
-        action = float(np.interp(wanted**2, largest**2, cells.diffusion.action))
-        return self._in_seconds(cells.diffusion.first_passage(action))
-
-    def _seen(self, action: float, looks: float) -> FirstPassage:
-        """First passage of an action that is looked at so often in a cycle."""
-        cells = self._solved().cells
-        cycle = float(np.interp(action, cells.diffusion.action, 2.0 * cells.phase / cells.frequency))
-        return self._in_seconds(cells.diffusion.first_passage_seen(action, cycle / looks))
+        diffusion = law.cells.diffusion
+        return law.in_seconds(diffusion.first_passage(float(np.interp(level**2, largest**2, diffusion.action))))
 
     def _first_passage_of_x(self, level: float, *, both: bool) -> FirstPassage:
         """First passage of x on one side, or on both: the largest x of a cycle is looked at once in it, or twice."""
@@ -236,43 +229,28 @@ class Envelope(DensitiesOfAmplitude):
                 f"first_passage of x covers c up to {_LIGHTEST:g} and an elastic wall or none: otherwise simulate it "
                 f"with first_passage={{'{'distance' if both else 'x'}': level}}."
             )
-        cells, direction = self._solved().cells, paper.direction
+        law, direction = self._stationary_law(), paper.direction
+        cells = law.cells
         wall = math.inf if paper.barrier is None else -direction * paper.barrier.position
-        wanted = (1.0 if both else direction or math.copysign(1.0, level)) * level / self._solved().units.length
+        wanted = (1.0 if both else direction or math.copysign(1.0, level)) * level / law.units.length
         reached = np.maximum.accumulate(cells.centre + cells.amplitude)
         if not max(reached[0], 0.0) < wanted < reached[-1]:
             raise ValueError(f"x must be a level that x can reach on the side away from the wall, not {level:g} m.")
         action = float(np.interp(wanted, reached, cells.diffusion.action))
         # behind a wall that is nearer than the level there is only one side
-        return self._seen(action, looks=2.0 if both and level <= wall else 1.0)
-
-    def _in_seconds(self, passage: FirstPassage) -> FirstPassage:
-        unit = self._solved().units.time
-        return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
+        looks = 2.0 if both and level <= wall else 1.0
+        cycle = float(np.interp(action, cells.diffusion.action, 2.0 * cells.phase / cells.frequency))
+        return law.in_seconds(cells.diffusion.first_passage_seen(action, cycle / looks))
 
     def _more(self) -> dict[str, object]:
         return {"frequency": None if self.balance is None else self.frequency}
 
     def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
-        table, length = self._energy_table(time), self._solved().units.length
-        return np.clip(a / length, 0.0, table.end) * table.density(a / length) / length
-
-    def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
-        length = self.paper.natural_frequency * self._solved().units.length
-        a = np.sqrt(2.0) * np.sqrt(np.maximum(h, 0.0)) / length  # H = (Omega A)^2 / 2
-        return np.where(h < 0.0, 0.0, self._energy_table(time).density(a) / length**2)
-
-    def _energy_table(self, time: float | None) -> Tabulated:
-        law = self._solved()
-        if time is None:
-            return law.energy_table
-        t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
-        return law.energy_at(t / self._solved().units.time)
-
-    def _solved(self) -> _Law:
-        law = self._at(None)
-        assert isinstance(law, _Law)
-        return law
+        law = self._stationary_law()
+        if time is not None:
+            t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
+            law = law.later(t / law.units.time)
+        return law.amplitude(a / law.units.length) / law.units.length
 
 
 @dataclass(frozen=True)
@@ -282,7 +260,21 @@ class _Law:
     units: Units
     balance: Balance
     impacts: Impacts | None
-    kappa: float
+    kappa: float  # (frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2
+    ratio: Callable[[FloatArray], FloatArray] = np.ones_like  # of the density to the stationary one
+
+    def moments(self, system: System) -> Moments:
+        """The stationary moments, in units."""
+        settled, struck = self.balance, self.impacts
+        if struck is not None:
+            hit = struck.rate, struck.speed_mean, struck.speed_mean_square
+        elif settled.problem.restitution <= COLLAPSE_BELOW and settled.average(settled.rate) > 0.0:
+            hit = math.nan, math.nan, math.nan  # infinitely many slow impacts
+        else:
+            hit = NEVER_STRUCK
+        x_mean = settled.average(settled.mean) if math.isfinite(settled.problem.position) else 0.0
+        squares = settled.average(settled.x_square), settled.average(settled.v_square)
+        return self.units.moments(system, x_mean, *squares, hit)
 
     @cached_property
     def cells(self) -> Cells:
@@ -292,53 +284,46 @@ class _Law:
     @cached_property
     def portrait(self) -> Portrait:
         """The cycles in the plane of x and v."""
-        return portrait(self.balance)
+        return portrait(self.balance, self.ratio)
 
-    @cached_property
-    def energy_table(self) -> Tabulated:
-        """The energy, as a function of the amplitude."""
-        return self.portrait.energy(self.kappa)
+    def later(self, time: float) -> _Law:
+        """The same at a time from rest."""
+        cells = self.cells
+        ratio = cells.diffusion.from_rest(np.array([time]))[0] / cells.diffusion.mass
+        return replace(self, ratio=lambda label: np.asarray(np.interp(label, cells.label, ratio)))
 
-    def energy_at(self, time: float) -> Tabulated:
-        """The energy at a time from rest."""
-        ratio = self.cells.diffusion.from_rest(np.array([time]))[0] / self.cells.diffusion.mass
-
-        def at(label: FloatArray) -> FloatArray:
-            return np.asarray(np.interp(label, self.cells.label, ratio))
-
-        return portrait(self.balance, at).energy(self.kappa)
+    def in_seconds(self, passage: FirstPassage) -> FirstPassage:
+        """A dimensionless one in units."""
+        unit = self.units.time
+        return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
 
     def x(self, x: FloatArray) -> FloatArray:
         """Density of the displacement."""
-        return self._x_table.density(x)
+        return self.portrait.x.density(x)
 
     def v(self, v: FloatArray) -> FloatArray:
         """Density of the velocity."""
-        return self._v_table.density(v)
+        return self.portrait.v.density(v)
 
     def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Density of both."""
         return self.portrait.joint(x, v)
 
+    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+        """Density of sqrt(x^2 + kappa v^2)."""
+        return np.clip(amplitude, 0.0, self._energy_table.end) * self._energy_table.density(amplitude)
+
     def impact_speed(self, speed: FloatArray) -> FloatArray:
         """Density of the speed just before an impact."""
-        return self._speed_table.density(speed)
-
-    @cached_property
-    def _x_table(self) -> Tabulated:
-        return self.portrait.x()
-
-    @cached_property
-    def _v_table(self) -> Tabulated:
-        return self.portrait.v()
-
-    @cached_property
-    def _speed_table(self) -> Tabulated:
         if self.impacts is None:
             raise NotCoveredError(
                 "There is no density of impact speeds: no impacts happen, or infinitely many of speed 0."
             )
-        return Tabulated.make(self.impacts.speeds, self.impacts.density)
+        return Tabulated.make(self.impacts.speeds, self.impacts.density).density(speed)
+
+    @cached_property
+    def _energy_table(self) -> Tabulated:
+        return self.portrait.energy(self.kappa)
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -372,46 +357,38 @@ def envelope(system: System) -> Envelope | Result:
     >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
     (6.5, 0.207)
     """
-    return _FORMS.solve(system)
+    solve: Callable[[System], Envelope | Result] = form_of(system, _envelope, envelope_of_system)
+    return solve(system)
 
 
 def _envelope(system: System) -> Envelope:
     paper = _paper_covered(system)
-    problem, units = problem_and_units(paper, order_0_is_spring=True)
-    without = _without(paper)
-    settled, struck = None, None
+    law = None
     stationary: Moments | str
-    if without is not None:
+    if without := _without(paper):
         stationary = without
     elif paper.excitation.intensity == 0.0:
-        stationary = at_rest(paper)
+        stationary = at_rest(system, paper)
     else:
+        problem, units = problem_and_units(paper, order_0_is_spring=True)
         settled = _settled(problem)
-        settled, struck = changed(settled, impacts(settled))
-        # divided by the time unit: multiplied by the frequency, the last digit would differ
-        stationary = replace(
-            units.moments(_moments(settled, struck, _kappa(paper))),
-            impact_rate=_rate(settled, struck) / units.time,
-        )
+        law = _Law(units, *changed(settled, impacts(settled)), (units.frequency / paper.natural_frequency) ** 2)
+        stationary = law.moments(system)
     return Envelope(
         method="envelope",
         system=system,
         stationary=stationary,
         assumptions=_assumptions(paper),
-        warnings=_warnings(paper, settled),
-        balance=settled,
-        _law=None if settled is None else _Law(units, settled, struck, _kappa(paper)),
+        warnings=_warnings(paper, law),
+        balance=None if law is None else law.balance,
+        _law=law,
     )
-
-
-def _kappa(paper: Dimensionless) -> float:
-    """(frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2, dimensionless."""
-    return 1.0 + (paper.dimensionless_coefficient if paper.springpot.order == 0.0 else 0.0)
 
 
 def check_covered(system: System) -> None:
     """Raise `NotCoveredError` for what is not covered."""
-    _FORMS.check(system)
+    check: Callable[[System], object] = form_of(system, _paper_covered, check_system_covered)
+    check(system)
 
 
 def _paper_covered(system: System) -> Dimensionless:
@@ -432,16 +409,6 @@ def _paper_covered(system: System) -> Dimensionless:
     return paper
 
 
-_FORMS: Forms[Envelope | Result] = Forms(
-    Form(_paper_covered, _envelope), Form(check_system_covered, envelope_of_system)
-)
-
-
-def _without(paper: Dimensionless) -> str | None:
-    """Why there is no stationary state."""
-    return endless(paper) or _endless_in_floating_point(paper)
-
-
 def _settled(problem: Problem) -> Balance:
     try:
         return balance(problem)
@@ -452,34 +419,14 @@ def _settled(problem: Problem) -> Balance:
         ) from unsettled
 
 
-def _endless_in_floating_point(paper: Dimensionless) -> str | None:
-    wall, element = paper.barrier, paper.springpot
-    loss = paper.dimensionless_coefficient * math.sin(element.order * math.pi / 2.0)
-    if wall is not None:
+def _without(paper: Dimensionless) -> str | None:
+    """Why there is no stationary state."""
+    loss = paper.dimensionless_coefficient * math.sin(paper.springpot.order * math.pi / 2.0)
+    if paper.barrier is not None:
         loss += 1.0 - paper.restitution
-    if loss < _SMALLEST_LOSS:
-        return f"There is no stationary state in floating point: the loss {loss:.2g} of a cycle is too small."
-    return None
-
-
-def _rate(settled: Balance, struck: Impacts | None) -> float:
-    """Impact rate; NaN with infinitely many slow impacts."""
-    if struck is not None:
-        return struck.rate
-    return math.nan if settled.problem.restitution <= COLLAPSE_BELOW and settled.average(settled.rate) > 0.0 else 0.0
-
-
-def _moments(settled: Balance, struck: Impacts | None, kappa: float) -> Moments:
-    x_square, v_square = settled.average(settled.x_square), settled.average(settled.v_square)
-    return Moments(
-        amplitude_mean_square=x_square + kappa * v_square,
-        x_mean=settled.average(settled.mean) if math.isfinite(settled.problem.position) else 0.0,
-        x_mean_square=x_square,
-        v_mean_square=v_square,
-        impact_rate=_rate(settled, struck),
-        impact_speed_mean=struck.speed_mean if struck is not None else math.nan,
-        impact_speed_mean_square=struck.speed_mean_square if struck is not None else math.nan,
-    )
+    if (statement := endless(paper)) or loss >= _SMALLEST_LOSS:
+        return statement
+    return f"There is no stationary state in floating point: the loss {loss:.2g} of a cycle is too small."
 
 
 def _largest_amplitude(cells: Cells, kappa: float) -> FloatArray:
@@ -511,7 +458,7 @@ def _assumptions(paper: Dimensionless) -> tuple[str, ...]:
     return (*common, "During an impact and the short flight after it the springpot is treated as a dashpot.")
 
 
-def _warnings(paper: Dimensionless, settled: Balance | None) -> tuple[str, ...]:
+def _warnings(paper: Dimensionless, law: _Law | None) -> tuple[str, ...]:
     c, wall = paper.dimensionless_coefficient, paper.barrier
     sentences: list[str] = []
     if wall is not None and COLLAPSE_BELOW < paper.restitution < 0.5:
@@ -530,6 +477,7 @@ def _warnings(paper: Dimensionless, settled: Balance | None) -> tuple[str, ...]:
             f"Below restitution {COLLAPSE_BELOW:.3f} there are infinitely many slow impacts: impact rate and speeds "
             "do not exist."
         )
-    if settled is not None and settled.change > _NOT_SETTLED:
-        sentences.append(f"The iteration has not converged: its numbers still change by {settled.change:.2g} per step.")
+    if law is not None and law.balance.change > _NOT_SETTLED:
+        change = law.balance.change
+        sentences.append(f"The iteration has not converged: its numbers still change by {change:.2g} per step.")
     return tuple(sentences)

@@ -23,6 +23,7 @@ from springpot.theory.methods.fokker_planck.transition import (
     v_form,
     x_form,
 )
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units
 
@@ -40,7 +41,6 @@ _SHARP, _PANELS = 0.16, 32  # panels of time per factor e: for a path of unit re
 _FALL = np.array(
     [0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 15.0, 27.0, 51.0, 99.0, 195.0, 387.0]
 )  # of ln speed
-_GAUSS = np.polynomial.legendre.leggauss(16)
 
 
 @dataclass(frozen=True)
@@ -185,12 +185,12 @@ class Laws:
         Fast speeds are averaged over the noise; near 0, where the flux may vary like a root, slow speeds are summed.
         """
         nodes, weights = np.polynomial.hermite_e.hermegauss(16)
-        half = np.diff(_FALL)[:, None] / 2.0
-        slow = 14.0 * np.exp(-(_FALL[:-1, None] + half * (_GAUSS[0] + 1.0)).ravel())
-        measure = (half * _GAUSS[1]).ravel() * slow
+        fall, measure = panel_rule(_FALL, 16)
+        slow = 14.0 * np.exp(-fall)
+        measure = measure * slow
         total = np.zeros(v.size)
         r = self.problem.restitution
-        for log, share in zip(5.0 * (_GAUSS[0] - 1.0), 5.0 * _GAUSS[1], strict=True):  # ln t, from e^-10 of the end
+        for log, share in zip(*panel_rule([-10.0, 0.0], 16), strict=True):  # ln t, from e^-10 of the end
             time = end * math.exp(log)
             flow = Flow.at(self.problem.coefficient, np.array([time]))
             spread, kept = math.sqrt(float(flow.v_v[0])), float(flow.kick_rate[0])

@@ -28,6 +28,7 @@ from scipy import interpolate, special
 
 from springpot.theory.mckean import slow_impact_power
 from springpot.theory.methods.fokker_planck.transition import QuadraticForm, free_spread, interpolation
+from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, Moments
 
@@ -37,7 +38,6 @@ FloatArray = NDArray[np.float64]
 
 _SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-speed limit
 _SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
-_GAUSS = np.polynomial.legendre.leggauss(16)
 _KEEPING_UP = 20.0  # speed up to which the longest panels of time resolve an impact
 
 
@@ -74,9 +74,8 @@ class Impacts:
     @cached_property
     def mass(self) -> float:
         """Rate, as the integral of the interpolant and, below the nodes, of the power law."""
-        half = self.spacing / 2.0
-        y = self.position[:-1, None] + half * (_GAUSS[0] + 1.0)
-        total = float(np.sum(np.exp(self.log_weight(y)) @ _GAUSS[1])) * half
+        y, measure = panel_rule(self.position, 16)
+        total = float(measure @ np.exp(self.log_weight(y)))
         return (total + float(self.weight[0]) / self.power) / self.spacing
 
     def moment(self, power: int) -> float:
@@ -130,20 +129,12 @@ def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
     return np.asarray(np.where(small, math.sqrt(3.0) / (2.0 * math.pi) * limit, (u * u)[:, None] * difference))
 
 
-def moments(problem: Problem, impacts: Impacts) -> Moments:
+def moments(problem: Problem, impacts: Impacts) -> tuple[float, float, float, tuple[float, float, float]]:
+    """<x>, <x^2>, <v^2>, and rate, mean and mean square speed of the impacts."""
     rate, first, second = (max(impacts.moment(power), 1e-300) for power in range(3))
     x_mean = (1.0 + problem.restitution) * first
     v_mean_square = (0.5 - (1.0 - problem.restitution**2) / 2.0 * second) / problem.coefficient
-    x_mean_square = v_mean_square + problem.position * x_mean
-    return Moments(
-        amplitude_mean_square=x_mean_square + v_mean_square,
-        x_mean=x_mean,
-        x_mean_square=x_mean_square,
-        v_mean_square=v_mean_square,
-        impact_rate=rate,
-        impact_speed_mean=first / rate,
-        impact_speed_mean_square=second / rate,
-    )
+    return x_mean, v_mean_square + problem.position * x_mean, v_mean_square, (rate, first / rate, second / rate)
 
 
 def difference(fine: Moments, coarse: Moments) -> tuple[float, float]:
@@ -180,7 +171,6 @@ def _panels(
     The early panels, between the logarithms ``start`` and ``turn``, have length 1 / ``refine`` in ln t.
     """
     c = problem.coefficient
-    x, w = np.polynomial.legendre.leggauss(grid.nodes)
     edges = np.exp(np.linspace(start, turn, math.ceil((turn - start) * refine) + 1))
     slowest = c / 2.0 if c < 2.0 else 1.0 / (c / 2.0 + math.sqrt((c / 2.0 - 1.0) * (c / 2.0 + 1.0)))
     last = grid.decay / slowest
@@ -190,13 +180,9 @@ def _panels(
     while later[-1] < last:
         later.append(later[-1] + min(longest, 0.8 * later[-1]))
     # within one panel the early times are smooth in ln t, the later ones in t
-    half = np.diff(np.log(edges)) / 2.0
-    early = np.exp((np.log(edges[:-1]) + half)[:, None] + half[:, None] * x)
-    yield early.reshape(-1), (half[:, None] * w * early).reshape(-1)
-    ends = np.array(later)
-    half = np.diff(ends) / 2.0
-    time = (ends[:-1] + half)[:, None] + half[:, None] * x
-    weight = half[:, None] * w
+    log, weight = panel_rule(np.log(edges), grid.nodes)
+    yield np.exp(log), weight * np.exp(log)
+    time, weight = on_panels(later[:-1], later[1:], grid.nodes)
     block = np.floor(np.log2(np.maximum(time[:, 0], 1.0)) * 1.5)
     for number in np.unique(block):
         yield time[block == number].reshape(-1), weight[block == number].reshape(-1)

@@ -34,7 +34,7 @@ _REFUSED = 1e-2  # estimated error above which there is no result
 
 
 @dataclass(frozen=True)
-class FokkerPlanck(Densities):
+class FokkerPlanck(Densities[Laws]):
     """The stationary density of (x, v) with impacts that lose energy.
 
     Parameters
@@ -68,12 +68,6 @@ class FokkerPlanck(Densities):
 
     error_estimate: float
     impact_rate_error: float
-
-    def _impact_speed(self, u: FloatArray, time: float | None) -> FloatArray:
-        law = self._at(time)
-        assert isinstance(law, Laws)
-        # one division, not two, which would change the last digit
-        return np.asarray(law.flux(u / law.units.speed) / (law.impacts.mass * law.units.speed))
 
     def _more(self) -> dict[str, object]:
         return {"error_estimate": self.error_estimate, "impact_rate_error": self.impact_rate_error}
@@ -118,30 +112,24 @@ def fokker_planck(system: System) -> FokkerPlanck:
     system = checked_system(system)
     paper = check_covered(system)
     problem, units = problem_and_units(paper)
+    error, rate_error, law = 0.0, 0.0, None
+    stationary: Moments | str
     if statement := endless(paper):
-        return _result(system, statement)
-    if units.length == 0.0:
-        return _result(system, at_rest(paper))
-    impacts = solve(problem, FINE)
-    fine, coarse = moments(problem, impacts), moments(problem, solve(problem, COARSE))
-    error, rate_error = difference(fine, coarse)
-    if not max(error, rate_error) < _REFUSED:
-        raise NotCoveredError(
-            f"{_REACH} where its numerical solution is accurate; here two grids differ by {error:.1g}."
+        stationary = statement
+    elif units.length == 0.0:
+        stationary = at_rest(system, paper)
+    else:
+        impacts = solve(problem, FINE)
+        stationary, coarse = (
+            units.moments(system, *moments(problem, found)) for found in (impacts, solve(problem, COARSE))
         )
-    stationary = units.moments(fine)
-    x_root = math.sqrt(stationary.x_mean_square) / units.length
-    v_root = math.sqrt(stationary.v_mean_square) / units.speed
-    return _result(system, stationary, error, rate_error, Laws(problem, impacts, units, x_root, v_root))
-
-
-def _result(
-    system: System,
-    stationary: Moments | str,
-    error: float = 0.0,
-    rate_error: float = 0.0,
-    law: Laws | None = None,
-) -> FokkerPlanck:
+        error, rate_error = difference(stationary, coarse)
+        if not max(error, rate_error) < _REFUSED:
+            raise NotCoveredError(
+                f"{_REACH} where its numerical solution is accurate; here two grids differ by {error:.1g}."
+            )
+        x_root = math.sqrt(stationary.x_mean_square) / units.length
+        law = Laws(problem, impacts, units, x_root, math.sqrt(stationary.v_mean_square) / units.speed)
     return FokkerPlanck(
         method="fokker_planck",
         system=system,

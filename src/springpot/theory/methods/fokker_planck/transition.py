@@ -9,14 +9,14 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from springpot.theory.numerics.contours import dashpot_decay, dashpot_mean_squares
+from springpot.theory.numerics.contours import dashpot_mean_squares, dashpot_motion
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 
 __all__ = ["Flow", "QuadraticForm", "free_spread", "interpolation", "nothing_beyond", "v_form", "x_form"]
 
 FloatArray = NDArray[np.float64]
 
-_GAUSS = np.polynomial.legendre.leggauss(16)
 _EXPONENTIALS = 2_000_000  # evaluated at once
 
 
@@ -115,16 +115,16 @@ class Flow:
     @classmethod
     def at(cls, c: float, time: FloatArray) -> Flow:
         """Closed forms; at small times, integrals that do not cancel."""
-        kick, kick_rate, hold = _free(c, time)
+        kick, kick_rate, hold = dashpot_motion(c, time)
         x_x, v_v = dashpot_mean_squares(c, time)
         x_v = kick**2 / 2.0
         determinant = x_x * v_v - x_v**2
         slip = 1.0 - hold
         early = time < 0.5 / max(c, 1.0)
         if np.any(early):
-            nodes, weights = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
+            nodes, weights = panel_rule([0.0, 1.0], 16)
             t = time[early, None]
-            h, h_rate, _ = _free(c, t * nodes)
+            h, h_rate, _ = dashpot_motion(c, t * nodes)
             w = t * weights
             x_x[early], v_v[early], slip[early] = (np.sum(w * f, axis=1) for f in (h * h, h_rate * h_rate, h))
             # of a Gram matrix: half the double integral of (h(s) h'(s') - h'(s) h(s'))^2
@@ -132,12 +132,6 @@ class Flow:
             cross = (cross - cross.transpose(0, 2, 1)) ** 2
             determinant[early] = np.einsum("ti,tj,tij->t", w, w, cross) / 2.0
         return cls(kick, kick_rate, slip, x_x, x_v, v_v, determinant)
-
-
-def _free(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Displacement and speed after a unit kick, and displacement after a unit displacement, without noise."""
-    half, (cosine, sine) = c / 2.0, dashpot_decay(c, time)
-    return sine, cosine - half * sine, cosine + half * sine
 
 
 def interpolation(low: float, high: float, width: float, points: FloatArray) -> tuple[FloatArray, FloatArray]:

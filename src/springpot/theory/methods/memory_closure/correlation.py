@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.theory.methods.memory_closure.memory import Loop
-from springpot.theory.methods.memory_closure.quadrature import oscillating_weights, panel_rule
+from springpot.theory.methods.memory_closure.quadrature import oscillating_weights
+from springpot.theory.numerics.panels import panel_rule
 
 __all__ = ["folded_correlation", "folded_spectrum", "unfolded_correlation"]
 

@@ -28,8 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from springpot.theory.methods.memory_closure.quadrature import oscillating_weights, panel_rule
+from springpot.theory.methods.memory_closure.quadrature import oscillating_weights
 from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import NoConvergenceError
 
 __all__ = ["Grid", "Loop", "make_grid"]

@@ -13,7 +13,6 @@ The derivation, and the alternatives that were tried, are in the documentation, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +22,8 @@ from springpot.machine.faults import per_cent
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, normal
+from springpot.theory.distributions import finite_array
+from springpot.theory.methods.exact import Normals, exact_of_paper, exact_state
 from springpot.theory.methods.memory_closure.correlation import (
     folded_correlation,
     folded_spectrum,
@@ -31,14 +31,8 @@ from springpot.theory.methods.memory_closure.correlation import (
 )
 from springpot.theory.methods.memory_closure.memory import Loop
 from springpot.theory.methods.memory_closure.plane import Plane
-from springpot.theory.methods.memory_closure.quadrature import panel_rule
-from springpot.theory.methods.memory_closure.steps import (
-    free_spectrum,
-    least_loss,
-    light_loss,
-    solve_with_wall,
-    solve_without_wall,
-)
+from springpot.theory.methods.memory_closure.steps import least_loss, light_loss, solve_with_wall
+from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless, problem_and_units
 from springpot.theory.result import ROUNDED, Moments, NoConvergenceError, NotCoveredError
 
@@ -56,7 +50,7 @@ _FAR = 40.0  # standard deviations at which every density is exactly 0 in double
 
 
 @dataclass(frozen=True)
-class MemoryClosure(DensitiesOfAmplitude):
+class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
     """Result of the memory closure: stationary moments, densities, correlation and spectrum.
 
     Parameters
@@ -99,12 +93,13 @@ class MemoryClosure(DensitiesOfAmplitude):
         >>> bool(abs(result.correlation(0.0) / result.x_mean_square - 1.0) < 1e-12)
         True
         """
-        solved = self._solved()
+        law = self._stationary_law()
         time = np.abs(finite_array(lag, "lag")) * self.paper.natural_frequency
         if time.size == 0:
             return time
-        rho = unfolded_correlation(solved.loop, time.ravel()).reshape(time.shape)
-        shape = rho if solved.plane is None else folded_correlation(rho)
+        if isinstance(law, Normals):
+            return exact_of_paper(self.system).correlation(lag)
+        shape = folded_correlation(unfolded_correlation(law.loop, time.ravel()).reshape(time.shape))
         return np.asarray(self.x_mean**2 + self._variance * shape)
 
     def spectrum(self, frequency: ArrayLike) -> FloatArray:
@@ -127,19 +122,16 @@ class MemoryClosure(DensitiesOfAmplitude):
         --------
         >>> import springpot as sp
         >>> result = memory_closure(sp.Oscillator(barrier=None))
-        >>> float(result.spectrum(0.0).round(6)) == round(0.5 / math.pi, 6)
+        >>> float(result.spectrum(0.0).round(6)) == round(0.5 / np.pi, 6)
         True
         """
-        solved = self._solved()
-        omega = self.paper.natural_frequency
+        law, omega = self._stationary_law(), self.paper.natural_frequency
         w = np.abs(finite_array(frequency, "frequency")) / omega
         if w.size == 0:
             return np.asarray(w)
-        if solved.plane is None:
-            shape = free_spectrum(solved.loop.grid.alpha, self.paper.dimensionless_coefficient, w) / solved.loop.y2
-        else:
-            shape = folded_spectrum(solved.loop, w.ravel()).reshape(w.shape)
-        return np.asarray(self._variance / omega * shape)
+        if isinstance(law, Normals):
+            return exact_of_paper(self.system).spectrum(frequency)
+        return np.asarray(self._variance / omega * folded_spectrum(law.loop, w.ravel()).reshape(w.shape))
 
     def _more(self) -> dict[str, object]:
         return {"iterations": self.iterations, "residual": self.residual}
@@ -148,73 +140,42 @@ class MemoryClosure(DensitiesOfAmplitude):
     def _variance(self) -> float:
         return self.x_mean_square - self.x_mean**2
 
-    def _solved(self) -> _Solved:
-        law = self._at(None)
-        assert isinstance(law, _Solved)
-        return law
-
-    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
-        self._at(time)
-        within = np.clip(a, 0.0, self._solved().reach(self.paper.natural_frequency))
-        return np.asarray(self.paper.natural_frequency * within * self._around(a))
-
-    def _energy(self, h: FloatArray, time: float | None) -> FloatArray:
-        self._at(time)
-        omega = self.paper.natural_frequency
-        around = self._around(np.sqrt(2.0 * np.maximum(h, 0.0)) / omega)
-        return np.asarray(np.where(h < 0.0, 0.0, around) / omega)
-
-    def _around(self, amplitude: FloatArray) -> FloatArray:
-        """Integral of the joint density over the phase on the circle of one amplitude, in s/m^2."""
-        solved = self._solved()
-        wall = self.paper.barrier
-        gap = -math.inf if wall is None else self.paper.direction * wall.position
-        a = np.clip(amplitude, 0.0, solved.reach(self.paper.natural_frequency))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            half = np.arccos(np.clip(np.where(a > 0.0, gap / a, math.copysign(1.0, gap) if gap else 0.0), -1.0, 1.0))
-        node, weight = panel_rule(np.linspace(-1.0, 1.0, 7), 12)
-        phase = half[..., None] * node
-        y = a[..., None] * np.cos(phase) - (0.0 if wall is None else gap)
-        v = self.paper.natural_frequency * a[..., None] * np.sin(phase)
-        length, speed = solved.units.length, solved.units.speed
-        y = y / length if wall is None else np.maximum(y, 0.0) / length
-        value = half * ((solved.joint(y, v / speed) / (length * speed)) @ weight)
-        return np.asarray(np.where(np.asarray(amplitude) < 0.0, 0.0, value))
-
 
 @dataclass(frozen=True)
 class _Solved:
     """Result of the iteration, and its densities in units of sigma_y and sigma_v, measured from the wall."""
 
     loop: Loop
-    plane: Plane | None
+    plane: Plane
     units: Units
-
-    def reach(self, frequency: float) -> float:
-        """An amplitude in m that is never reached."""
-        return 2.0 * _FAR * (self.units.length + self.units.speed / frequency)
+    wall: float
 
     def x(self, x: FloatArray) -> FloatArray:
         """Density of the distance from the wall."""
-        if self.plane is None:
-            return normal(x, 1.0)
         return np.asarray(np.where(x < 0.0, 0.0, self.plane.y_density(np.clip(x, 0.0, _FAR))))
 
     def v(self, v: FloatArray) -> FloatArray:
         """Density of the velocity away from the wall."""
-        v = np.clip(v, -_FAR, _FAR)
-        return normal(v, 1.0) if self.plane is None else self.plane.v_density(v)
+        return self.plane.v_density(np.clip(v, -_FAR, _FAR))
 
     def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Density of both."""
-        v = np.clip(v, -_FAR, _FAR)
-        if self.plane is None:
-            return normal(x, 1.0) * normal(v, 1.0)
-        return np.where(x < 0.0, 0.0, self.plane.joint(np.clip(x, 0.0, _FAR), v))
+        return np.where(x < 0.0, 0.0, self.plane.joint(np.clip(x, 0.0, _FAR), np.clip(v, -_FAR, _FAR)))
+
+    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+        """Density of the amplitude: the joint density's integral over the phase on the circle of one amplitude."""
+        pace = self.plane.sigma_y / self.plane.sigma_v  # Omega over that of the units
+        a = np.clip(amplitude, 0.0, 2.0 * _FAR * (1.0 + 1.0 / pace))  # which is never reached
+        with np.errstate(divide="ignore", invalid="ignore"):
+            half = np.arccos(np.clip(np.where(a > 0.0, self.wall / a, np.sign(self.wall)), -1.0, 1.0))
+        node, weight = panel_rule(np.linspace(-1.0, 1.0, 7), 12)
+        phase = half[..., None] * node
+        y, v = a[..., None] * np.cos(phase) - self.wall, pace * a[..., None] * np.sin(phase)
+        along = half * (self.joint(np.maximum(y, 0.0), v) @ weight)
+        return np.where(amplitude < 0.0, 0.0, pace * a * along)
 
     def impact_speed(self, speed: FloatArray) -> FloatArray:
         """Density of the speed just before an impact."""
-        assert self.plane is not None
         return self.plane.impact_speed_density(np.clip(speed, 0.0, _FAR))
 
 
@@ -246,57 +207,44 @@ def memory_closure(system: System) -> MemoryClosure:
     --------
     >>> import springpot as sp
     >>> result = memory_closure(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)))
-    >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * math.pi)]
+    >>> [round(value, 6) for value in (result.x_mean_square, result.v_mean_square, result.impact_rate * np.pi)]
     [0.5, 0.5, 1.0]
     """
     system = checked_system(system)
     paper = check_covered(system)
     problem, units = problem_and_units(paper)
     alpha = problem.order if problem.coefficient > 0.0 else 1.0  # without a springpot, as a dashpot of strength 0
-    iterations, residual, solved = 0, 0.0, None
+    iterations, residual = 0, 0.0
+    law: _Solved | Normals | None = None
+    doubts: tuple[str, ...] = ()
     stationary: Moments | str
     if statement := endless(paper):
         stationary = statement
     elif paper.excitation.intensity == 0.0:
-        stationary = at_rest(paper)
+        stationary = at_rest(system, paper)
     elif paper.barrier is None:
-        loop = solve_without_wall(alpha, problem.coefficient)
-        x_root, v_root = math.sqrt(loop.y2) * units.length, math.sqrt(loop.v2) * units.speed
-        solved = _Solved(loop, None, replace(units, length=x_root, speed=v_root))
-        stationary = Moments(x_root**2 + (v_root * units.time) ** 2, 0.0, x_root**2, v_root**2, 0.0, math.nan, math.nan)
+        stationary, law = exact_state(system, paper)
     else:
-        loop, plane, iterations, residual = solve_with_wall(
-            alpha, problem.coefficient, problem.restitution, problem.position
-        )
+        b = problem.position
+        loop, plane, iterations, residual = solve_with_wall(alpha, problem.coefficient, problem.restitution, b)
         own = replace(
             units, length=plane.sigma_y * units.length, speed=plane.sigma_v * units.speed,
             origin=paper.barrier.position,
         )  # fmt: skip
-        solved = _Solved(loop, plane, own)
-        stationary = units.moments(_moments(plane, problem.position))
+        law, doubts = _Solved(loop, plane, own, b / plane.sigma_y), _about_negative_densities(plane)
+        square = plane.y_moment(2) + 2.0 * b * plane.y_moment(1) + b * b
+        hit = plane.impact_rate, plane.impact_speed_moment(1), plane.impact_speed_moment(2)
+        stationary = units.moments(system, b + plane.y_moment(1), square, plane.v_mean_square, hit)
     return MemoryClosure(
         method="memory_closure",
         system=system,
         stationary=stationary,
         assumptions=_assumptions(paper),
-        warnings=(*_warnings(paper), *_about_negative_densities(solved)),
+        warnings=(*_warnings(paper), *doubts),
         is_exact=paper.barrier is None,
         iterations=iterations,
         residual=residual,
-        _law=solved,
-    )
-
-
-def _moments(plane: Plane, b: float) -> Moments:
-    mean_square = plane.y_moment(2) + 2.0 * b * plane.y_moment(1) + b * b
-    return Moments(
-        amplitude_mean_square=mean_square + plane.v_mean_square,
-        x_mean=b + plane.y_moment(1),
-        x_mean_square=mean_square,
-        v_mean_square=plane.v_mean_square,
-        impact_rate=plane.impact_rate,
-        impact_speed_mean=plane.impact_speed_moment(1),
-        impact_speed_mean_square=plane.impact_speed_moment(2),
+        _law=law,
     )
 
 
@@ -358,17 +306,14 @@ def _warnings(paper: Dimensionless) -> tuple[str, ...]:
     )
 
 
-def _about_negative_densities(solved: _Solved | None) -> list[str]:
-    if solved is None or solved.plane is None:
-        return []
+def _about_negative_densities(plane: Plane) -> tuple[str, ...]:
     far = np.linspace(0.0, 6.0, 121)
     both = np.concatenate([-far[::-1], far])
-    plane = solved.plane
     densities = (plane.y_density(far), plane.v_density(both), plane.impact_speed_density(far))
     dip = max(float(-density.min() / density.max()) for density in densities)
     if dip <= _DIP:
-        return []
-    return [
+        return ()
+    return (
         f"The densities fall below 0 by up to {per_cent(dip, 1)} of their maximum: polynomials of this degree cannot "
-        "describe the slow impacts at a lossy wall.  The moments are more accurate."
-    ]
+        "describe the slow impacts at a lossy wall.  The moments are more accurate.",
+    )

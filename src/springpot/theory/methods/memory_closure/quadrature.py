@@ -8,26 +8,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["half_normal_rule", "oscillating_weights", "panel_rule"]
+from springpot.theory.numerics.panels import panel_rule
+
+__all__ = ["half_normal_rule", "oscillating_weights"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 _SLOW = 2.0  # phase over half a panel below which Gauss's rule resolves e^(ikx); above, Filon's rule is used
-
-
-def panel_rule(edges: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights on each panel between consecutive edges, in one row.
-
-    Examples
-    --------
-    >>> x, w = panel_rule(np.array([0.0, 1.0, 3.0]), 4)
-    >>> float(round(w @ x**2, 12))
-    9.0
-    """
-    x, w, _ = _legendre(order)
-    half, centre = _halves(edges)
-    return (centre[:, None] + half[:, None] * x).ravel(), (half[:, None] * w).ravel()
 
 
 def oscillating_weights(edges: FloatArray, frequency: FloatArray, order: int) -> ComplexArray:

@@ -12,7 +12,7 @@ from springpot.theory.methods.memory_closure.plane import Plane, solve_plane
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import NoConvergenceError
 
-__all__ = ["free_spectrum", "least_loss", "light_loss", "solve_with_wall", "solve_without_wall"]
+__all__ = ["least_loss", "light_loss", "solve_with_wall"]
 
 FloatArray = NDArray[np.float64]
 
@@ -21,28 +21,6 @@ _TOLERANCE = 1e-6  # of the added stiffness, over that of the oscillator, and of
 _SWEEPS = 100
 _STEPS = 60
 _GRIDS = 5
-
-
-def free_spectrum(alpha: float, c: float, frequency: FloatArray) -> FloatArray:
-    """Exact two-sided spectrum without a wall, 1 / (2 pi \\|1 - w^2 + c (iw)^alpha\\|^2), dimensionless.
-
-    Examples
-    --------
-    >>> float(free_spectrum(1.0, 0.5, np.array([1.0]))[0].round(6)) == round(2.0 / math.pi, 6)
-    True
-    """
-    element = frequency**alpha * np.exp(0.5j * math.pi * alpha)
-    return np.asarray(1.0 / (2.0 * math.pi * np.abs(1.0 - frequency**2 + c * element) ** 2))
-
-
-def solve_without_wall(alpha: float, c: float) -> Loop:
-    """The exact spectrum and its correlation, dimensionless."""
-    turned = np.exp(0.5j * math.pi * alpha)
-    w = 1.0
-    for _ in range(100):
-        w = (w + math.sqrt(1.0 + c * w**alpha * turned.real)) / 2.0
-    grid = make_grid(alpha, w, c * w ** (alpha - 1.0) * turned.imag / 2.0)
-    return Loop.driven_by(grid, np.asarray((1j * grid.w) ** alpha), c, 0.0, 0.0)
 
 
 def solve_with_wall(

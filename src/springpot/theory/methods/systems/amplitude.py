@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import numbers_only, real_array
+from springpot.theory.densities import WithLaw
+from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.result import Moments, Result, moments_of
+from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.numerics.panels import panel_rule
+from springpot.theory.result import Moments, moments_of
 
 __all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
 
@@ -114,7 +115,7 @@ class _Problem:
     def cycles(self, amplitude: FloatArray) -> _Cycle:
         """Cycles of these amplitudes; their frequency and the memory's stiffness are found together."""
         a = amplitude[:, None]
-        angles, weights = _quarter()
+        angles, weights = panel_rule([0.0, 0.5 * math.pi], _ANGLES)
         cosine, sine = np.cos(angles), np.sin(angles)
         w = np.ones_like(amplitude)
         for _ in range(_STEPS):
@@ -143,13 +144,6 @@ class _Problem:
         """The derivative by A of the exponent of the density."""
         impacts = -2.0 / math.pi * math.log(self.restitution) * cycles.frequency * cycles.energy / cycles.v_square
         return 2.0 / self.intensity * (self.damping(cycles.frequency) + impacts) * cycles.force
-
-
-@lru_cache(maxsize=1)
-def _quarter() -> tuple[FloatArray, FloatArray]:
-    """Angles from 0 to pi/2 and their weights."""
-    points, weights = legendre.leggauss(_ANGLES)
-    return 0.25 * math.pi * (points + 1.0), 0.25 * math.pi * weights
 
 
 @dataclass(frozen=True)
@@ -188,16 +182,14 @@ class _Law:
         cycles = self.problem.cycles(a)
         exponent = self.labels.interpolate(self.exponent[:, None], a)[:, 0]
         found = (cycles.force / cycles.frequency * np.exp(-exponent) / self.total).reshape(amplitude.shape)
-        return np.where(inside, found, np.where(np.isnan(amplitude), np.nan, 0.0))
+        return np.where(inside, found, 0.0)
 
     def x_at(self, x: FloatArray) -> FloatArray:
         """p(x) = int p(A) 2 / (T v) dA over A > \\|x\\|, with s^2 = A^2 - x^2."""
         side = self.problem.side
         inside = (np.abs(x) < self.labels.edges[-1]) & (side * x >= 0.0)
         place = np.abs(np.where(inside, x, 0.0)).ravel()[:, None]
-        points, weights = legendre.leggauss(_ANGLES)
-        edges = np.linspace(0.0, 1.0, 9)
-        part = (edges[:-1, None] + 0.125 * 0.5 * (points + 1.0)).ravel()
+        part, weights = panel_rule(np.linspace(0.0, 1.0, 9), _ANGLES)
         top = np.sqrt(self.labels.edges[-1] ** 2 - place**2)
         s = top * part**2
         a = np.sqrt(place**2 + s * s)
@@ -205,20 +197,18 @@ class _Law:
         stiffness, frequency = cycles.stiffness.reshape(a.shape), cycles.frequency.reshape(a.shape)
         pace = self.problem.pace(a, place / a, stiffness)
         values = self.at(a) * frequency / (math.pi * pace * a) * 2.0 * top * part
-        found = np.sum(values * np.tile(weights / 16.0, 8), axis=1).reshape(x.shape)
-        return np.where(inside, (2.0 if side else 1.0) * found, np.where(np.isnan(x), np.nan, 0.0))
+        found = (values @ weights).reshape(x.shape)
+        return np.where(inside, (2.0 if side else 1.0) * found, 0.0)
 
 
 @dataclass(frozen=True)
-class AmplitudeAveraging(Result):
+class AmplitudeAveraging(WithLaw["_Law"]):
     """Result of averaging of the amplitude: moments, densities of the amplitude and of x, and the cycles themselves.
 
     Notes
     -----
     The parameters are those of `springpot.theory.result.Result`.
     """
-
-    _law: _Law | None = field(default=None, repr=False, compare=False, kw_only=True)
 
     @numbers_only
     def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
@@ -243,7 +233,7 @@ class AmplitudeAveraging(Result):
         >>> averaging_amplitude(duffing).amplitude_density([0.5, 2.0]).round(4)
         array([0.1137, 0.5072])
         """
-        return self._known().at(real_array(amplitude, "amplitude"))
+        return self._stationary_law().at(np.asarray(amplitude))
 
     @numbers_only
     def x_density(self, displacement: ArrayLike) -> FloatArray:
@@ -268,7 +258,7 @@ class AmplitudeAveraging(Result):
         >>> averaging_amplitude(duffing).x_density([0.0, 2.0]).round(4)
         array([0.2426, 0.1306])
         """
-        return self._known().x_at(real_array(displacement, "displacement"))
+        return self._stationary_law().x_at(np.asarray(displacement))
 
     @numbers_only
     def frequency(self, amplitude: ArrayLike) -> FloatArray:
@@ -301,19 +291,14 @@ class AmplitudeAveraging(Result):
 
         Parameters and errors are those of `frequency`.
         """
-        found = self._known().problem.damping(self._cycles(amplitude).frequency) * self.system.inertia
+        found = self._stationary_law().problem.damping(self._cycles(amplitude).frequency) * self.system.inertia
         return found.reshape(np.shape(amplitude))
 
     def _cycles(self, amplitude: ArrayLike) -> _Cycle:
-        law, a = self._known(), real_array(amplitude, "amplitude")
-        if not np.all((a > 0.0) & np.isfinite(a)):
+        law, a = self._stationary_law(), np.asarray(amplitude)
+        if not np.all(a > 0.0):
             raise ValueError("amplitude must be positive and finite.")
         return law.problem.cycles(a.ravel())
-
-    def _known(self) -> _Law:
-        _ = self.moments
-        assert self._law is not None
-        return self._law
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -401,11 +386,8 @@ def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
     kinds = Spring | PolynomialSpring | Springpot | Dashpot | PolynomialDashpot | Barrier | WhiteNoise
+    check_kinds(unit, _REACH, kinds, linear=PolynomialDashpot)
     for name, part in unit.named():
-        if not isinstance(part, kinds):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
-        if isinstance(part, PolynomialDashpot) and not part.is_linear:
-            raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(f"{_REACH}, not the restitution of {name}.")
         if isinstance(part, Barrier) and part.position != 0.0:
@@ -423,7 +405,7 @@ def check_covered(system: System) -> _Problem:
         springs=coefficients[1::2] or (0.0,),
         pots=tuple(pots),
         intensity=sum(noise.intensity for noise in unit.of(WhiteNoise)),
-        side=(1.0 if walls[0].side == "above" else -1.0) if walls else 0.0,
+        side=walls[0].inwards if walls else 0.0,
         restitution=slow_restitution(walls[0]) if walls else 1.0,  # a number
     )
 
@@ -432,10 +414,9 @@ def _law(problem: _Problem) -> _Law:
     """The density on panels that are narrower where amplitudes are small."""
     decades = np.linspace(-75.0, 75.0, 3001)
     amplitude = 10.0**decades
-    with np.errstate(all="ignore"):
-        cycles = problem.cycles(amplitude)
-        exponent = problem.slope(cycles) * amplitude  # of the size of the exponent, at least its half
-        known = np.isfinite(exponent)
+    cycles = problem.cycles(amplitude)
+    exponent = problem.slope(cycles) * amplitude  # of the size of the exponent, at least its half
+    known = np.isfinite(exponent)
     last = float(amplitude[known][np.searchsorted(exponent[known], 4.0 * _FAR)])
     labels = Labels(last * np.linspace(0.0, 1.0, _PANELS + 1) ** 2, 0, 0.0)
     cycles = problem.cycles(labels.nodes.ravel())

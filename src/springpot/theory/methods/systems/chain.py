@@ -26,9 +26,11 @@ from numpy.typing import NDArray
 from scipy import sparse, special
 from scipy.sparse import linalg
 
+from springpot.problem.parts import Barrier
+from springpot.theory.methods.systems.impacts import restitutions
 from springpot.theory.result import NoConvergenceError
 
-__all__ = ["Chain", "Grid", "Stop", "grid_over", "kernel_weights", "make_chain"]
+__all__ = ["Chain", "Grid", "grid_over", "kernel_weights", "make_chain"]
 
 FloatArray = NDArray[np.float64]
 Acceleration = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -41,24 +43,6 @@ _VECTORS, _RESTARTS = 24, 15  # of Arnoldi's iteration
 _OTHERS = 6  # eigenvalues
 _UNSETTLED = 1e-6  # distance of an eigenvalue from 1
 _BESIDE = 0.6, 0.75  # part of the spacing of nodes that grows with the distance from a wall, and with the speed
-
-
-@dataclass(frozen=True)
-class Stop:
-    """A rigid wall.
-
-    Parameters
-    ----------
-    position : float
-    below : bool
-        Whether the mass is below it.
-    restitution : callable
-        Of the speeds of impacts.
-    """
-
-    position: float
-    below: bool
-    restitution: Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -213,7 +197,7 @@ class Chain:
 
 
 def make_chain(
-    grid: Grid, step: float, correlation_time: float, acceleration: Acceleration, stops: Sequence[Stop]
+    grid: Grid, step: float, correlation_time: float, acceleration: Acceleration, stops: Sequence[Barrier]
 ) -> Chain:
     """The chain of a motion with this acceleration between walls."""
     number = np.arange(grid.y.size)
@@ -235,7 +219,7 @@ def make_chain(
 
 
 def _move(
-    grid: Grid, step: float, acceleration: Acceleration, stops: Sequence[Stop]
+    grid: Grid, step: float, acceleration: Acceleration, stops: Sequence[Barrier]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Where x and v go in a step from every node, and the impacts on the way."""
     y, x, v = grid.places
@@ -257,20 +241,20 @@ def _drift(
     v: FloatArray,
     part: float,
     acceleration: Acceleration,
-    stops: Sequence[Stop],
+    stops: Sequence[Barrier],
     slowest: float,
     hits: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Half of a part in a straight line, with an impact at most on each wall; impacts are counted in ``hits``."""
     x = x + 0.5 * part * v
     for stop, counted in zip(stops, hits, strict=True):
-        sign = -1.0 if stop.below else 1.0
+        sign = stop.inwards
         beyond = sign * (stop.position - x)
         struck = np.flatnonzero((beyond > 0.0) & (sign * v < 0.0))
         if not struck.size:
             continue
         speed = np.abs(v[struck])
-        r = stop.restitution(speed)
+        r = restitutions(stop, speed)
         x = x.copy()
         x[struck] = stop.position + sign * r * beyond[struck]
         v = v.copy()

@@ -15,6 +15,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import FractionalMaxwell, Maxwell, PiezoelectricCircuit, Springpot
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
+from springpot.theory.numerics.panels import panel_rule
 
 __all__ = ["COARSE", "FINE", "REACH", "Cycles", "Field", "Ladder", "Problem", "check_settled", "ladder_of", "speed_at"]
 
@@ -85,10 +86,7 @@ class Problem:
 
     def modulus(self, p: Any) -> ComplexArray:
         """Force over displacement of everything with memory."""
-        found: ComplexArray = np.zeros_like(p)
-        for element in self.elements:
-            found = found + element.modulus(p)
-        return found + self.electric(p)
+        return np.asarray(sum((element.modulus(p) for element in self.elements), self.electric(p)))
 
     def in_phase(self, w: FloatArray) -> FloatArray:
         """Stiffness of everything with memory on a line at w, which for springpots has a width."""
@@ -106,10 +104,7 @@ class Problem:
 
     def electric(self, p: Any) -> ComplexArray:
         """The same of the circuits alone."""
-        found: ComplexArray = np.zeros_like(p)
-        for circuit in self.circuits:
-            found = found + circuit.coupling**2 / circuit.capacitance * p / (p + 1.0 / circuit.time)
-        return found
+        return np.asarray(sum((circuit.modulus(p) for circuit in self.circuits), np.zeros_like(p)))
 
     @property
     def places(self) -> list[float]:
@@ -166,16 +161,10 @@ class Cycles:
         count = self.harmonics.shape[1]
         n = np.arange(1.0, count + 1.0)
         found = np.sum(factor(n, n * self.frequency[:, None]) * self.harmonics, axis=1)
-        z, weights = _tail_nodes()
+        z, weights = panel_rule([0.0, 1.0], 16)
         far = (count + 0.5) / z**2  # the sum from there on as an integral
         steps = weights * 2.0 * (count + 0.5) / z**3
         return np.asarray(found + self.tail * ((factor(far, far * self.frequency[:, None]) / far**4) @ steps))
-
-
-@lru_cache(maxsize=1)
-def _tail_nodes() -> tuple[FloatArray, FloatArray]:
-    points, weights = legendre.leggauss(16)
-    return 0.5 * (points + 1.0), 0.5 * weights
 
 
 @lru_cache(maxsize=2)

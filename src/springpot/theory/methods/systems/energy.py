@@ -25,10 +25,11 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
+from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
@@ -39,12 +40,13 @@ FloatArray = NDArray[np.float64]
 _FAR = 750.0  # exponent at which a density is 0 in double precision
 _PANELS = 96
 _NODES = 24
+_FINE = panel_rule(np.linspace(0.0, 1.0, 25), _NODES)
 _WIDTHS = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 40.0])
 _ROUNDS = 60  # of halving the panels that are not fine enough
 _SETTLED = 1e-13
 _WORTH_A_WARNING = 1e-8
 _TOO_MUCH = 1e-2
-_KEPT = (Spring, PolynomialSpring, Constant, Barrier, Contact)  # parts that only shape the potential
+_KEPT = Spring | PolynomialSpring | Constant | Barrier | Contact  # parts that only shape the potential
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,7 @@ class _EnergyLaw:
 
 
 @dataclass(frozen=True)
-class ExactLaw(Densities):
+class ExactLaw(Densities[_EnergyLaw]):
     """The exact stationary state of a system, with its densities.
 
     Notes
@@ -241,25 +243,13 @@ def check_law_covered(system: System) -> tuple[float, float] | str:
     for name, part in unit.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
-        if isinstance(part, SoftStop) and part.dissipates:
-            raise NotCoveredError(f"{_REACH}, not the dissipation of {name}.")
     return _thermal(unit) if unit.of(ThermalNoise) else _white(unit)
 
 
 def _thermal(unit: System) -> tuple[float, float]:
     """1 / kT, and 0: Boltzmann's law."""
-    allowed = (
-        *_KEPT,
-        Dashpot,
-        PolynomialDashpot,
-        Springpot,
-        FractionalMaxwell,
-        Maxwell,
-        PiezoelectricCircuit,
-        ThermalNoise,
-        WhiteNoise,
-    )
-    _refuse_others(unit, allowed)
+    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    check_kinds(unit, _REACH, _KEPT | elements | ThermalNoise | WhiteNoise, linear=PolynomialDashpot)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
     memory = [name for name, part in unit.named() if part.remembers]
@@ -276,11 +266,16 @@ def _thermal(unit: System) -> tuple[float, float]:
 
 def _white(unit: System) -> tuple[float, float] | str:
     """The coefficients of g: of a dashpot, or of damping that depends on the energy."""
-    _refuse_others(unit, (*_KEPT, Dashpot, PolynomialDashpot, VanDerPol, Springpot, WhiteNoise))
+    pumps = unit.of(VanDerPol)
+    check_kinds(unit, _REACH, _KEPT | Dashpot | PolynomialDashpot | VanDerPol | Springpot | WhiteNoise)
+    for name, part in unit.named():
+        if isinstance(part, PolynomialDashpot) and not part.is_linear and (not pumps or part.coefficients[1] != 0.0):
+            raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
+        if isinstance(part, Springpot) and part.remembers:
+            raise NotCoveredError(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))
     if not intensity > 0.0:
         return "There is no random stationary state: nothing excites the motion."
-    pumps = unit.of(VanDerPol)
     feed = sum(pump.coefficient * pump.length**2 for pump in pumps)
     mu = sum(pump.coefficient for pump in pumps)
     linear, square = 2.0 / intensity * (_dashpots(unit) - feed), 0.0
@@ -294,7 +289,8 @@ def _white(unit: System) -> tuple[float, float] | str:
 
 def _check_rayleigh(unit: System, mu: float) -> None:
     """Van der Pol's damping is a function of the energy with the cubic damper that completes it."""
-    potential, cubic = unit.potential, _cubic(unit)
+    potential, dampers = unit.potential, unit.of(PolynomialDashpot)
+    cubic = sum(part.coefficients[2] for part in dampers if len(part.coefficients) > 2)
     linear_spring = len(potential.coefficients) == 2 and potential.coefficients[1] > 0.0
     if not linear_spring or potential.coefficients[0] != 0.0 or potential.contacts:
         raise NotCoveredError(
@@ -308,26 +304,9 @@ def _check_rayleigh(unit: System, mu: float) -> None:
         )
 
 
-def _cubic(unit: System) -> float:
-    return sum(part.coefficients[2] for part in unit.of(PolynomialDashpot) if len(part.coefficients) > 2)
-
-
 def _dashpots(unit: System) -> float:
     """Coefficient of the linear dampers, springpots of order 1 among them."""
     return unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0)
-
-
-def _refuse_others(unit: System, allowed: tuple[type, ...]) -> None:
-    thermal = bool(unit.of(ThermalNoise))
-    for name, part in unit.named():
-        if not isinstance(part, allowed):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
-        if isinstance(part, PolynomialDashpot):
-            higher = part.coefficients[1:]
-            if any(higher) and (thermal or not unit.of(VanDerPol) or higher[0] != 0.0):
-                raise NotCoveredError(f"{_REACH}, not the nonlinear {name}.")
-        if isinstance(part, Springpot) and part.remembers and not thermal:
-            raise NotCoveredError(f"{_REACH}, not {name} of order {part.order:g} without ThermalNoise.")
 
 
 def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
@@ -358,7 +337,7 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     edges = np.unique(np.concatenate(cuts))
     edges = edges[(edges >= ends[0]) & (edges <= ends[1])]
     if near.contacts:  # the least may lie in one of them
-        sampled = near.energy(_panels(edges[:-1], edges[1:])[0])
+        sampled = near.energy(on_panels(edges[:-1], edges[1:], _NODES)[0])
         empty = replace(empty, least=min(least, float(sampled.min())))
     places, weights = _settled_grid(empty, edges[:-1], edges[1:])
     total = 2.0 * float(weights @ empty.speed_integral(0, empty.above_least(places)))
@@ -372,14 +351,14 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
         u = law.above_least(places)
         return np.stack([np.sum(weights * law.speed_integral(p, u.ravel()).reshape(u.shape), axis=1) for p in (0, 2)])
 
-    places, weights = _panels(low, high)
+    places, weights = on_panels(low, high, _NODES)
     found = integrals(places, weights)
     grids: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for _ in range(_ROUNDS):
         total = found.sum(axis=1, keepdims=True) + sum(done for _, _, done in grids)
         middle = 0.5 * (low + high)
         halves = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
-        half_places, half_weights = _panels(*halves)
+        half_places, half_weights = on_panels(*halves, _NODES)
         finer = integrals(half_places, half_weights)
         error = np.abs(finer.reshape(2, -1, 2).sum(axis=2) - found)
         open_ = np.any(error > _SETTLED * total, axis=0) & (middle > low) & (middle < high)
@@ -472,21 +451,3 @@ def _highest(linear: float, square: float) -> float:
     if linear < 0.0:
         return -linear / (2.0 * square) + math.sqrt(_FAR / square)
     return 2.0 * _FAR / (linear + math.sqrt(linear * linear + 4.0 * square * _FAR))
-
-
-def _panels(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places and weights of Gauss's rule, one row for each panel."""
-    nodes, weights = _UNIT
-    length = (high - low)[:, None]
-    return low[:, None] + length * nodes, length * weights
-
-
-def _unit_nodes(panels: int) -> tuple[FloatArray, FloatArray]:
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
-    starts = np.arange(panels)[:, None]
-    return ((starts + nodes) / panels).ravel(), np.tile(weights / panels, panels)
-
-
-_UNIT = _unit_nodes(1)
-_FINE = _unit_nodes(24)

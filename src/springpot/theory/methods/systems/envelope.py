@@ -48,6 +48,7 @@ from springpot.theory.methods.systems.cycles import (
 from springpot.theory.methods.systems.impacts import (
     Spread,
     after_impact,
+    endless_walls,
     hits_on_walls,
     is_endless,
     is_smooth,
@@ -372,7 +373,7 @@ def _check_rest(unit: System, bottom: float) -> None:
     for name, part in unit.named():
         if not isinstance(part, Barrier) or slow_restitution(part) == 1.0 or not is_smooth(unit):
             continue
-        pressing = float(unit.potential.force(part.position)) * (1.0 if part.side == "above" else -1.0)
+        pressing = float(unit.potential.force(part.position)) * part.inwards
         if part.position == bottom and pressing > 0.0:
             raise NotCoveredError(
                 f"{REACH}; here the mass comes to rest on {name}, which is lossy and on which it is pressed, and a "
@@ -468,8 +469,7 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
     harvests = problem.circuits and not problem.unit.of(ThermalNoise)
     power = law.average(rates.electric) * system.inertia if harvests else None
-    struck = [(hit.rate, hit.mean, hit.square) for hit in hits]
-    return moments_of(system, problem.origin + spread.mean, x_square, spread.v_square, struck, power)
+    return moments_of(system, problem.origin + spread.mean, x_square, spread.v_square, hits, power)
 
 
 def _is_exact(problem: Problem) -> bool:
@@ -487,9 +487,7 @@ def _warnings(problem: Problem, law: _Law) -> Iterator[str]:
     taken = law.average(np.abs(rates.loss - harmless) * cycles.period) / law.average(cycles.energy)
     if taken > _STRONG:
         yield f"Damping is not light, as the envelope assumes: a cycle takes {taken:.2g} times the mean energy."
-    for name, part in unit.named():
-        if isinstance(part, Barrier) and is_endless(unit, part):
-            yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
+    yield from endless_walls(unit, lambda wall: is_endless(unit, wall))
     decay = law.average(rates.loss) / law.average(cycles.energy)
     for name, part in unit.named():
         if isinstance(part, ColoredNoise | KanaiTajimiNoise):

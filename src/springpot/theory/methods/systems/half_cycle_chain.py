@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -51,6 +51,12 @@ class Stop:
 
     distance: float
     rebound: Callable[[FloatArray], FloatArray] = field(default=np.copy)
+
+    def after(self, size: FloatArray, needed: float) -> FloatArray:
+        """The size of the motion (speed at 0, or amplitude) after the stop, which needs this square of it."""
+        hits, found = size**2 > needed, size.copy()
+        found[hits] = np.sqrt(needed + self.rebound(np.sqrt(size[hits] ** 2 - needed)) ** 2)
+        return found
 
 
 @dataclass(frozen=True)
@@ -146,10 +152,6 @@ class Problem:
         ]
         return np.append(np.concatenate(pieces), FASTEST)
 
-    def without_stops(self) -> Problem:
-        free = Stop(math.inf)
-        return Problem(self.spring, self.damping, self.memory, free, free)
-
 
 @dataclass(frozen=True)
 class Stage:
@@ -218,7 +220,8 @@ def chain_of(problem: Problem) -> Chain:
     chain = _chain(problem, edges, none)
     if not problem.memory:
         return chain
-    without = _extra_work(_chain(problem.without_stops(), edges, none))
+    free = Stop(math.inf)
+    without = _extra_work(_chain(replace(problem, upper=free, lower=free), edges, none))
     for _ in range(_PASSES):
         extra = tuple(now - free for now, free in zip(_extra_work(chain), without, strict=True))
         chain = _chain(problem, edges, extra)
@@ -233,12 +236,9 @@ def _stages(problem: Problem, speeds: FloatArray) -> tuple[Stage, ...]:
     found = []
     for stop, side in ((problem.upper, 1.0), (problem.lower, -1.0)):
         needed = problem.spring.speed_to(stop.distance) ** 2 if math.isfinite(stop.distance) else math.inf
-        left = speeds**2 - needed
-        hits = left > 0.0
-        after = speeds.copy()
-        after[hits] = np.sqrt(needed + stop.rebound(np.sqrt(left[hits])) ** 2)
-        for back, start in ((False, speeds), (True, after)):
-            found.append(Stage(stop, side, back, start, problem.spring.flights(start, stop.distance), hits))
+        for back, start in ((False, speeds), (True, stop.after(speeds, needed))):
+            flights = problem.spring.flights(start, stop.distance)
+            found.append(Stage(stop, side, back, start, flights, speeds**2 > needed))
     return tuple(found)
 
 
@@ -296,9 +296,7 @@ def _arc(stage: Stage, amplitude: FloatArray, following: FloatArray | None) -> _
     if not stage.back:
         last = amplitude if following is None else following
         return _Arc(stage.side, amplitude, last, np.zeros_like(amplitude), reach(last))
-    left = amplitude**2 - stage.stop.distance**2
-    hit, start = left > 0.0, amplitude.copy()
-    start[hit] = np.sqrt(stage.stop.distance**2 + stage.stop.rebound(np.sqrt(left[hit])) ** 2)
+    start = stage.stop.after(amplitude, stage.stop.distance**2)
     last = start if following is None else following
     return _Arc(stage.side, start, last, math.pi - reach(start), np.full_like(start, math.pi))
 

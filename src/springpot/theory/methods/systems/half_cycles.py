@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,18 +13,19 @@ from springpot.machine.faults import NotCoveredError, few, shown
 from springpot.problem.parts import (
     Barrier,
     Dashpot,
-    Mass,
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
     Springpot,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import restitution_at, slow_restitution
+from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
+from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.half_cycle_chain import (
     FASTEST,
     MOST_CELLS,
@@ -34,8 +35,9 @@ from springpot.theory.methods.systems.half_cycle_chain import (
     Stop,
     chain_of,
 )
+from springpot.theory.methods.systems.impacts import endless_walls, restitutions
 from springpot.theory.methods.systems.linear import linear
-from springpot.theory.result import Moments, Result, moments_of
+from springpot.theory.result import Moments, moments_of
 
 __all__ = ["HalfCycles", "check_covered", "half_cycles"]
 
@@ -62,16 +64,13 @@ class _Scales:
 
 
 @dataclass(frozen=True)
-class HalfCycles(Result):
+class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
     """The chain of half cycles of a system between two walls.
 
     Notes
     -----
-    The parameters are those of `springpot.theory.result.Result`, and the chain.
+    The parameters are those of `springpot.theory.result.Result`.
     """
-
-    chain: Chain | None
-    scales: _Scales | None
 
     def x_density(self, displacement: ArrayLike) -> FloatArray:
         """Density of x, per m; 0 beyond the walls.
@@ -96,7 +95,7 @@ class HalfCycles(Result):
         >>> found.x_density([-2.0, 0.0, 3.0]).round(2).tolist()
         [0.0, 0.44, 0.0]
         """
-        chain, scales = self._known()
+        chain, scales = self._stationary_law()
         x = real_array(displacement, "displacement") / scales.length
         return np.asarray(_x_density(chain, x) / scales.length)
 
@@ -127,21 +126,15 @@ class HalfCycles(Result):
         >>> found.impact_speed_density([0.0, 1.0], "far").round(2).tolist()
         [0.0, 0.71]
         """
-        chain, scales = self._known()
+        chain, scales = self._stationary_law()
         u = real_array(speed, "speed") / scales.speed
-        walls = {name: part for name, part in self.system.per_unit_mass.named() if isinstance(part, Barrier)}
+        walls = dict(zip(self.system.stops, self.system.of(Barrier), strict=True))
         if wall not in walls:
             raise ValueError(f"wall must be one of {few(walls)}, not {shown(wall)}.")
         found = _impacts(chain, walls[wall], scales)
         if found is None or not found.speeds.size:
             raise ValueError(f"wall {wall!r} has no density of speeds: it is struck never, or infinitely often.")
         return np.asarray(np.interp(u, found.speeds, found.density, left=0.0, right=0.0) / scales.speed)
-
-    def _known(self) -> tuple[Chain, _Scales]:
-        self.moments  # noqa: B018 - raises where there is no stationary state
-        assert self.chain is not None
-        assert self.scales is not None
-        return self.chain, self.scales
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -194,7 +187,7 @@ def half_cycles(system: System) -> HalfCycles:
     """
     system = checked_system(system)
     unit, (lower, upper) = system.per_unit_mass, check_covered(system)
-    chain = scales = None
+    law = None
     stationary: Moments | str
     warnings: tuple[str, ...] = ()
     if not sum(noise.intensity for noise in unit.of(WhiteNoise)) > 0.0:
@@ -203,8 +196,8 @@ def half_cycles(system: System) -> HalfCycles:
         linear_part, scales = _motion_without_walls(unit)
         problem = _problem(unit, lower, upper, linear_part, scales)
         _check_walls(problem)
-        chain = chain_of(problem)
-        stationary = _moments(system, chain, scales)
+        law = chain_of(problem), scales
+        stationary = _moments(system, *law)
         warnings = tuple(_warnings(unit, linear_part, scales))
     return HalfCycles(
         method="half_cycles",
@@ -216,8 +209,7 @@ def half_cycles(system: System) -> HalfCycles:
             "After a slow impact on a lossy wall short returns are due to noise alone.",
         ),
         warnings=warnings,
-        chain=chain,
-        scales=scales,
+        _law=law,
     )
 
 
@@ -230,14 +222,9 @@ def check_covered(system: System) -> tuple[Barrier, Barrier]:
         Where it is not.
     """
     unit = system.per_unit_mass
-    for name, part in unit.named():
-        bent = isinstance(part, PolynomialDashpot) and not part.is_linear
-        kinds = Mass | Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
-        if bent or not isinstance(part, kinds):
-            raise NotCoveredError(
-                f"{_REACH}, linear springs and cubic ones that harden, dashpots, springpots and white "
-                f"noise, not {name}."
-            )
+    kinds = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot | Barrier | WhiteNoise
+    parts = "linear springs and cubic ones that harden, dashpots, springpots and white noise"
+    check_kinds(unit, f"{_REACH}, {parts}", kinds, linear=PolynomialDashpot, nonlinear="")
     walls = unit.of(Barrier)
     below = [wall for wall in walls if wall.side == "above" and wall.position < 0.0]
     above = [wall for wall in walls if wall.side == "below" and wall.position > 0.0]
@@ -290,8 +277,8 @@ def _problem(unit: System, lower: Barrier, upper: Barrier, spring: HardSpring, s
             for pot in unit.of(Springpot)
             if pot.remembers
         ),
-        upper=Stop(upper.position / scales.length, _rebound(upper, scales.speed)),
-        lower=Stop(-lower.position / scales.length, _rebound(lower, scales.speed)),
+        upper=_stop(upper, scales),
+        lower=_stop(lower, scales),
     )
 
 
@@ -309,16 +296,10 @@ def _check_walls(problem: Problem) -> None:
         )
 
 
-def _rebound(wall: Barrier, unit_of_speed: float) -> Callable[[FloatArray], FloatArray]:
-    if not callable(wall.restitution):
-        constant = wall.restitution
-        return lambda speed: constant * speed
-
-    def rebound(speed: FloatArray) -> FloatArray:
-        r = [min(max(restitution_at(wall, v * unit_of_speed), 0.0), 1.0) for v in speed.tolist()]
-        return np.asarray(np.array(r) * speed)
-
-    return rebound
+def _stop(wall: Barrier, scales: _Scales) -> Stop:
+    return Stop(
+        -wall.inwards * wall.position / scales.length, lambda speed: restitutions(wall, speed * scales.speed) * speed
+    )
 
 
 def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
@@ -381,9 +362,7 @@ def _x_density(chain: Chain, x: FloatArray) -> FloatArray:
         here = (np.sign(stage.side) * x >= 0.0) & (np.abs(x) <= stage.stop.distance)
         edges = chain.edges
         if stage.back and math.isfinite(stage.stop.distance):
-            needed = chain.problem.spring.speed_to(stage.stop.distance) ** 2
-            left = np.sqrt(np.maximum(edges**2 - needed, 0.0))
-            edges = np.where(left > 0.0, np.sqrt(needed + stage.stop.rebound(left) ** 2), edges)
+            edges = stage.stop.after(edges, chain.problem.spring.speed_to(stage.stop.distance) ** 2)
         left = np.sqrt(np.maximum(edges[:, None] ** 2 - least[here], 0.0))
         lower, upper, width = left[:-1], left[1:], np.diff(edges**2)[:, None]
         inside = (lower > 0.0) & (upper > 0.0)  # the same by another way, for edges that lie together after an impact
@@ -394,11 +373,8 @@ def _x_density(chain: Chain, x: FloatArray) -> FloatArray:
 
 
 def _warnings(unit: System, spring: HardSpring, scales: _Scales) -> Iterator[str]:
-    for name, part in unit.named():
-        if not isinstance(part, Barrier):
-            continue
-        if slow_restitution(part) <= COLLAPSE_BELOW:
-            yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
+    yield from endless_walls(unit, lambda wall: slow_restitution(wall) <= COLLAPSE_BELOW)
+    for name, part in unit.stops.items():
         if spring.speed_to(abs(part.position) / scales.length) > _REACHED:
             away = abs(part.position) / scales.length
             yield f"{name} is {away:.3g} standard deviations of x away: its rate is too small for the half cycles."

@@ -11,7 +11,9 @@ flight to the next impact, which at order 1, r = 0.8 and c from 0.1 to 1 gives r
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +35,10 @@ from springpot.theory.methods.envelope.impacts import with_short_returns
 from springpot.theory.methods.envelope.losses import is_tabulated, moments_from_wall, sudden_losses
 from springpot.theory.methods.systems.cycles import Cycles, Problem
 
-__all__ = ["Hits", "Spread", "after_impact", "hits_on_walls", "is_endless", "is_smooth", "with_sudden_losses"]
+__all__ = [
+    "Hits", "Spread", "after_impact", "endless_walls", "hits_on_walls", "is_endless", "is_smooth", "restitutions",
+    "with_sudden_losses",
+]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 
@@ -41,8 +46,7 @@ _REBOUNDS = 20  # iterations for the restitution of a law of the speed
 _SHORT, _SHORT_UNCORRECTED = 0.5, 0.375  # of a flight: longer returns are due to springs, or end at the other wall
 
 
-@dataclass(frozen=True)
-class Hits:
+class Hits(NamedTuple):
     """Impacts on one wall or contact: their rate, and mean and mean square of the speed before them."""
 
     rate: float
@@ -72,15 +76,24 @@ def after_impact(
         damping = np.maximum(damped / np.maximum(cycles.v_square, 1e-300), 0.0)
         return wall.restitution, before_impact(np.nan_to_num(damping * cycles.period / walls), wall.restitution)
     known = np.nan_to_num(speed)
-    r = _restitution(wall, known)
+    r = restitutions(wall, known)
     for _ in range(_REBOUNDS):
-        r = _restitution(wall, known * np.sqrt(2.0 / (1.0 + r**2)))
+        r = restitutions(wall, known * np.sqrt(2.0 / (1.0 + r**2)))
     return r, np.asarray(2.0 / (1.0 + r**2))
 
 
-def _restitution(wall: Barrier, speed: FloatArray) -> FloatArray:
-    law = np.vectorize(lambda v: restitution_at(wall, v), otypes=[float])
-    return np.asarray(np.clip(law(speed), 0.0, 1.0))
+def restitutions(wall: Barrier, speed: FloatArray) -> FloatArray:
+    """The restitution of impacts with these speeds, from 0 to 1."""
+    if not callable(wall.restitution):
+        return np.full_like(speed, wall.restitution)
+    return np.array([min(max(restitution_at(wall, v), 0.0), 1.0) for v in speed.tolist()])
+
+
+def endless_walls(system: System, endless: Callable[[Barrier], bool]) -> Iterator[str]:
+    """What is said of each wall that is struck infinitely often."""
+    for name, part in system.stops.items():
+        if isinstance(part, Barrier) and endless(part):
+            yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
 
 
 def hits_on_walls(
@@ -149,8 +162,7 @@ def _with_short_returns(
         return np.asarray(intensity * np.interp(v, speed[rising], short[rising]))
 
     def rebound(v: FloatArray) -> FloatArray:
-        r = wall.restitution
-        return np.asarray(_restitution(wall, v) * v if callable(r) else r * v)
+        return restitutions(wall, v) * v
 
     power = slow_impact_power(slow_restitution(wall))
     made = with_short_returns(fast[rising], by_label[rising] / slope[rising], turning, rebound, power, regular)
@@ -187,7 +199,7 @@ def with_sudden_losses(
     r, before = after_impact(problem, wall, speed, damped, cycles)
     fast = often * before * speed**2
     r = math.sqrt(float(np.sum(fast * r**2)) / float(np.sum(fast)))
-    sign = 1.0 if wall.side == "above" else -1.0
+    sign = wall.inwards
     place = sign * (wall.position - problem.origin)
     arc = np.maximum(cycles.arc, 1e-300)
     w = float(weight @ np.sqrt(arc))
@@ -221,7 +233,7 @@ def with_sudden_losses(
     rate = ratios.rate * hit.rate
     pushed = ratios.mean * float(weight @ (np.isfinite(struck[0]) * push))
     # the mean forces of springs and impacts cancel
-    return better, [replace(hit, rate=rate, mean=pushed / ((1.0 + r) * rate), square=ratios.speed_square * hit.square)]
+    return better, [Hits(rate, pushed / ((1.0 + r) * rate), ratios.speed_square * hit.square)]
 
 
 def is_endless(unit: System, wall: Barrier) -> bool:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     ColoredNoise,
     Constant,
@@ -30,6 +29,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.frequencies import integral, resonances
 from springpot.theory.result import Moments, Result, moments_of
 
@@ -89,16 +89,12 @@ class Companion:
         """Two-sided spectral density of all noise that does not multiply x, per rad/s."""
         found = self.noise_density(w)
         if self.temperature > 0.0 and w == 0.0:
-            return math.inf if any(self._fractional) else self.force_density(1e-150)
+            pots = (each.springpot if isinstance(each, FractionalMaxwell) else each for each in self.elements)
+            fractional = any(isinstance(pot, Springpot) and pot.remembers for pot in pots)
+            return math.inf if fractional else self.force_density(1e-150)  # unbounded at low frequency
         if self.temperature > 0.0:
             found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
         return found
-
-    @property
-    def _fractional(self) -> list[bool]:
-        """Of each element whether its matched noise is unbounded at low frequency."""
-        pots = [element.springpot if isinstance(element, FractionalMaxwell) else element for element in self.elements]
-        return [isinstance(pot, Springpot) and pot.remembers for pot in pots]
 
     def noise_density(self, w: float) -> float:
         """The same without matched noise."""
@@ -265,25 +261,10 @@ def companion_of(system: System) -> Companion:
         If there is a wall, a contact or something nonlinear.
     """
     unit = system.per_unit_mass
-    known = (
-        Spring,
-        PolynomialSpring,
-        Dashpot,
-        PolynomialDashpot,
-        Springpot,
-        FractionalMaxwell,
-        Maxwell,
-        PiezoelectricCircuit,
-        Constant,
-        Harmonic,
-        ParametricNoise,
-        ThermalNoise,
-        *_NOISES,
-    )
-    for name, part in unit.named():
-        nonlinear = isinstance(part, PolynomialSpring | PolynomialDashpot) and not part.is_linear
-        if nonlinear or not isinstance(part, known):
-            raise NotCoveredError(f"{_REACH}, not {name}.")
+    sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
+    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    kinds = Spring | PolynomialSpring | elements | sources | PoissonImpulses
+    check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     return Companion(
         stiffness=unit.stiffness,
         damping=unit.damping,

@@ -22,6 +22,7 @@ from springpot.problem.parts import (
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
+    Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
@@ -30,7 +31,7 @@ from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments
-from springpot.theory.result import Moments, NoConvergenceError, Result
+from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
 
 __all__ = ["Linearization", "check_covered", "linearization"]
 
@@ -106,16 +107,10 @@ def linearization(system: System) -> Linearization:
     """
     system = checked_system(system)
     unit = system.per_unit_mass
-    companion, stationary = _solve(unit, check_covered(system))
+    companion, stationary = _solve(system, check_covered(system))
     warnings: tuple[str, ...] = ()
     if not isinstance(stationary, str):
         warnings = tuple(_strained(unit, companion, stationary))
-        omega = system.natural_frequency
-        stationary = replace(
-            stationary,
-            amplitude_mean_square=stationary.x_mean_square + stationary.v_mean_square / omega**2,
-            of_parts={name: power * system.inertia for name, power in stationary.of_parts.items()},
-        )
     return Linearization(
         method="linearization",
         system=system,
@@ -172,24 +167,24 @@ def _without_nonlinear(unit: System) -> System:
     return System(**kept, **{free: Spring(1.0)})
 
 
-def _solve(unit: System, companion: Companion) -> tuple[Companion, Moments | str]:
+def _solve(system: System, companion: Companion) -> tuple[Companion, Moments | str]:
     """The linear system whose own moments give its stiffness, damping and mean."""
+    unit = system.per_unit_mass
     potential = unit.potential
     quiet = all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in companion.noises)
     if quiet and companion.temperature == 0.0:
         return _no_answer(companion), "There is no random stationary state: nothing excites the motion."
     if not companion.dissipates and not _damping(unit, 0.0, 1e20, 1e20) > 0.0:
         return _no_answer(companion), "There is no stationary state: nothing dissipates energy."
-    springs = replace(potential, coefficients=tuple(_springs(unit)))
+    soft = sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 0.0)  # which the linear system keeps
 
     def at(state: FloatArray) -> tuple[Companion, Moments | str, float]:
         mean, x_spread, v_spread = float(state[0]), math.exp(float(state[1])), math.exp(float(state[2]))
         places = mean + x_spread * _NODES
-        stiffness = float(_WEIGHTS @ springs.curvature(places))
-        damping = _damping(unit, mean, x_spread, v_spread)
-        here = replace(companion, stiffness=stiffness, damping=damping, force=0.0)
-        balance = float(_WEIGHTS @ potential.force(places))
         held = float(_WEIGHTS @ potential.curvature(places))  # also by springpots of order 0
+        damping = _damping(unit, mean, x_spread, v_spread)
+        here = replace(companion, stiffness=held - soft, damping=damping, force=0.0)
+        balance = float(_WEIGHTS @ potential.force(places))
         return here, linear_moments(unit, here), balance / held
 
     def missing(state: FloatArray) -> FloatArray:
@@ -209,14 +204,13 @@ def _solve(unit: System, companion: Companion) -> tuple[Companion, Moments | str
     try:
         start = _start(unit, companion, potential)
         solved = optimize.root(missing, start, method="hybr", options={"xtol": _TOLERANCE})
-    except _Unstable as unstable:
+    except NoStationaryStateError as unstable:
         return _no_answer(companion), str(unstable)
     if not np.abs(missing(solved.x)).max() < 1e-7:
         raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
-    here, moments, _ = at(solved.x)
-    assert not isinstance(moments, str)
-    mean = float(solved.x[0])
-    return here, replace(moments, x_mean=mean, x_mean_square=moments.x_mean_square + mean * mean)
+    here, _, _ = at(solved.x)
+    force = float(solved.x[0]) * (here.stiffness + soft)  # with which the mean is that
+    return here, linear_moments(system, replace(here, force=force))
 
 
 def _strained(unit: System, companion: Companion, found: Moments) -> Iterator[str]:
@@ -247,10 +241,6 @@ def _no_answer(companion: Companion) -> Companion:
     return replace(companion, stiffness=math.nan, damping=math.nan)
 
 
-class _Unstable(ArithmeticError):
-    """The linear system on the way has no stationary state."""
-
-
 def _start(unit: System, companion: Companion, potential: Potential) -> FloatArray:
     """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
     roots = polynomial.polyroots(potential.coefficients)
@@ -264,7 +254,7 @@ def _start(unit: System, companion: Companion, potential: Potential) -> FloatArr
         if stiffness > 0.0 and (damping > 0.0 or companion.dissipates):
             moments = linear_moments(unit, replace(companion, stiffness=stiffness, damping=damping, force=0.0))
             if isinstance(moments, str):
-                raise _Unstable(moments)
+                raise NoStationaryStateError(moments)
             ratio = math.sqrt(moments.x_mean_square) / spread
             if abs(math.log(ratio)) < 0.1 or most < least * (1.0 + 1e-9):
                 return np.array([mean, 0.5 * math.log(moments.x_mean_square), 0.5 * math.log(moments.v_mean_square)])
@@ -272,17 +262,6 @@ def _start(unit: System, companion: Companion, potential: Potential) -> FloatArr
         step = min(max(math.sqrt(ratio), 0.05), 20.0) if math.isfinite(ratio) else 2.0
         spread = math.sqrt(least * most) if 0.0 < least < most < math.inf else spread * step
     raise NoConvergenceError("statistical linearization found no solution: no spread agrees with itself.")
-
-
-def _springs(unit: System) -> list[float]:
-    """Coefficients of the springs' force without springpots of order 0, which the linear system keeps."""
-    found = [0.0] * 10
-    for spring in unit.of(Spring):
-        found[1] += spring.stiffness
-    for part in unit.of(PolynomialSpring):
-        for power, k in enumerate(part.coefficients, start=1):
-            found[power] += k
-    return found
 
 
 def _damping(unit: System, mean: float, x_spread: float, v_spread: float) -> float:

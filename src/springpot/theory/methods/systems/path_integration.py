@@ -17,17 +17,18 @@ from springpot.problem.parts import (
     Constant,
     Contact,
     Dashpot,
-    Mass,
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
     Springpot,
     VanDerPol,
 )
-from springpot.problem.parts.walls import SoftStop, restitution_at
+from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
-from springpot.theory.methods.systems.chain import Chain, Grid, Stop, grid_over, kernel_weights, make_chain
+from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
+from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
@@ -59,7 +60,7 @@ class _Problem:
     unit: System
     noise: ColoredNoise
     pots: tuple[Springpot, ...]
-    stops: tuple[Stop, ...]
+    stops: tuple[Barrier, ...]
     damping: float
 
 
@@ -162,11 +163,10 @@ def path_integration(system: System) -> Result:
     stationary: Moments | str
     if not unit.potential.holds():
         stationary = "There is no stationary state: no spring or wall holds the mass on one side."
-    elif not (problem.damping > 0.0 or problem.pots or _bent(unit) or _loses(problem)):
+    elif not any(part.dissipates for part in unit.parts):
         stationary = "There is no stationary state: nothing dissipates energy, so it grows without end."
     else:
-        with np.errstate(all="ignore"):
-            stationary = _moments(system, problem, _solve(problem))
+        stationary = _moments(system, problem, _solve(problem))
     warnings: tuple[str, ...] = ()
     if not isinstance(stationary, str):
         warnings = tuple(_warnings(unit, stationary))
@@ -184,51 +184,18 @@ def path_integration(system: System) -> Result:
 def check_covered(system: System) -> _Problem:
     """What the method solves, where it is covered; otherwise `NotCoveredError`."""
     unit = system.per_unit_mass
-    covered = (
-        Mass,
-        Spring,
-        PolynomialSpring,
-        Constant,
-        Contact,
-        Dashpot,
-        PolynomialDashpot,
-        VanDerPol,
-        Springpot,
-        Barrier,
-    )
+    dampers = Dashpot | PolynomialDashpot | VanDerPol | Springpot
+    check_kinds(unit, REACH, Spring | PolynomialSpring | Constant | Contact | Barrier | dampers | ColoredNoise)
     noises = unit.of(ColoredNoise)
-    for name, part in unit.named():
-        if not isinstance(part, (*covered, ColoredNoise)):
-            raise NotCoveredError(f"{REACH}, not {name}.")
-        if isinstance(part, SoftStop) and part.dissipates:
-            raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     if len(noises) != 1:
         raise NotCoveredError(f"{REACH}; here there {'are several' if noises else 'is no colored noise'}.")
     return _Problem(
         unit=unit,
         noise=noises[0],
         pots=tuple(pot for pot in unit.of(Springpot) if pot.remembers),
-        stops=tuple(_stop(wall) for wall in unit.of(Barrier)),
+        stops=unit.of(Barrier),
         damping=unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0),
     )
-
-
-def _stop(wall: Barrier) -> Stop:
-    def restitution(speed: FloatArray) -> FloatArray:
-        if not callable(wall.restitution):
-            return np.full_like(speed, wall.restitution)
-        return np.array([min(max(restitution_at(wall, v), 0.0), 1.0) for v in speed.tolist()])
-
-    return Stop(wall.position, wall.side == "below", restitution)
-
-
-def _bent(unit: System) -> bool:
-    """Whether there are dampers that are not linear."""
-    return bool(unit.of(VanDerPol)) or any(not part.is_linear for part in unit.of(PolynomialDashpot))
-
-
-def _loses(problem: _Problem) -> bool:
-    return any(not wall.is_elastic for wall in problem.unit.of(Barrier))
 
 
 def _acceleration(problem: _Problem, y: FloatArray, x: FloatArray, v: FloatArray, memory: _Memory | None) -> FloatArray:
@@ -435,10 +402,9 @@ def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
 
 
 def _warnings(unit: System, found: Moments) -> Iterator[str]:
+    yield from endless_walls(unit, lambda wall: not wall.is_elastic)
     for name, part in unit.named():
-        if isinstance(part, Barrier) and not part.is_elastic:
-            yield f"{name} is struck infinitely often by slow impacts: its impact rate and speeds do not exist."
-        elif isinstance(part, Barrier) and math.isnan(found[f"{name}_impact_rate"]):
+        if isinstance(part, Barrier) and part.is_elastic and math.isnan(found[f"{name}_impact_rate"]):
             yield f"On {name} the mass is pressed, and hops are too short for the grid: there is no impact rate."
         elif isinstance(part, SoftStop):
             yield f"The impacts on {name} are not counted."

@@ -1,0 +1,50 @@
+"""What a method for systems covers: kinds of parts, and nothing that a contact or a damper does beyond that."""
+
+from __future__ import annotations
+
+from types import UnionType
+
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.parts import PolynomialDashpot, PolynomialSpring
+from springpot.problem.parts.walls import SoftStop
+from springpot.problem.system import System
+
+__all__ = ["check_kinds"]
+
+
+def check_kinds(
+    unit: System,
+    reach: str,
+    kinds: type | UnionType,
+    linear: type | UnionType | tuple[()] = (),
+    nonlinear: str = "the nonlinear ",
+) -> None:
+    """Raise `NotCoveredError` for a part of another kind, and for a contact that dissipates.
+
+    Parameters
+    ----------
+    unit : System
+    reach : str
+        What is covered, as the sentence begins.
+    kinds : type
+        A union of the kinds of parts that are covered.
+    linear : type
+        Those among them that must be linear: `PolynomialSpring`, `PolynomialDashpot`, or both.
+    nonlinear : str
+        What is said before the name of one that is not.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot, Spring
+    >>> check_kinds(System(Spring(1.0), Dashpot(0.1)), "The example covers springs", Spring | PolynomialSpring)
+    Traceback (most recent call last):
+        ...
+    springpot.machine.faults.NotCoveredError: The example covers springs, not dashpot.
+    """
+    for name, part in unit.named():
+        if not isinstance(part, kinds):
+            raise NotCoveredError(f"{reach}, not {name}.")
+        if isinstance(part, PolynomialSpring | PolynomialDashpot) and isinstance(part, linear) and not part.is_linear:
+            raise NotCoveredError(f"{reach}, not {nonlinear}{name}.")
+        if isinstance(part, SoftStop) and part.dissipates:
+            raise NotCoveredError(f"{reach}, not the dissipation of {name}.")
