@@ -116,8 +116,10 @@ CATALOGUE = (
     Quantity("amplitude_mean_square", "m2", "mean square of the amplitude of the linear springs' motion",
              r"\langle x^2\rangle + \langle v^2\rangle / \Omega^2", **_SPRINGS, where=_is_single),
     Quantity("<point>_x_mean", "m", "mean displacement of the mass", r"\langle x_i\rangle", **_SEVERAL),
-    Quantity("<point>_x_mean_square", "m2", "mean square displacement of the mass", r"\langle x_i^2\rangle", **_SEVERAL),
-    Quantity("<point>_v_mean_square", "m2 s-2", "mean square velocity of the mass", r"\langle v_i^2\rangle", **_SEVERAL),
+    Quantity("<point>_x_mean_square", "m2", "mean square displacement of the mass", r"\langle x_i^2\rangle",
+             **_SEVERAL),
+    Quantity("<point>_v_mean_square", "m2 s-2", "mean square velocity of the mass", r"\langle v_i^2\rangle",
+             **_SEVERAL),
     Quantity("<part>_elongation_mean", "m", "mean displacement between the part's two ends",
              r"\langle x_i - x_j\rangle", "of each part with two ends, with several masses",
              lambda part: isinstance(part, Element), _is_several),
@@ -193,7 +195,9 @@ CATALOGUE = (
 def _entry(name: str) -> Quantity | None:
     """The entry of that name, or the one of parts or points with the longest ending."""
     known = {entry.name: entry for entry in CATALOGUE}
-    endings = {entry.name.partition(">")[2]: entry for entry in reversed(CATALOGUE) if entry.name.startswith((_OF, _AT))}
+    endings = {
+        entry.name.partition(">")[2]: entry for entry in reversed(CATALOGUE) if entry.name.startswith((_OF, _AT))
+    }
     found = max((ending for ending in endings if name.endswith(ending)), key=len, default="")
     return known.get(name) or endings.get(found)
 
