@@ -83,6 +83,7 @@ def test_two_masses_that_pound_obey_boltzmanns_law(paths: int) -> None:
     run = sp.simulate(thermal_pair(), paths=paths, duration=400.0, window=(50.0, 400.0))
     assert run.settings.step * FAST == pytest.approx(0.1, rel=1e-3)
     check(run, BOLTZMANN, precise=0.3 / np.sqrt(paths))
+    assert abs(run["energy_residual"].value) < 4.0 * run["energy_residual"].error < 0.02
 
 
 @pytest.mark.validation
@@ -360,6 +361,20 @@ def test_impacts_on_a_lossy_wall_have_a_bound_on_the_bias_of_the_step() -> None:
     assert 0.01 * one.value < one.step_bias < 0.1 * one.value
     assert abs(one.value - other.value) < one.step_bias + other.step_bias + 3.0 * np.hypot(one.error, other.error)
     assert any("misses slow impacts" in sentence for sentence in coarse.warnings)
+
+
+def test_impacts_that_cannot_be_counted_are_named() -> None:
+    """Noise that reaches a lossy wall through springs only, beside one that it acts on."""
+    system = three(
+        sp.WhiteNoise(0.4, on="a"),
+        near=sp.Barrier(-0.2, 0.8, between=A_B),
+        far=sp.Barrier(-0.3, 0.8, between=("b", "c")),
+    )
+    run = sp.simulate(system, paths=64, duration=20.0)
+    assert np.isnan(run["far_impact_rate"].value)
+    assert run["near_impact_rate"].value > 0.0
+    assert run["far_power"].value > 0.0
+    assert any("far is lossy, and no white noise acts on what it holds apart" in sentence for sentence in run.warnings)
 
 
 def test_more_paths_are_added_to_a_run() -> None:

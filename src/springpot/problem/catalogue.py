@@ -72,7 +72,8 @@ def _with(*powers: str) -> Callable[[Part], bool]:
 
 def _balances(system: System) -> bool:
     """Whether the balance of energy is a check, and no definition of what is fed in."""
-    return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
+    independent = any(map(_with("input"), system.parts)) or (_is_several(system) and bool(system.of(ThermalNoise)))
+    return independent or not any(map(_with("fed", "work"), system.parts))
 
 
 def _is_single(system: System) -> bool:

@@ -127,9 +127,9 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
 
 def _possible(simulation: Simulation, samples: Samples) -> Samples:
     """In the order of the catalogue; those of impacts that cannot be counted are NaN."""
-    if simulation.motion.uncountable:
+    if uncounted := simulation.motion.uncounted:
         undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
-        samples |= {name: undefined for name in samples if "impact_" in name}
+        samples |= {name: undefined for name in samples if "impact_" in name and name.startswith(uncounted)}
     return {name: samples[name] for name in possible_results(simulation.motion.system) if name in samples}
 
 

@@ -232,6 +232,11 @@ class Motion:
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
     @property
+    def uncounted(self) -> tuple[str, ...]:
+        """How the names of results begin that are of impacts which cannot be counted: any way, or no name does."""
+        return ("",) if self.uncountable else ()
+
+    @property
     def struck_alone(self) -> dict[str, StruckWalls]:
         """Each wall as slow impacts see it, by its name, where its results have biases of their own: none has."""
         return {}

@@ -308,15 +308,29 @@ class MotionOfSeveral(Motion):
 
     @property
     def uncountable(self) -> str:
-        """Why the impacts cannot be counted."""
-        rough = any(part.intensity > 0.0 for part in self.system.of(WhiteNoise)) or self.system.of(ThermalNoise)
-        for name, wall in self.system.named():
-            if isinstance(wall, Barrier) and rough and (slow := slow_restitution(wall)) <= COLLAPSE_BELOW:
-                return (
-                    f"restitution {slow:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
-                    "white noise causes infinitely many impacts in a finite time"
+        """Why the impacts on some walls cannot be counted."""
+        return next(iter(self._uncounted.values()), "")
+
+    @property
+    def uncounted(self) -> tuple[str, ...]:
+        """How the names of results begin that are of impacts which cannot be counted."""
+        return tuple(f"{name}_" for name in self._uncounted)
+
+    @cached_property
+    def _uncounted(self) -> dict[str, str]:
+        found = {}
+        for name, wall in self.struck_alone.items():
+            if wall.intensity > 0.0 and wall.restitution <= COLLAPSE_BELOW:
+                found[name] = (
+                    f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} "
+                    "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
-        return ""
+            elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
+                found[name] = (
+                    f"{name} is lossy, and no white noise acts on what it holds apart: a smooth force lets them come "
+                    "to rest on each other after infinitely many impacts"
+                )
+        return found
 
     @cached_property
     def not_stationary(self) -> str:
