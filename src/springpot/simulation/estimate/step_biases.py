@@ -105,6 +105,8 @@ def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict
         slow = replace(wall, restitution=max(wall.restitution, _COUNTABLE))
         for quantity, bias in impact_step_biases(slow, step, own).items():
             biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
+        for quantity in ("force_mean", "power"):
+            biases[f"{name}_{quantity}"] = 2.0 * whole * values.get(f"{name}_{quantity}", 0.0)
     return biases
 
 
