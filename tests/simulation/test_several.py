@@ -449,6 +449,26 @@ def test_masses_start_before_walls_beyond_zero() -> None:
     assert run.settings.initial_position == pytest.approx({"a": -0.15, "b": 0.15, "c": 0.0})
 
 
+def test_a_stationary_start_is_there_for_thermal_noise_alone() -> None:
+    with pytest.raises(ValueError, match="start must be 'rest': runs of several masses start from rest, but for those"):
+        sp.simulate(three(sp.WhiteNoise(1.0, on="a")), start="stationary")
+
+
+def test_a_thermal_run_is_stationary_at_once() -> None:
+    """Also with nonlinear springs and walls, and with more paths drawn later."""
+    bent = sp.System(*thermal_pair().parts[:-1], sp.PolynomialSpring((0.0, 0.0, 1.0), between=A_B),
+                     gap=sp.Barrier(-0.3, 1.0, between=A_B))  # fmt: skip
+    early, late = (simulated(bent, paths=12800, duration=window[1], window=window, step=0.05, seed=seed)
+                   for seed, window in ((1, (0.0, 1.0)), (2, (50.0, 60.0))))  # fmt: skip
+    assert early.settings.start == "stationary"
+    for name in ("a_x_mean", "b_x_mean", "a_x_mean_square", "b_x_mean_square", "a_v_mean_square", "gap_impact_rate"):
+        one, other = early[name], late[name]
+        assert abs(one.value - other.value) < 4.0 * np.hypot(one.error, other.error)
+    given: dict[str, Any] = {"duration": 1.0, "step": 0.05, "record": 100}
+    longer = sp.extend(simulated(bent, paths=100, **given), paths=200)
+    assert longer.path_sums.tobytes() == simulated(bent, paths=200, **given).path_sums.tobytes()
+
+
 def test_limits_on_impacts_are_counted_and_said() -> None:
     """Four masses pressed together that lose nearly all at each impact."""
     ends = A_B, ("b", "c"), ("c", "d")
@@ -484,7 +504,6 @@ DRIVEN = thermal_pair()
         ({"slowest_counted_impact": 0.1}, "slowest_counted_impact cannot be given"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
-        ({"start": "stationary"}, "start must be 'rest': runs of several masses start from rest"),
         ({"initial_position": 0.1}, "initial_position must be a dict of points and numbers"),
         ({"initial_position": {"c": 0.1}}, "initial_position has 'c', which is no mass; there are a and b."),
         ({"initial_position": {"a": 1.0}}, "initial_position lies behind gap"),

@@ -24,6 +24,7 @@ from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, mean_in_step, memory_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
@@ -110,6 +111,17 @@ class Parts:
             )  # fmt: skip
 
         return advance
+
+    def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
+        """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
+        if self.law is None or settings.start != "stationary":
+            return self.start.states
+        from scipy import special  # slow to import, and most runs need none of it
+
+        normals = start_normals(settings.seed, first, paths, stream=stream).astype(float)
+        x = self.law.drawn(special.ndtr(normals[:, 0])) / self.units.length
+        v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
+        return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
     @property
     def header(self) -> list[float]:

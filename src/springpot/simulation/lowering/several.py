@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -43,13 +43,14 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, several_dampers, sources
 from springpot.simulation.kernel import several as kernel
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, thermal_noise
 from springpot.simulation.lowering.readings import Reading
+from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
@@ -90,6 +91,8 @@ class PartsOfSeveral:
         The mass in which the work of each is counted, in that of the kernel.
     points, gauged, walls : tuple of str
         Names in the columns.
+    law : BoltzmannOfSeveral or None
+        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     readings : tuple of Reading
     struck : dict
         The column with the impacts of each wall, by its name.
@@ -111,6 +114,7 @@ class PartsOfSeveral:
     points: tuple[str, ...]
     gauged: tuple[str, ...]
     walls: tuple[str, ...]
+    law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
 
@@ -160,10 +164,16 @@ class PartsOfSeveral:
         """There are no observers."""
         return []
 
-    @property
-    def law(self) -> None:
-        """From which the start is drawn: it is not."""
-        return None
+    def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
+        """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
+        if self.law is None or settings.start != "stationary":
+            return self.start.states
+        drawn = []
+        for block in range(first // LANES, (first + paths) // LANES):  # each is the same whatever the others are
+            normals = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
+            drawn.append(np.hstack(self.law.drawn(normals, LANES)))
+        size = len(self.points)
+        return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
 
     @property
     def frequency(self) -> float:
@@ -285,6 +295,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         history=history,
         expected_power=power * fed,
         taken_at_once=power * (fed - left),
+        law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers)),
         moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers)),
         points=coordinates.points,
@@ -367,6 +378,9 @@ def _jumps(g: Floats, masses: Floats) -> tuple[Floats, Floats]:
 
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
     """x(0) and x'(0) in the order of the points, in m and m/s."""
+    size = len(plan.system.points)
+    if plan.settings.start == "stationary":  # drawn
+        return np.zeros(size), np.zeros(size)
     both = plan.settings.initial_position, plan.settings.initial_velocity
     x0, v0 = (np.array([given[point] for point in plan.system.points]) for given in both)  # type: ignore[index]
     return x0, v0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +13,7 @@ import numpy.typing as npt
 
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.random import key_words, start_normals
+from springpot.simulation.kernel.random import key_words
 from springpot.simulation.kernel.watching import BATCHES, HEADER, Observer, Observers
 from springpot.simulation.lowering.compose import Floats, Parts, compose
 from springpot.simulation.lowering.several import PartsOfSeveral
@@ -106,7 +105,7 @@ class Simulation:
         next_call = itertools.count()
         done = itertools.count(1)
         kernel, header = self.parts.kernel(), self.parts.header
-        states = self._states(skipped, blocks * LANES, stream)
+        states = self.parts.states(settings, skipped, blocks * LANES, stream)
         observed = [_room(observer, blocks) for observer in observers]
         adding = threading.Lock()
 
@@ -146,18 +145,6 @@ class Simulation:
             for observer, room in zip(observers, observed, strict=True)
         )
         return Ensemble(rows[: settings.paths], record, kept)
-
-    def _states(self, skipped: int, paths: int, stream: int) -> Floats:
-        """x, v and energy at time 0: of every path if they are drawn, otherwise once for all."""
-        law, units = self.parts.law, self.parts.units
-        if law is None or self.settings.start != "stationary":
-            return self.parts.start.states
-        from scipy import special  # slow to import, and most runs need none of it
-
-        normals = start_normals(self.settings.seed, skipped, paths, stream=stream).astype(float)
-        x = law.drawn(special.ndtr(normals[:, 0])) / units.length
-        v = math.sqrt(law.temperature) / units.speed * normals[:, 1]
-        return np.stack([x, v, 0.5 * (v * v + self.parts.frequency**2 * x * x)], axis=1)
 
 
 def simulation_of(plan: Plan, *, halved: bool = False) -> Simulation:

@@ -37,6 +37,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop, slow_restitution
 from springpot.problem.system import System
+from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -241,12 +242,12 @@ class MotionOfSeveral(Motion):
     @property
     def from_rest(self) -> str:
         """Why a run starts from rest."""
-        return "runs of several masses start from rest, or from an initial state"
+        return "" if self.is_thermal else "runs of several masses start from rest, but for those of thermal noise alone"
 
     @cached_property
     def law(self) -> Any:
-        """There is none."""
-        return None
+        """Boltzmann's, from which the start is drawn; None where it is not."""
+        return boltzmann_of_several(self.system)
 
     @property
     def intensity(self) -> float:
@@ -265,8 +266,8 @@ class MotionOfSeveral(Motion):
 
     @property
     def is_thermal(self) -> bool:
-        """Whether a run is stationary at once: it starts from rest."""
-        return False
+        """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
+        return self.law is not None
 
     @cached_property
     def struck(self) -> StruckWalls:
