@@ -449,6 +449,18 @@ def test_masses_start_before_walls_beyond_zero() -> None:
     assert run.settings.initial_position == pytest.approx({"a": -0.15, "b": 0.15, "c": 0.0})
 
 
+def test_masses_start_where_springs_and_constant_forces_balance() -> None:
+    """A weight on the first mass, with a cubic spring; 3 x + 2 (x - y) + 4 x^3 = 2 and so on."""
+    cubic = sp.PolynomialSpring((0.0, 0.0, 4.0), between=GROUND_A)
+    run = simulated(three(sp.Constant(2.0), cubic), paths=1, duration=10.0)
+    a, b, c = (run.settings.initial_position[point] for point in "abc")  # type: ignore[index]
+    assert 3.0 * a + 4.0 * a**3 + 2.0 * (a - b) == pytest.approx(2.0)
+    assert 2.0 * (b - a) + 1.5 * (b - c) == pytest.approx(0.0, abs=1e-12)
+    assert 1.5 * (c - b) + c == pytest.approx(0.0, abs=1e-12)
+    assert run["a_v_mean_square"].value < 1e-12
+    assert run["a_x_mean"].value == pytest.approx(a)
+
+
 def test_a_stationary_start_is_there_for_thermal_noise_alone() -> None:
     with pytest.raises(ValueError, match="start must be 'rest': runs of several masses start from rest, but for those"):
         sp.simulate(three(sp.WhiteNoise(1.0, on="a")), start="stationary")

@@ -233,7 +233,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     initial_position, initial_velocity : float, or dict of float
         x(0) in m and x'(0) in m/s, with ``start="rest"``.  If left out, x(0) is the equilibrium, or the wall if the
         equilibrium lies behind it, and x'(0) is 0.  Of several masses a dict of points and numbers, as
-        ``{"box": 0.01}``, 0 where a point is not named; if left out, they start at 0, or as near to it as walls allow.
+        ``{"box": 0.01}``, 0 where a point is not named; if left out, they start as near to the equilibrium as walls
+        allow.
     derivative : {"caputo", "riemann-liouville"}
         Differ by the force C x(0) t^-alpha / Gamma(1 - alpha), hence only if x(0) is not 0, and not at order 0, where
         both are x itself.  Riemann-Liouville's needs ``start="rest"``.
@@ -294,11 +295,12 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.
     Other systems have Caputo's derivative.
 
-    A system of several masses starts from rest, and its step is a tenth of the shortest time scale, the highest
-    frequency of its free motions, if left out.  Its results are those of each mass by its name, ``box_x_mean_square``,
-    and in the dataset over the dimension ``point``; ``..._elongation_mean_square`` of each part between two ends;
-    impact rate, speeds, power and force of each wall; ``damping_power`` and the balance of energy.  Observables,
-    distributions, spectra, first passages and ``rtol`` are there for one mass only.
+    A system of several masses starts from rest, or with thermal noise alone from Boltzmann's law.  If left out, its
+    step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
+    each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
+    ``..._elongation_mean_square`` of each part between two ends; impact rate, speeds, power and force of each wall;
+    ``damping_power`` and the balance of energy.  Observables, distributions, spectra, first passages and ``rtol`` are
+    there for one mass only.
 
     Memory use is about 230 bytes per path, whatever the number of steps.
 

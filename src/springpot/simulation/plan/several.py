@@ -21,6 +21,7 @@ from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
+    Constant,
     Contact,
     Dashpot,
     Friction,
@@ -380,7 +381,7 @@ class MotionOfSeveral(Motion):
         return "straight"
 
     def placed(self, given: Any) -> dict[str, float]:
-        """x(0) of each mass: 0, or as near to it as the walls let them."""
+        """x(0) of each mass: in equilibrium, or as near to it as the walls let them."""
         if given is None:
             return dict(zip(self.system.points, self._nearest_to_rest().tolist(), strict=True))
         places = _by_point(given, "initial_position", self.system.points)
@@ -400,14 +401,44 @@ class MotionOfSeveral(Motion):
         """x'(0) of each mass."""
         return _by_point({} if given is None else given, "initial_velocity", self.system.points)
 
+    def _equilibrium(self) -> Floats:
+        """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        x = np.zeros(len(self.system.points))
+        force = sum(
+            (part.force * coordinates.forces[name] for name, part in parts.items() if isinstance(part, Constant)), x
+        )
+        if not force.any():
+            return x
+        for _ in range(_ROUNDS):
+            left, stiffness = np.asarray(-force), np.zeros((x.size, x.size))
+            for name, row in coordinates.elongations.items():
+                springs, u = parts[name].force_coefficients() or (0.0,), float(row @ x)
+                left = left + row * np.polynomial.polynomial.polyval(u, springs)
+                slope = float(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(springs)))
+                stiffness += slope * np.outer(row, row)
+            if not np.linalg.eigvalsh(stiffness)[0] > 0.0:
+                return np.zeros(x.size)
+            change = np.linalg.solve(stiffness, left)
+            x = x - change
+            if np.abs(change).max() <= 1e-12 * np.abs(x).max():
+                return x
+        return np.zeros(x.size)
+
     def _nearest_to_rest(self) -> Floats:
-        """The least change from 0 that puts every elongation before its wall (Lawson and Hanson, chapter 23)."""
+        """The least change from the equilibrium that puts every elongation before its wall.
+
+        Least distance programming (Lawson and Hanson, "Solving least squares problems", chapter 23).
+        """
+        rest = self._equilibrium()
         walls = [(name, part) for name, part in self.system.named() if isinstance(part, Barrier)]
         size = len(self.system.points)
         inward = np.array([part.inwards * self.system.coordinates.elongations[name] for name, part in walls])
         least = np.array([part.inwards * part.position for _, part in walls])
-        if not walls or not (least > 0.0).any():
-            return np.zeros(size)
+        if walls:
+            least = least - inward @ rest
+        if not (least > 0.0).any():
+            return rest
         from scipy import optimize  # slow to import
 
         unit = float(np.abs(least).max())
@@ -415,7 +446,7 @@ class MotionOfSeveral(Motion):
         left = np.append(inward.T @ dual, least / unit @ dual - 1.0)
         if not abs(left[-1]) > 1e-9:
             raise ValueError(f"the walls must leave room: {listed([name for name, _ in walls])} cannot all be kept.")
-        return np.asarray(-unit * left[:-1] / left[-1])
+        return np.asarray(rest - unit * left[:-1] / left[-1])
 
 
 def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
