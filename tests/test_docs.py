@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from springpot import figures
-from springpot.evidence.reliability import MAP_FILE
+from springpot.evidence.reliability import PAPER_MAP
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(
@@ -101,7 +101,7 @@ def test_the_front_page_has_a_picture_and_the_installation() -> None:
 
 def test_numbers_that_several_pages_state_are_those_measured() -> None:
     """Cells of the validity map, and bytes that a run holds for a path."""
-    cells_of_the_map = len(MAP_FILE.read_text(encoding="utf-8").splitlines()) - 1
+    cells_of_the_map = len(PAPER_MAP.file.read_text(encoding="utf-8").splitlines()) - 1
     table = (DOCS.parent / "benchmarks" / "results" / "table.csv").read_text(encoding="utf-8")
     held = {round(float(number)) for number in re.findall(r"^memory held by a run,[^,]*,([\d.]+),", table, flags=re.M)}
     pages = [DOCS.parent / "README.md", *PAGES, *EXAMPLES]

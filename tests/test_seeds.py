@@ -5,6 +5,7 @@ import pytest
 
 import springpot as sp
 from springpot.evidence import comparison, validity
+from springpot.evidence.cells import PaperCell
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.question import read_study
 from springpot.studies.tasks import tasks
@@ -43,7 +44,7 @@ def test_comparisons_of_unlike_systems_have_unlike_seeds(monkeypatch: pytest.Mon
 
 def test_cells_of_the_map_have_seeds_by_the_same_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     taken = _seeds_taken(monkeypatch, validity, "simulated")
-    for cell in ((0.5, 1.0, 1.0, 0.0), (0.5, 1.0, 0.8, 0.0)):
+    for cell in (PaperCell(0.5, 1.0, 1.0, 0.0), PaperCell(0.5, 1.0, 0.8, 0.0)):
         with pytest.raises(InterruptedError):
             validity.simulate_cell(cell)
     named = {"order": 0.5, "c": 1.0, "restitution": 1.0, "position": 0.0}

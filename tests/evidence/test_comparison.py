@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 
 import springpot as sp
 from springpot import cli
+from springpot.evidence.cells import PaperCell
 from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import recommended
-from springpot.evidence.reliability import JUDGED, MAPPED, read_map, trust
+from springpot.evidence.reliability import PAPER_MAP, read_map, trust
 from springpot.evidence.validity import CELLS, gaps_of, make_map, simulate_cell
 from springpot.figures.comparison import plot_comparison
 from springpot.simulation import simulate
@@ -117,7 +118,7 @@ def test_the_map_is_whole_and_its_theory_is_todays(count: int) -> None:
     generator = np.random.default_rng(5)
     for i in generator.choice(len(CELLS), count, replace=False):
         row = {name: float(column[i]) for name, column in cells.items()}
-        cell = row["order"], row["c"], row["restitution"], row["position"]
+        cell = PaperCell(row["order"], row["c"], row["restitution"], row["position"])
         for name, gap in gaps_of(cell, row).items():
             assert row[name] == pytest.approx(gap, abs=0.02, nan_ok=True), (cell, name)
 
@@ -149,7 +150,9 @@ def test_the_best_method_is_as_good_as_is_claimed() -> None:
         limits = {"amplitude_mean_square": most, "x_mean": 4.0, "impact_rate": 4.0}
         good = np.zeros(int(chosen.sum()), bool)
         for method in ("envelope", "memory_closure"):
-            gaps = [np.abs(np.nan_to_num(cells[f"{method}:{name}"][chosen])) < limits[name] for name in JUDGED]
+            gaps = [
+                np.abs(np.nan_to_num(cells[f"{method}:{name}"][chosen])) < limits[name] for name in PAPER_MAP.judged
+            ]
             good |= np.logical_and.reduce(gaps)
         return int(good.sum()), good.size
 
@@ -161,7 +164,7 @@ def test_every_cell_that_is_off_warns_and_no_other_does() -> None:
     cells = read_map()
     for i in range(0, len(CELLS), 7):
         problem = oscillator(cells["order"][i], cells["c"][i], 1.0, 1.0, cells["position"][i], cells["restitution"][i])
-        for method in MAPPED:
+        for method in PAPER_MAP.methods:
             gaps = {name: abs(cells[f"{method}:{name}"][i]) for name in MOMENTS}
             off = any((2.0 if name == MOMENTS[0] else 4.0) < gap < math.inf for name, gap in gaps.items())
             assert off == ("gaps to Monte Carlo" in " ".join(trust(problem, method).warnings))
@@ -291,7 +294,7 @@ def test_units_do_not_matter_to_trust() -> None:
 @pytest.mark.validation  # every day: the map of systems, in tests/evidence/test_system_map.py
 def test_a_map_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     path = tmp_path / "map.csv"
-    cells = [(1.0, 1.0, 1.0, 0.0), (1.0, 3.0, 1.0, 0.5)]
+    cells = [PaperCell(1.0, 1.0, 1.0, 0.0), PaperCell(1.0, 3.0, 1.0, 0.5)]
 
     class Enough(Exception):
         pass

@@ -11,7 +11,7 @@ import pytest
 import springpot as sp
 from springpot.evidence.cells import Cell, cell_of, system_of
 from springpot.evidence.recommendation import recommended
-from springpot.evidence.reliability import SYSTEMS_FILE, SYSTEMS_GOOD, exists, read_map, trust, warnings_of
+from springpot.evidence.reliability import SYSTEMS_MAP, exists, read_map, trust, warnings_of
 from springpot.evidence.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
 from springpot.theory import (
     NotCoveredError,
@@ -22,7 +22,7 @@ from springpot.theory import (
 )
 from tests.sizes import validation
 
-COLUMNS = read_map(SYSTEMS_FILE)
+COLUMNS = read_map(SYSTEMS_MAP.file)
 PLACES = [Cell(*row) for row in zip(*(COLUMNS[name].tolist() for name in Cell._fields), strict=True)]
 HARD = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))
 WHITE = sp.WhiteNoise(1.0)
@@ -108,7 +108,7 @@ def best(i: int, names: tuple[str, ...]) -> float:
     judged = [n for n in names if exists(n, place) and COLUMNS[f"{n}_se"][i] < 0.01 * abs(COLUMNS[n][i])]
     if not judged:
         return math.nan
-    gaps = [[abs(COLUMNS[f"{method}:{name}"][i]) / SYSTEMS_GOOD[name] for name in judged] for method in METHODS]
+    gaps = [[abs(COLUMNS[f"{method}:{name}"][i]) / SYSTEMS_MAP.good[name] for name in judged] for method in METHODS]
     return float(np.nan_to_num(gaps, nan=math.inf).max(axis=1).min())
 
 

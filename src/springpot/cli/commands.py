@@ -411,13 +411,13 @@ def validity(
     if threads is not None and not simulate_again:
         raise ValueError("--threads has no effect without --simulate-again: nothing is computed.")
     with leave_at_once():
-        from springpot.evidence.reliability import MAP_FILE, SYSTEMS_FILE
+        from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
         from springpot.figures.style import save
         from springpot.figures.validity import plot_gaps_of_methods, plot_system_gaps_of_methods
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    source, of_systems = folder / MAP_FILE.name, folder / SYSTEMS_FILE.name
+    source, of_systems = folder / PAPER_MAP.file.name, folder / SYSTEMS_MAP.file.name
     if simulate_again:
         from springpot.evidence.validity import CELLS, SYSTEM_CELLS, make_map
 
@@ -425,8 +425,8 @@ def validity(
             with Bar(f"simulating the validity map of {what}") as bar:
                 make_map(cells=cells, path=path, threads=threads, progress=bar)
     else:
-        source.write_bytes(MAP_FILE.read_bytes())
-        of_systems.write_bytes(SYSTEMS_FILE.read_bytes())
+        source.write_bytes(PAPER_MAP.file.read_bytes())
+        of_systems.write_bytes(SYSTEMS_MAP.file.read_bytes())
     print(source, of_systems, sep="\n")
     for moment, short in (("amplitude_mean_square", "amplitude"), ("x_mean", "mean"), ("impact_rate", "rate")):
         for along in ("restitution", "position"):

@@ -12,7 +12,7 @@ from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowe
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
-from springpot.evidence.reliability import MAPPED, SYSTEM_MAPPED, trust
+from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, trust
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
@@ -82,7 +82,7 @@ def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgre
     steps = plan_of(systems[0], paths=PILOT_PATHS).settings.steps
     run = SECONDS_OF_A_RUN + SECONDS_OF_A_STEP * PILOT_PATHS * steps
     worst = {}
-    for name in dict.fromkeys((*MAPPED, *SYSTEM_MAPPED)):
+    for name in dict.fromkeys((*PAPER_MAP.methods, *SYSTEMS_MAP.methods)):
         trusted = [trust(system, name) for system in systems] if METHODS[name].seconds <= run else []
         if trusted and all(each.judges and each.largest <= LARGEST_GAP for each in trusted):
             worst[name] = max(each.worst for each in trusted)

@@ -208,7 +208,8 @@ def _by_monte_carlo(
         found = []
         for quantity in names:
             found.append((math.nan, math.nan, math.nan))
-            if own is not None and _same_sign([side[quantity][0] for side in (*sides, base)]):
+            values = np.array([side[quantity][0] for side in (*sides, base)])
+            if own is not None and ((values > 0.0).all() or (values < 0.0).all()):
                 found[-1] = _difference([side[quantity] for side in sides], own, step)
             elif own is not None:
                 said.append(f"{quantity} changes its sign, or is not known, near {name} = {numbers.values[name]:g}.")
@@ -247,7 +248,3 @@ def _exists(numbers: Numbers, name: str, distance: float) -> bool:
 def _logarithm(new: float, old: float) -> float:
     """ln(new / old); NaN if they differ in sign or one is 0."""
     return math.log(new / old) if old != 0.0 and new / old > 0.0 else math.nan
-
-
-def _same_sign(values: Sequence[float]) -> bool:
-    return all(value > 0.0 for value in values) or all(value < 0.0 for value in values)

@@ -24,7 +24,16 @@ from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System
 from springpot.theory.methods.systems.coverage import check_kinds
 
-__all__ = ["Cell", "cell_of", "system_of"]
+__all__ = ["Cell", "PaperCell", "cell_of", "system_of"]
+
+
+class PaperCell(NamedTuple):
+    """One point of the map of the paper's problem, in the same units."""
+
+    order: float
+    c: float
+    restitution: float
+    position: float
 
 
 class Cell(NamedTuple):
@@ -66,7 +75,7 @@ def _free_spread(order: float, c: float) -> float:
     return 1.0 / math.sqrt(2.0 * c * math.sin(order * math.pi / 2.0))
 
 
-def system_of(cell: Cell) -> System:
+def system_of(cell: Cell | PaperCell) -> System:
     """The system of a cell, with Omega = q = 1.
 
     Examples
@@ -75,6 +84,8 @@ def system_of(cell: Cell) -> System:
     >>> [round(number, 9) for number in cell_of(system_of(cell))]
     [2, 1.5, 0.5, 0.8, 0.0, 1.0, 0.5, 0.1]
     """
+    if isinstance(cell, PaperCell):
+        cell = Cell(1, cell.position, 0.0, cell.restitution, 0.0, 0.0, cell.order, cell.c)
     parts: list[object] = [Spring(1.0), Springpot(cell.order, cell.c)]
     if cell.hardening > 0.0:
         parts.append(PolynomialSpring((0.0, 0.0, cell.hardening)))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -27,42 +27,8 @@ from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS, Result
 
 __all__ = [
-    "GOOD",
-    "JUDGED",
-    "MAPPED",
-    "MAP_FILE",
-    "SYSTEMS_FILE",
-    "SYSTEMS_GOOD",
-    "SYSTEM_MAPPED",
-    "SYSTEM_MOMENTS",
-    "Trust",
-    "exists",
-    "moment_of",
-    "place_of",
-    "read_map",
-    "trust",
-    "warnings_of",
-]
-
-MAP_FILE = Path(__file__).with_name("validity.csv")
-SYSTEMS_FILE = Path(__file__).with_name("validity_systems.csv")
-MAPPED = ("averaging", "averaging_shifted", "envelope", "memory_closure")
-"""Methods whose gaps are on the map of the paper's problem."""
-SYSTEM_MAPPED = ("averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration")
-"""Methods whose gaps are on the map of systems."""
-SYSTEM_MOMENTS = (*MOMENTS, "rarest_impact_rate")
-"""Names of the moments of systems on their map: the last is of the wall that is struck least often."""
-JUDGED = ("amplitude_mean_square", "x_mean", "impact_rate")
-"""Moments by which methods are ranked, for the paper's problem."""
-SYSTEMS_JUDGED = ("x_mean_square", "v_mean_square", "impact_rate", "rarest_impact_rate")
-"""The same for a system."""
-GOOD = dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0}
-"""Moments on the map of the paper's problem, and the gaps in per cent up to which no warning is given."""
-SYSTEMS_GOOD = {
-    "x_mean": 3.0, "x_mean_square": 3.0, "v_mean_square": 3.0,
-    "impact_rate": 5.0, "impact_speed_mean": 5.0, "impact_speed_mean_square": 5.0, "rarest_impact_rate": 10.0,
-}  # fmt: skip
-"""The same of the map of systems."""
+    "PAPER_MAP", "SYSTEMS_MAP", "Map", "Trust", "exists", "moment_of", "place_of", "read_map", "trust", "warnings_of",
+]  # fmt: skip
 
 _WORDS = {
     "amplitude_mean_square": "<A^2>",
@@ -81,7 +47,7 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class _Map:
+class Map:
     """One of the two maps.
 
     Parameters
@@ -91,8 +57,11 @@ class _Map:
         Its coordinates in the order in which neighbours are looked for, each with the distance beyond the last cell up
         to which that cell still counts as near.
     methods : tuple of str
+        Those whose gaps are on it.
+    moments : tuple of str
+        Those of the Monte Carlo on it.
     good : dict
-        Moments, and the gaps in per cent up to which no warning is given.
+        Moments with gaps, and the gaps in per cent up to which no warning is given.
     judged : tuple of str
         Moments by which methods are ranked.
     """
@@ -100,27 +69,34 @@ class _Map:
     file: Path
     axes: tuple[tuple[str, float], ...]
     methods: tuple[str, ...]
+    moments: tuple[str, ...]
     good: Mapping[str, float]
     judged: tuple[str, ...]
 
 
-_OF_PAPER = _Map(
-    file=MAP_FILE,
+PAPER_MAP = Map(
+    file=Path(__file__).with_name("validity.csv"),
     axes=(("position", 0.25), ("restitution", 0.15), ("order", 0.1), ("c", 0.3)),
-    methods=MAPPED,
-    good=GOOD,
-    judged=JUDGED,
+    methods=("averaging", "averaging_shifted", "envelope", "memory_closure"),
+    moments=MOMENTS,
+    good=dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0},
+    judged=("amplitude_mean_square", "x_mean", "impact_rate"),
 )
-_OF_SYSTEMS = _Map(
-    file=SYSTEMS_FILE,
+"""Of the paper's problem."""
+SYSTEMS_MAP = Map(
+    file=Path(__file__).with_name("validity_systems.csv"),
     axes=(
         ("walls", 0.0), ("color", 0.2), ("position", 0.25), ("apart", 3.0), ("restitution", 0.05),
         ("hardening", 0.1), ("order", 0.1), ("c", 0.1),
     ),
-    methods=SYSTEM_MAPPED,
-    good=SYSTEMS_GOOD,
-    judged=SYSTEMS_JUDGED,
+    methods=("averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration"),
+    moments=(*MOMENTS, "rarest_impact_rate"),  # the last is of the wall that is struck least often
+    good=dict.fromkeys(("x_mean", "x_mean_square", "v_mean_square"), 3.0)
+    | dict.fromkeys(("impact_rate", "impact_speed_mean", "impact_speed_mean_square"), 5.0)
+    | {"rarest_impact_rate": 10.0},
+    judged=("x_mean_square", "v_mean_square", "impact_rate", "rarest_impact_rate"),
 )  # fmt: skip
+"""Of systems."""
 
 
 @dataclass(frozen=True)
@@ -133,20 +109,20 @@ class Trust:
         Gap in per cent, without sign, of each moment of the map: halfway from what is interpolated between the cells on
         either side to the largest of them; infinite if the method has no result or the map has no cell near, NaN if the
         map's Monte Carlo is too uncertain at all of them.
-    unjudged : tuple of str
-        Moments for which it is too uncertain, or there is no result, at one of these cells at least.
     mapped : bool
         Whether the map has a cell near.
     limits : dict
         Of the moments by which methods are ranked: the gaps in per cent up to which no warning is given.
+    unjudged : tuple of str
+        Moments for which Monte Carlo is too uncertain, or there is no result, at one of these cells at least.
     warnings : tuple of str
         One sentence if the method has large errors near here, or no cell of the map is near; otherwise none.
     """
 
     gaps: Mapping[str, float]
     mapped: bool
+    limits: Mapping[str, float]
     unjudged: tuple[str, ...] = ()
-    limits: Mapping[str, float] = field(default_factory=lambda: {name: GOOD[name] for name in JUDGED})
     warnings: tuple[str, ...] = ()
 
     @property
@@ -167,7 +143,7 @@ class Trust:
 
 
 @cache
-def read_map(path: Path = MAP_FILE) -> dict[str, Floats]:
+def read_map(path: Path = PAPER_MAP.file) -> dict[str, Floats]:
     """The columns of the map: coordinates of the cells, Monte Carlo, and gaps in per cent under ``method:moment``.
 
     A gap is infinite if the method has no result and NaN if Monte Carlo is too uncertain.
@@ -225,7 +201,7 @@ def trust(system: System, method: str) -> Trust:
 _FAR = "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
 
 
-def _sentences(atlas: _Map, gaps: Mapping[str, float], unjudged: tuple[str, ...]) -> Iterator[str]:
+def _sentences(atlas: Map, gaps: Mapping[str, float], unjudged: tuple[str, ...]) -> Iterator[str]:
     off = [f"{_WORDS[name]} {gap:.1f} %" for name, gap in gaps.items() if atlas.good[name] < gap < math.inf]
     sentences = [f"Near here the validity map has gaps to Monte Carlo of up to: {', '.join(off)}."] if off else []
     if unjudged and any(gap < math.inf for gap in gaps.values()):
@@ -236,7 +212,7 @@ def _sentences(atlas: _Map, gaps: Mapping[str, float], unjudged: tuple[str, ...]
         yield " ".join(sentences)
 
 
-def place_of(system: System) -> tuple[_Map, dict[str, float] | None, bool]:
+def place_of(system: System) -> tuple[Map, dict[str, float] | None, bool]:
     """The map that a system belongs to, its coordinates there (None: it has none), and whether the map applies.
 
     That of the paper's problem does not apply without a wall or without a springpot.
@@ -244,14 +220,14 @@ def place_of(system: System) -> tuple[_Map, dict[str, float] | None, bool]:
     try:
         paper = Dimensionless.of(system)
     except NotCoveredError:
-        return _OF_SYSTEMS, _place_of_system(system), True
+        return SYSTEMS_MAP, _place_of_system(system), True
     c, order = paper.dimensionless_coefficient, paper.springpot.order
     applies = paper.barrier is not None and c > 0.0
     if not applies or not math.isfinite(paper.dimensionless_position) or order == 0.0:  # a spring: small orders differ
-        return _OF_PAPER, None, applies
+        return PAPER_MAP, None, applies
     lightest = float(read_map()["c"].min())  # below it every method is better than on the map
     place = paper.dimensionless_position, paper.restitution, order, max(c, lightest)
-    return _OF_PAPER, dict(zip(("position", "restitution", "order", "c"), place, strict=True)), True
+    return PAPER_MAP, dict(zip(("position", "restitution", "order", "c"), place, strict=True)), True
 
 
 def _place_of_system(system: System) -> dict[str, float] | None:
@@ -259,11 +235,11 @@ def _place_of_system(system: System) -> dict[str, float] | None:
         cell = cell_of(system)
     except NotCoveredError:
         return None
-    lightest = float(read_map(SYSTEMS_FILE)["c"].min())  # below it the envelope is better than on the map
+    lightest = float(read_map(SYSTEMS_MAP.file)["c"].min())  # below it the envelope is better than on the map
     return {name: float(value) for name, value in cell._replace(c=max(cell.c, lightest))._asdict().items()}
 
 
-def _near(atlas: _Map, columns: Mapping[str, Floats], here: Mapping[str, float]) -> Floats:
+def _near(atlas: Map, columns: Mapping[str, Floats], here: Mapping[str, float]) -> Floats:
     """Weights of the cells beside a place, on either side along every axis; 0 of the others.
 
     All are 0 if the place is outside along an axis.
@@ -326,7 +302,7 @@ def _expected(gaps: Floats, weights: Floats) -> float:
 
 
 def moment_of(result: Result, name: str) -> float:
-    """One of `SYSTEM_MOMENTS` of a result."""
+    """One of the moments of `SYSTEMS_MAP` of a result."""
     if name != "rarest_impact_rate":
         return result.moments[name]
     rates = [value for of, value in result.moments.of_parts.items() if of.endswith("_impact_rate")]

@@ -16,32 +16,19 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
-from springpot.evidence.cells import Cell, system_of
-from springpot.evidence.reliability import (
-    GOOD,
-    MAP_FILE,
-    MAPPED,
-    SYSTEM_MAPPED,
-    SYSTEM_MOMENTS,
-    SYSTEMS_GOOD,
-    exists,
-    moment_of,
-)
-from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
-from springpot.problem.system import System
+from springpot.evidence.cells import Cell, PaperCell, system_of
+from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, moment_of
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.options import own_seed
-from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
 
 __all__ = ["CELLS", "SYSTEM_CELLS", "gaps_of", "make_map", "simulate_cell"]
 
-PaperCell = tuple[float, float, float, float]
 ORDERS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
 COEFFICIENTS = (0.03, 0.1, 0.3, 1.0, 3.0)
 PLACES = dict.fromkeys((1.0, 0.8, 0.5), (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)) | {0.9: (0.0,), 0.7: (0.0,)}
 CELLS: tuple[PaperCell, ...] = tuple(
-    (order, c, r, b) for r, places in PLACES.items() for b in places for c in COEFFICIENTS for order in ORDERS
+    PaperCell(order, c, r, b) for r, places in PLACES.items() for b in places for c in COEFFICIENTS for order in ORDERS
 )
 """(order, c, restitution, position), with Omega = q = 1."""
 
@@ -93,11 +80,8 @@ OSCILLATOR_RTOL, RTOL = 0.004, 0.015  # asked of the Monte Carlo of an oscillato
 SECONDS, SECONDS_OF_RARE = 60.0, 6.0  # how long it may take; the same where one of two walls is struck rarely
 
 
-def _problem(cell: PaperCell | Cell) -> System:
-    if isinstance(cell, Cell):
-        return system_of(cell)
-    order, c, restitution, position = cell
-    return System(Spring(1.0), Springpot(order, c), Barrier(position, restitution, side="above"), WhiteNoise(1.0))
+def _map_of(cell: PaperCell | Cell) -> Map:
+    return SYSTEMS_MAP if isinstance(cell, Cell) else PAPER_MAP
 
 
 def simulate_cell(cell: PaperCell | Cell, *, seed: int = 7, threads: int | None = None) -> dict[str, float]:
@@ -112,17 +96,16 @@ def simulate_cell(cell: PaperCell | Cell, *, seed: int = 7, threads: int | None 
 
     Examples
     --------
-    >>> values = simulate_cell((1.0, 1.0, 1.0, 0.0))
+    >>> values = simulate_cell(PaperCell(order=1.0, c=1.0, restitution=1.0, position=0.0))
     >>> abs(values["x_mean_square"] - 0.5) < 5.0 * values["x_mean_square_se"] < 0.01
     True
     """
-    named = cell._asdict() if isinstance(cell, Cell) else dict(zip(_PLACE, cell, strict=True))
-    seed = own_seed(seed, named)
+    seed = own_seed(seed, cell._asdict())
     if isinstance(cell, Cell):
         return _simulate_system(cell, seed, threads)
     wanted = ("x_mean_square", "v_mean_square")
-    done = simulated(_problem(cell), rtol=OSCILLATOR_RTOL, quantities=wanted, seed=seed, threads=threads)
-    return {name: done[name].value for name in MOMENTS} | {f"{name}_se": done[name].error for name in MOMENTS}
+    done = simulated(system_of(cell), rtol=OSCILLATOR_RTOL, quantities=wanted, seed=seed, threads=threads)
+    return _columns({name: (done[name].value, done[name].error) for name in PAPER_MAP.moments})
 
 
 def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, float]:
@@ -130,8 +113,7 @@ def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, fl
     for method in ("exact", "linear"):
         result, _ = solve_one(system, method)
         if result is not None:
-            exact = {name: float(moment_of(result, name)) for name in SYSTEM_MOMENTS}
-            return exact | {f"{name}_se": 0.0 for name in SYSTEM_MOMENTS}
+            return _columns({name: (float(moment_of(result, name)), 0.0) for name in SYSTEMS_MAP.moments})
     countable = cell.walls > 0 and (cell.restitution == 1.0 or cell.color == 0.0)
     each = ("barrier_1_impact_rate", "barrier_2_impact_rate") if cell.walls == 2 else ("impact_rate",)
     wanted = ("x_mean_square", "v_mean_square", *(each if countable else ()))
@@ -139,8 +121,11 @@ def _simulate_system(cell: Cell, seed: int, threads: int | None) -> dict[str, fl
     done = simulated(system, rtol=RTOL, max_time=seconds, quantities=wanted, seed=seed, threads=threads)
     numbers = {name: (own.value, own.error) for name, own in done.estimates.items()}
     rarest = min(each, key=lambda name: numbers.get(name, (math.nan,))[0])
-    sources = {name: name for name in MOMENTS} | {"rarest_impact_rate": rarest}
-    found = {name: numbers.get(source, (math.nan, math.nan)) for name, source in sources.items()}
+    numbers["rarest_impact_rate"] = numbers.get(rarest, (math.nan, math.nan))
+    return _columns({name: numbers.get(name, (math.nan, math.nan)) for name in SYSTEMS_MAP.moments})
+
+
+def _columns(found: Mapping[str, tuple[float, float]]) -> dict[str, float]:
     return {name: value for name, (value, _) in found.items()} | {f"{name}_se": e for name, (_, e) in found.items()}
 
 
@@ -150,17 +135,15 @@ def gaps_of(cell: PaperCell | Cell, simulated: Mapping[str, float]) -> dict[str,
     Infinite if the method has no result; NaN if the error of Monte Carlo is above 1 % (a wall with very rare impacts),
     or there is no such number.
     """
-    problem, place = _problem(cell), cell._asdict() if isinstance(cell, Cell) else None
-    methods, moments = (SYSTEM_MAPPED, SYSTEMS_GOOD) if isinstance(cell, Cell) else (MAPPED, GOOD)
-    gaps = {}
-    for method in methods:
-        answer, _ = solve_one(problem, method)
-        for name in moments:
+    system, atlas, gaps = system_of(cell), _map_of(cell), {}
+    for method in atlas.methods:
+        answer, _ = solve_one(system, method)
+        for name in atlas.good:
             value, error = simulated[name], simulated[f"{name}_se"]
             limit = UNJUDGED_RARE if name == "rarest_impact_rate" else UNJUDGED
             if answer is None:
                 gap = math.inf
-            elif (place and not exists(name, place)) or not error < limit * abs(value):
+            elif not exists(name, cell._asdict()) or not error < limit * abs(value):
                 gap = math.nan
             else:
                 gap = 100.0 * (moment_of(answer, name) / value - 1.0)
@@ -172,17 +155,17 @@ def make_map(
     *,
     again: bool = False,
     cells: Sequence[PaperCell | Cell] = CELLS,
-    path: Path = MAP_FILE,
+    path: Path = PAPER_MAP.file,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Write the map: Monte Carlo where the file has none of a cell (or ``again``), the gaps of theory anew.
 
     What is simulated is written at once, so an interrupted map goes on where it was.  The map of systems has
-    ``cells=SYSTEM_CELLS`` and the path `springpot.evidence.reliability.SYSTEMS_FILE`.
+    ``cells=SYSTEM_CELLS`` and the path of `springpot.evidence.reliability.SYSTEMS_MAP`.
     """
-    place, moments = (Cell._fields, SYSTEM_MOMENTS) if isinstance(cells[0], Cell) else (_PLACE, MOMENTS)
-    simulated = tuple(name + part for name in moments for part in ("", "_se"))
+    kind = type(cells[0])
+    place, simulated = kind._fields, tuple(name + part for name in _map_of(cells[0]).moments for part in ("", "_se"))
     known = {} if again else _read(path, place, simulated)
     rows: list[list[object]] = []
     header: list[str] = []
@@ -206,9 +189,6 @@ def make_map(
         csv.writer(file).writerows([header, *rows])
     partial.unlink()
     return path
-
-
-_PLACE = ("order", "c", "restitution", "position")
 
 
 def _read(path: Path, place: Sequence[str], simulated: Sequence[str]) -> dict[tuple[float, ...], dict[str, float]]:

@@ -4,22 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.evidence.reliability import (
-    GOOD,
-    MAP_FILE,
-    MAPPED,
-    SYSTEM_MAPPED,
-    SYSTEMS_FILE,
-    SYSTEMS_GOOD,
-    exists,
-    read_map,
-)
+from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, read_map
 from springpot.figures.style import MOMENT_WORDS, method_label, new_grid, panel
 
 if TYPE_CHECKING:
@@ -57,7 +48,7 @@ def plot_gaps(
     *,
     restitution: float = 1.0,
     position: float = 0.0,
-    path: Path = MAP_FILE,
+    path: Path = PAPER_MAP.file,
 ) -> Axes:
     """Draw the gap of one method to Monte Carlo, in per cent, over order and strength of the springpot.
 
@@ -92,16 +83,16 @@ def plot_gaps(
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
     '+0.0'
     """
-    _check(method, moment, MAPPED, GOOD)
+    _check(method, moment, PAPER_MAP)
     here = _chosen(read_map(path), {"restitution": restitution, "position": position})
     if not here["c"].size:
         raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
-    return _labelled(panel(ax, 4.6, 3.8), here, method, moment, GOOD[moment])
+    return _labelled(panel(ax, 4.6, 3.8), here, method, moment, PAPER_MAP.good[moment])
 
 
-def _check(method: str, moment: str, methods: Sequence[str], moments: Collection[str]) -> None:
-    if method not in methods or moment not in moments:
-        known = f"method must be one of {', '.join(methods)} and moment one of {', '.join(moments)}"
+def _check(method: str, moment: str, atlas: Map) -> None:
+    if method not in atlas.methods or moment not in atlas.good:
+        known = f"method must be one of {', '.join(atlas.methods)} and moment one of {', '.join(atlas.good)}"
         raise ValueError(f"{known}, not {method!r}, {moment!r}.")
 
 
@@ -113,7 +104,9 @@ def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> 
     return ax
 
 
-def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MAPPED, path: Path = MAP_FILE) -> Figure:
+def plot_gaps_of_methods(
+    moment: str, along: str, *, methods: Sequence[str] = PAPER_MAP.methods, path: Path = PAPER_MAP.file
+) -> Figure:
     """Draw the gap of one moment: a row for each method, a column for each restitution or wall position.
 
     Parameters
@@ -140,9 +133,10 @@ def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MA
     >>> len(plot_gaps_of_methods("x_mean", "restitution").axes) > 20
     True
     """
-    if moment not in GOOD or along not in ("restitution", "position"):
+    if moment not in PAPER_MAP.good or along not in ("restitution", "position"):
         raise ValueError(
-            f"moment must be one of {', '.join(GOOD)} and along 'restitution' or 'position', not {moment!r}, {along!r}."
+            f"moment must be one of {', '.join(PAPER_MAP.good)} and along 'restitution' or 'position', "
+            f"not {moment!r}, {along!r}."
         )
     cells = read_map(path)
     fixed, value, symbol = ("position", 0.0, "r") if along == "restitution" else ("restitution", 1.0, "b")
@@ -151,7 +145,7 @@ def plot_gaps_of_methods(moment: str, along: str, *, methods: Sequence[str] = MA
         for step in sorted(set(cells[along][cells[fixed] == value]), reverse=along == "restitution")
     }
     size = 2.05 * len(columns) + 1.2, 1.9 * len(methods) + 0.9
-    figure = _grid(columns, methods, moment, GOOD[moment], size, "blank: Monte Carlo too uncertain")
+    figure = _grid(columns, methods, moment, PAPER_MAP.good[moment], size, "blank: Monte Carlo too uncertain")
     where = "wall at the equilibrium" if along == "restitution" else r"elastic wall at $b\,\sqrt{\Omega^3/q}$"
     figure.suptitle(f"Gap of {NAMES[moment]} to Monte Carlo from an adapted start, {where}", fontsize=10)
     return figure
@@ -168,7 +162,7 @@ def plot_system_gaps(
     restitution: float = 1.0,
     color: float = 0.0,
     hardening: float = 1.0,
-    path: Path = SYSTEMS_FILE,
+    path: Path = SYSTEMS_MAP.file,
 ) -> Axes:
     """Draw the gap of one method to Monte Carlo for systems, in per cent, over order and strength of the springpot.
 
@@ -176,7 +170,7 @@ def plot_system_gaps(
     ----------
     method : {"averaging_amplitude", "linearization", "envelope", "half_cycles", "path_integration"}
     moment : str
-        Any of `springpot.evidence.reliability.SYSTEMS_GOOD`.
+        Any that `springpot.evidence.reliability.SYSTEMS_MAP` has gaps of.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.
     walls, position, apart, restitution, color, hardening
@@ -201,7 +195,7 @@ def plot_system_gaps(
     >>> len(axes.texts) >= 12
     True
     """
-    _check(method, moment, SYSTEM_MAPPED, SYSTEMS_GOOD)
+    _check(method, moment, SYSTEMS_MAP)
     case = {
         "walls": walls, "position": position, "apart": apart, "restitution": restitution, "color": color,
         "hardening": hardening,
@@ -210,18 +204,18 @@ def plot_system_gaps(
     if not here["c"].size:
         numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
         raise ValueError(f"the map of systems has no cells with {numbers}.")
-    return _labelled(panel(ax, 4.6, 3.2), here, method, moment, SYSTEMS_GOOD[moment])
+    return _labelled(panel(ax, 4.6, 3.2), here, method, moment, SYSTEMS_MAP.good[moment])
 
 
 def plot_system_gaps_of_methods(
-    moment: str, *, methods: Sequence[str] = SYSTEM_MAPPED, path: Path = SYSTEMS_FILE
+    moment: str, *, methods: Sequence[str] = SYSTEMS_MAP.methods, path: Path = SYSTEMS_MAP.file
 ) -> Figure:
     """Draw the gap of one moment of systems: a row for each method, a column for each of some kinds of systems.
 
     Parameters
     ----------
     moment : str
-        Any of `springpot.evidence.reliability.SYSTEMS_GOOD`.
+        Any that `springpot.evidence.reliability.SYSTEMS_MAP` has gaps of.
     methods : sequence of str
     path : Path
         The map; the one that comes with the package if left out.
@@ -240,8 +234,8 @@ def plot_system_gaps_of_methods(
     >>> len(plot_system_gaps_of_methods("impact_rate").axes) > 7
     True
     """
-    if moment not in SYSTEMS_GOOD:
-        raise ValueError(f"moment must be one of {', '.join(SYSTEMS_GOOD)}, not {moment!r}.")
+    if moment not in SYSTEMS_MAP.good:
+        raise ValueError(f"moment must be one of {', '.join(SYSTEMS_MAP.good)}, not {moment!r}.")
     cells = read_map(path)
     columns = {
         title: _chosen(cells, _USUAL | dict(case))
@@ -250,7 +244,7 @@ def plot_system_gaps_of_methods(
     }
     size, blank = (1.75 * len(columns) + 1.2, 1.6 * len(methods) + 1.1), "blank: no cell, or Monte Carlo too uncertain"
     orders = sorted(set(cells["order"]))
-    figure = _grid(columns, methods, moment, SYSTEMS_GOOD[moment], size, blank, orders, small=True)
+    figure = _grid(columns, methods, moment, SYSTEMS_MAP.good[moment], size, blank, orders, small=True)
     figure.suptitle(f"Systems: gap of {NAMES[moment]}\nto Monte Carlo; walls at or about the equilibrium", fontsize=9)
     return figure
 

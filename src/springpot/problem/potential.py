@@ -105,17 +105,39 @@ class Potential:
             curvature = curvature + slope
         return np.asarray(curvature, float)
 
+    def edge(self, start: float, sign: float, energy: float) -> float:
+        """The farthest place on one side with less than this energy, or the wall.
+
+        Examples
+        --------
+        >>> round(Potential((0.0, 1.0)).edge(0.0, -1.0, 8.0), 12), Potential((0.0, 1.0), high=3.0).edge(0.0, 1.0, 8.0)
+        (-4.0, 3.0)
+        """
+        from scipy import optimize  # slow to import
+
+        end = self.low if sign < 0.0 else self.high
+        reaches = max(abs(start) * 1e-12, 1e-30) * 2.0 ** np.arange(400.0)
+        places = start + sign * reaches
+        places = np.concatenate([[start], places[sign * (end - places) > 0.0], [end]])
+        with np.errstate(all="ignore"):  # the farthest may overflow
+            beyond = self.energy(places) > energy
+        if not beyond.any():
+            return end
+        first = int(np.argmax(beyond))
+        between = places[first - 1], places[first]
+        return float(
+            optimize.brentq(lambda x: float(self.energy(x)) - energy, *between, xtol=1e-300, rtol=1e-14, maxiter=2000)
+        )
+
     def open_ends(self) -> tuple[str, ...]:
         """The sides, "left" or "right", to which the mass can escape: no wall, and a potential that falls for ever."""
-        ends = []
-        for side, end, sign in (("left", self.low, -1.0), ("right", self.high, 1.0)):
-            if math.isinf(end) and self._falls(sign):
-                ends.append(side)
-        return tuple(ends)
+        ends = {"left": (self.low, -1.0), "right": (self.high, 1.0)}
+        return tuple(side for side, (end, sign) in ends.items() if math.isinf(end) and self._leading(sign)[1] < 0.0)
 
     def holds(self) -> bool:
         """Whether the potential rises without end on both sides, or a wall is there."""
-        return all(math.isfinite(end) or self._rises(sign) for end, sign in ((self.low, -1.0), (self.high, 1.0)))
+        ends = (self.low, -1.0), (self.high, 1.0)
+        return all(math.isfinite(end) or self._leading(sign)[1] > 0.0 for end, sign in ends)
 
     def _leading(self, sign: float) -> tuple[float, float]:
         """Power and size of the force towards ``sign`` infinity that grows fastest there; positive if it pulls back."""
@@ -125,12 +147,6 @@ class Potential:
                 terms[contact.exponent] = terms.get(contact.exponent, 0.0) + contact.stiffness
         terms = {power: size for power, size in terms.items() if size != 0.0}
         return max(terms.items(), default=(0.0, 0.0))
-
-    def _falls(self, sign: float) -> bool:
-        return self._leading(sign)[1] < 0.0
-
-    def _rises(self, sign: float) -> bool:
-        return self._leading(sign)[1] > 0.0
 
 
 def _depth(contact: Contact, x: float | FloatArray) -> FloatArray:

@@ -34,10 +34,6 @@ def _one_of(value: object, allowed: tuple[object, ...], name: str, hint: str) ->
         raise ValueError(f"{name} must be {' or '.join(map(repr, allowed))}, not {value!r}. {hint}")
 
 
-def _positive(value: object, name: str, hint: str) -> float:
-    return finite_number(value, name, low=0.0, high=LARGEST, open_low=True, hint=hint)
-
-
 def _density_of_one(unit: object, sides: object, mass: object) -> float:
     """Intensity of the noise, in m^2/s^3, whose spectral density is 1 in this unit."""
     _one_of(unit, get_args(DensityUnit), "psd_unit", "N2/Hz is a density of force, the others are of acceleration.")
@@ -45,7 +41,7 @@ def _density_of_one(unit: object, sides: object, mass: object) -> float:
     if unit == "N2/Hz":
         if mass is None:
             raise ValueError("mass must be given with psd_unit='N2/Hz': a density of force is divided by mass^2.")
-        scale = 1.0 / _positive(mass, "mass", "It is in kg.")
+        scale = 1.0 / finite_number(mass, "mass", low=0.0, high=LARGEST, open_low=True, hint="It is in kg.")
     else:
         scale = STANDARD_GRAVITY if unit == "g2/Hz" else 1.0
     return scale**2 * (0.5 if sides == 1 else 1.0)

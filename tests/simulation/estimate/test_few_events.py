@@ -9,6 +9,7 @@ from scipy import stats
 
 import springpot as sp
 from springpot.evidence import comparison, validity
+from springpot.evidence.cells import PaperCell
 from springpot.explorer.gathering import Gathering
 from springpot.simulation.estimate import few_events
 from springpot.simulation.estimate.few_events import chance_below, error_of_unseen, interval
@@ -104,7 +105,7 @@ def test_the_bound_is_in_budgets_maps_studies_and_on_the_page() -> None:
     gap = comparison.compare(far, rtol=0.3, quantities=("v_mean_square",)).gaps("envelope")["impact_rate"]
     assert math.isnan(gap.percent)
     assert abs(gap.standard_errors) < 0.01
-    cell = validity.simulate_cell((1.0, 0.5, 0.8, -5.0))
+    cell = validity.simulate_cell(PaperCell(1.0, 0.5, 0.8, -5.0))
     assert cell["impact_rate"] == 0.0 < cell["impact_rate_se"]
     page = Gathering(simulation_of(plan_of(far, **SHORT)))
     while not page.complete:

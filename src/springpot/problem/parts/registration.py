@@ -82,7 +82,8 @@ class Number:
     @property
     def mass_power(self) -> float:
         """The power of the mass that divides it."""
-        return _newtons(self.unit) if self.mass is None else self.mass
+        newtons = (power for base, (power, _) in _parsed(self.unit).items() if base in _PER_MASS)
+        return sum(newtons) if self.mass is None else self.mass
 
     def unit_of(self, heavy: bool, place: int = 0) -> str:
         """Its unit, with a mass or per unit mass; of a polynomial that of the coefficient at that place, from 1."""
@@ -109,10 +110,6 @@ def _written(powers: Mapping[str, tuple[int, str]]) -> str:
         elif named or power:
             words.append(base + (f"^{named}" if named else "" if power == 1 else str(power)))
     return " ".join(words) or "1"
-
-
-def _newtons(unit: str) -> int:
-    return sum(power for base, (power, _) in _parsed(unit).items() if base in _PER_MASS)
 
 
 def per_unit_mass(unit: str) -> str:

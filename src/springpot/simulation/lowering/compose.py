@@ -227,7 +227,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         wall=wall_of(total, fastest / units.speed, scales.spread / units.length, units.speed, step),
         load=load,
         memory=memory,
-        start=_start(x0, v0, frequency, float(early)),
+        start=Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), float(early)),
         drive=reduce(add, drives) if drives else np.zeros(0, settings.precision),
         frequency=frequency,
         expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
@@ -246,10 +246,6 @@ def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
     energy = motion.unit.potential.energy(np.append(motion.law.places, position))
     started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
     return math.sqrt(max(_FASTEST_FLIGHT**2 * motion.law.temperature, started))
-
-
-def _start(x0: float, v0: float, frequency: float, early: float) -> Start:
-    return Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), early)
 
 
 def _tap(arm: Arm, step: float) -> Arm:

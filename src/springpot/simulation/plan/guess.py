@@ -107,7 +107,7 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
     depth = potential.energy(grid)
     limit = float(depth.min()) + _FARTHEST * temperature
     within = np.flatnonzero(depth <= limit)
-    low, high = (_edge(potential, grid[within[end]], sign, limit) for end, sign in ((0, -1.0), (-1, 1.0)))
+    low, high = (potential.edge(grid[within[end]], sign, limit) for end, sign in ((0, -1.0), (-1, 1.0)))
     if not math.isfinite(high - low):
         raise ValueError(_NOT_HELD)
     places = np.linspace(low, high, _POINTS)
@@ -143,20 +143,6 @@ def _uphill(potential: Potential, start: float, sign: float) -> float:
     while sign * float(potential.force(place)) < 0.0 and sign * (end - place) > 0.0:
         place, reach = start + sign * reach, 2.0 * reach
     return float(min(place, end) if sign > 0.0 else max(place, end))
-
-
-def _edge(potential: Potential, start: float, sign: float, energy: float) -> float:
-    """The farthest place on one side with less than this energy, or the wall."""
-    end = potential.low if sign < 0.0 else potential.high
-    reaches = max(abs(start) * 1e-12, 1e-30) * 2.0 ** np.arange(400.0)
-    places = start + sign * reaches
-    places = np.concatenate([[start], places[sign * (end - places) > 0.0], [end]])
-    with np.errstate(all="ignore"):  # the farthest may overflow
-        beyond = potential.energy(places) > energy
-    if not beyond.any():
-        return end
-    first = int(np.argmax(beyond))
-    return _root(lambda x: potential.energy(x) - energy, places[first - 1], places[first])
 
 
 def _root(function: Callable[[float], Any], low: float, high: float) -> float:

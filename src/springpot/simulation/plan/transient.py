@@ -19,7 +19,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts.walls import Stop
 from springpot.simulation.plan.motion import Motion
 
 __all__ = ["MOST_TRANSIENT", "missing_variance", "shares_missing"]
@@ -96,7 +95,8 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
     missing = sum(missing_variance(paper, time) for paper in motion.slow)
     missing *= WALL if motion.touched or motion.scales.guessed else 1.0
     variance = values["x_mean_square"]
-    gaps = {name: abs(wall.position) for name, wall in motion.touched.items() if _away(wall)}
+    # of walls beyond the equilibrium, not on its near side as a preload
+    gaps = {name: abs(wall.position) for name, wall in motion.touched.items() if wall.inwards * wall.position < 0.0}
     nearest = min(gaps.values(), default=0.0) if len(gaps) == len(motion.touched) else 0.0
     shares = {}
     for name in values:
@@ -110,8 +110,3 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
             weight = SLOW.get(name, 1.0 if name.startswith("x_") else 0.5)
             shares[name] = min(1.0, (weight + rarer) * missing / variance)
     return shares
-
-
-def _away(wall: Stop) -> bool:
-    """Whether a wall lies beyond the equilibrium, not on its near side as a preload."""
-    return wall.position < 0.0 if wall.side == "above" else wall.position > 0.0

@@ -327,12 +327,12 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     empty = _EnergyLaw(near, linear, square, origin, least, np.zeros(1), np.zeros(1), 1.0)
     highest = least + _highest(linear, square)
     reached = [place for place in turning if float(near.energy(place)) <= highest]
-    ends = _edge(near, min(reached), -1.0, highest), _edge(near, max(reached), 1.0, highest)
+    ends = near.edge(min(reached), -1.0, highest), near.edge(max(reached), 1.0, highest)
     scale = 1.0 / max(abs(linear), math.sqrt(square))
     cuts = [np.linspace(*ends, _PANELS + 1), np.array(reached)]
     for place in reached:  # a well, or a layer at a wall, may be narrow beside the whole range
         for sign in (-1.0, 1.0):
-            width = abs(_edge(near, place, sign, float(near.energy(place)) + scale) - place)
+            width = abs(near.edge(place, sign, float(near.energy(place)) + scale) - place)
             cuts.append(place + sign * width * _WIDTHS)
     edges = np.unique(np.concatenate(cuts))
     edges = edges[(edges >= ends[0]) & (edges <= ends[1])]
@@ -414,7 +414,7 @@ def _turning_points(potential: Potential) -> list[float]:
     places = [0.0, potential.low, potential.high]
     for contact in potential.contacts:
         start, sign = contact.position, -1.0 if contact.side == "above" else 1.0
-        end = _edge(potential, start, sign, float(potential.energy(start)))
+        end = potential.edge(start, sign, float(potential.energy(start)))
         deepest = optimize.minimize_scalar(
             lambda place: float(potential.energy(place)), bounds=(min(start, end), max(start, end)), method="bounded",
             options={"xatol": 1e-9 * abs(end - start)},
@@ -424,24 +424,6 @@ def _turning_points(potential: Potential) -> list[float]:
         roots = np.polynomial.polynomial.polyroots(potential.coefficients)
         places += [float(root.real) for root in roots if abs(root.imag) < 1e-9 * (1.0 + abs(root))]
     return [place for place in places if math.isfinite(place) and potential.low <= place <= potential.high]
-
-
-def _edge(potential: Potential, start: float, sign: float, energy: float) -> float:
-    """Where the potential passes an energy beyond which nothing is left, or the wall before that.
-
-    From the outermost turning point below this energy it rises to it, and stays above.
-    """
-    from scipy import optimize
-
-    def excess(reach: float) -> float:
-        return float(potential.energy(start + sign * reach)) - energy
-
-    wall = potential.low if sign < 0.0 else potential.high
-    low, high = 0.0, max(1e-16 * abs(start), 1e-60)
-    while high < abs(wall - start) and excess(high) <= 0.0:
-        low, high = high, 2.0 * high
-    edge = start + sign * (high if excess(high) <= 0.0 else optimize.brentq(excess, low, high, xtol=1e-300, rtol=1e-15))
-    return max(edge, wall) if sign < 0.0 else min(edge, wall)
 
 
 def _highest(linear: float, square: float) -> float:
