@@ -323,7 +323,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     >>> bool(run.distributions["impact_speed"].quantile(0.95)[0] > run["impact_speed_mean"].value)
     True
 
-    Two buildings that pound, 5 cm apart:
+    Two buildings that pound, 5 cm apart, and the power that this takes:
 
     >>> pair = sp.System(
     ...     sp.Mass(2e5, at="old"), sp.Mass(4e5, at="new"), sp.Spring(8e6, between=("ground", "old")),
@@ -332,7 +332,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     ...     gap=sp.Barrier(-0.05, 0.6, between=("old", "new")),
     ... )
     >>> pounding = sp.simulate(pair, paths=64, duration=100.0)
-    >>> pounding["gap_impact_rate"].value > 0.0, pounding["new_x_mean_square"].unit
+    >>> pounding["gap_power"].value > 0.0, pounding["new_x_mean_square"].unit
     (True, 'm2')
 
     A system in SI units, and the power that each of its two walls takes:
