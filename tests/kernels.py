@@ -15,6 +15,10 @@ from tests.simulation.systems import AWAY, NEARLY_LINEAR, of_many_kinds
 SINGLE, DOUBLE = 1e-6, 1e-9  # relative errors of the memory, and with them its precision
 FREE = sp.Oscillator(barrier=None)
 FEW = sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)
+PAIR = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), *(sp.Spring(1.0, between=("ground", end)) for end in "ab"),
+    sp.Dashpot(0.5, between=("ground", "a")), sp.WhiteNoise(1.0, on="a"),
+)  # fmt: skip
 KINDS = (
     # the longest first
     (of_many_kinds(*FEW), "default", SINGLE),
@@ -22,7 +26,7 @@ KINDS = (
     (sp.System(*FEW, NEARLY_LINEAR, *AWAY), "default", SINGLE),
     (sp.Oscillator(), "default", SINGLE), (sp.Oscillator(), "default", DOUBLE),
     (sp.Oscillator(), "grunwald", SINGLE), (FREE, "grunwald", DOUBLE),
-    (FREE, "default", SINGLE), (FREE, "default", DOUBLE),
+    (FREE, "default", SINGLE), (FREE, "default", DOUBLE), (PAIR, "default", SINGLE), (PAIR, "default", DOUBLE),
 )  # fmt: skip
 
 

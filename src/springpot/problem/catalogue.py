@@ -72,7 +72,8 @@ def _with(*powers: str) -> Callable[[Part], bool]:
 
 def _balances(system: System) -> bool:
     """Whether the balance of energy is a check, and no definition of what is fed in."""
-    return any(map(_with("input"), system.parts)) or not any(map(_with("fed", "work"), system.parts))
+    independent = any(map(_with("input"), system.parts)) or (_is_several(system) and bool(system.of(ThermalNoise)))
+    return independent or not any(map(_with("fed", "work"), system.parts))
 
 
 def _is_single(system: System) -> bool:
@@ -106,6 +107,7 @@ _SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
 _SINGLE: dict[str, Any] = {"when": "with one mass", "where": _is_single}
 _END: dict[str, Any] = {**_SINGLE, "controlled": False}
 _SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_several}
+_END_OF_SEVERAL: dict[str, Any] = {**_SEVERAL, "controlled": False}
 _ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
 
 CATALOGUE = (
@@ -152,9 +154,16 @@ CATALOGUE = (
     Quantity("<part>_impact_rate", "s-1", "impacts per unit time on the wall or contact", r"\nu", **_STOP),
     Quantity("<part>_impact_speed_mean", "m s-1", "mean speed before an impact on it", r"\langle |v^-|\rangle",
              **_STOP),
+    Quantity("<part>_impact_speed_mean_square", "m2 s-2", "mean square speed before an impact on it",
+             r"\langle (v^-)^2\rangle", "of each wall, with several masses", _with("stop"), _is_several),
     Quantity("x_mean_end", "m", "mean displacement at the end of the run", **_END),
     Quantity("x_mean_square_end", "m2", "mean square displacement at the end of the run", **_END),
     Quantity("v_mean_square_end", "m2 s-2", "mean square velocity at the end of the run", **_END),
+    Quantity("<point>_x_mean_end", "m", "mean displacement of the mass at the end of the run", **_END_OF_SEVERAL),
+    Quantity("<point>_x_mean_square_end", "m2", "mean square displacement of the mass at the end of the run",
+             **_END_OF_SEVERAL),
+    Quantity("<point>_v_mean_square_end", "m2 s-2", "mean square velocity of the mass at the end of the run",
+             **_END_OF_SEVERAL),
     Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
                when="`slowest_counted_impact=`", **_ASKED)

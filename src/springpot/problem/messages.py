@@ -162,6 +162,12 @@ MESSAGES: dict[str, Kind] = {
         "step before you trust it.",
         "Repeat the run with a finer step.",
     ),
+    "impacts_limited": Kind(
+        _ACCURACY,
+        "in {count} half steps more than 32 impacts followed each other: later ones were taken as plastic, and in "
+        "{halted} of these half steps the masses stayed where they were for the rest.",
+        "Use a shorter step. Energies are barely affected; impact rates count these impacts only in part.",
+    ),
     "slow_impacts": Kind(
         _ACCURACY,
         "impact rate is about {low} too low and the mean impact speed {high} too high at a step of {step:g} s: the "

@@ -44,7 +44,7 @@ from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion, motion_of
-from springpot.simulation.plan.plan import Plan, check_motion
+from springpot.simulation.plan.plan import Plan, check_motion, check_observed
 from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads
 
 __all__ = ["Reached", "checked_quantities", "controllable", "reach"]
@@ -206,6 +206,7 @@ def reach(
     """
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
     motion = motion_of(system)
+    check_observed(motion, "rtol")
     usual = "amplitude_mean_square" if system.stiffness > 0.0 else "v_mean_square"
     wanted = checked_quantities(motion, (usual,) if quantities is None else quantities)
     if max_time is not None:

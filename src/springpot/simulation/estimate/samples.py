@@ -19,6 +19,7 @@ from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.lowering.walls import Soft
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
@@ -66,10 +67,14 @@ def estimates_of(simulation: Simulation, rows: Floats, seen: Watched) -> tuple[d
 def watched(simulation: Simulation, rows: Floats) -> Watched:
     """The impacts of each path, and the time in all windows together."""
     column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    at_walls = {name: sums[0] for name, sums in _at_walls(simulation.motion.system, column).items()}
+    at_walls = {name: column[impacts] for name, impacts in simulation.parts.struck.items()}
+    whole = {}
+    if "impacts" in column:  # of all walls
+        at_walls = {name: sums[0] for name, sums in _at_walls(simulation.motion.system, column).items()}
+        whole = {"": column["impacts"]} if at_walls else {}
     low, high = simulation.settings.window_steps
     time = len(rows) * (high - low) * simulation.settings.step
-    return Watched({"": column["impacts"], **at_walls} if at_walls else {}, time)
+    return Watched({**whole, **at_walls}, time)
 
 
 def samples_of(simulation: Simulation, rows: Floats) -> Samples:
@@ -83,6 +88,8 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     rows : ndarray, shape (paths, columns of the parts)
         Of `Simulation.advance`.
     """
+    if simulation.parts.readings:
+        return _read(simulation, rows)
     system, parts, settings = simulation.motion.system, simulation.parts, simulation.settings
     low, high = settings.window_steps
     steps, time, mass = high - low, (high - low) * settings.step, system.inertia
@@ -115,14 +122,39 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     samples = {name: (float(values.mean()), values) for name, values in found.items()} | _of_impacts(
         system, column, time
     )
-    if simulation.motion.uncountable:
-        undefined = math.nan, np.full(len(rows), np.nan)
-        samples |= {name: undefined for name in samples if "impact_" in name}
-    return {name: samples[name] for name in possible_results(system) if name in samples}
+    return _possible(simulation, samples)
+
+
+def _possible(simulation: Simulation, samples: Samples) -> Samples:
+    """In the order of the catalogue; those of impacts that cannot be counted are NaN."""
+    if uncounted := simulation.motion.uncounted:
+        undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
+        samples |= {name: undefined for name in samples if "impact_" in name and name.startswith(uncounted)}
+    return {name: samples[name] for name in possible_results(simulation.motion.system) if name in samples}
+
+
+def _read(simulation: Simulation, rows: Floats) -> Samples:
+    """The results of which the kernel's parts say how they are read from its columns."""
+    parts, settings = simulation.parts, simulation.settings
+    low, high = settings.window_steps
+    over = {"steps": float(high - low), "time": (high - low) * settings.step, "one": 1.0}
+    column = dict(zip(parts.columns, rows.T, strict=True))
+    found: Samples = {}
+    for reading in parts.readings:
+        whole = sum((factor * column[name] for name, factor in reading.above.items()), np.zeros(len(rows)))
+        if reading.over in over:
+            values = whole**reading.power / over[reading.over] + reading.added
+            found[reading.name] = float(values.mean()), values
+        else:
+            found[reading.name] = ratio(whole, column[reading.over])
+    taken = {name: (column[f"{name} loss"], column[f"{name} momentum"]) for name in parts.struck}
+    damped = column["power"] / over["steps"] + parts.taken_at_once
+    balance = _balance(parts, column, damped, taken, over["time"], 1.0)
+    return _possible(simulation, found | {name: (float(values.mean()), values) for name, values in balance.items()})
 
 
 def _balance(
-    parts: Parts,
+    parts: Parts | PartsOfSeveral,
     column: dict[str, Floats],
     damped: Floats,
     taken: dict[str, tuple[Floats, Floats]],
@@ -227,7 +259,7 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
     return {**found, "harvested_power": harvested} if found else {}
 
 
-def _of_contacts(parts: Parts, column: dict[str, Floats], time: float) -> dict[str, Floats]:
+def _of_contacts(parts: Parts | PartsOfSeveral, column: dict[str, Floats], time: float) -> dict[str, Floats]:
     if not isinstance(parts.wall, Soft):
         return {}
     return {"contact_share": column["contacts' time"] / time, "contact_penetration": column["contacts' depth"]}

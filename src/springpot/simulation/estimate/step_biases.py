@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ from springpot.simulation.estimate.slow_impacts import (
     slow_impacts,
 )
 from springpot.simulation.plan.motion import Motion, StruckWalls
+from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.watch.distributions import Distribution
 from springpot.theory.mckean import COLLAPSE_BELOW
 
@@ -80,7 +82,7 @@ def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict
 
     A law of restitution counts with its value at the speeds that the step resolves.
     """
-    biases: dict[str, float] = {}
+    biases = _of_each_wall(motion, step, values)
     if motion.uncountable or not motion.intensity > 0.0 or "impact_rate" not in values:
         return biases
     for wall in motion.unit.of(Barrier):
@@ -89,6 +91,22 @@ def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict
         alone = StruckWalls(slow, motion.intensity, motion.press_on(wall))
         for name, bias in impact_step_biases(alone, step, values).items():
             biases[name] = max(bias, biases.get(name, 0.0))
+    return biases
+
+
+def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict[str, float]:
+    """Those of the results of single walls: by slow impacts that are missed, and by the scheme."""
+    scheme = scheme_of(motion.scheme_for("default"))
+    whole = scheme.impact_bias * (step * motion.scales.fastest_rate) ** 2
+    biases = {}
+    for name, wall in motion.struck_alone.items():
+        powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
+        own = {quantity: values.get(f"{name}_{quantity}", math.nan) for quantity in powers}
+        slow = replace(wall, restitution=max(wall.restitution, _COUNTABLE))
+        for quantity, bias in impact_step_biases(slow, step, own).items():
+            biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
+        for quantity in ("force_mean", "power"):
+            biases[f"{name}_{quantity}"] = 2.0 * whole * values.get(f"{name}_{quantity}", 0.0)
     return biases
 
 

@@ -15,8 +15,8 @@ from springpot.simulation.kernel.lanes import INLINE, LANES, greater, lesser, ty
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 
 __all__ = [
-    "CoulombDamper", "Cubic", "Nonic", "Parametric", "PowerDamper", "Sum", "VanDerPolDamper", "White", "only_pushes",
-    "register_damper",
+    "CoulombDamper", "Cubic", "Nonic", "Parametric", "PowerDamper", "Sum", "VanDerPolDamper", "White", "cubic", "nonic",
+    "only_pushes", "register_damper",
 ]  # fmt: skip
 
 
@@ -155,9 +155,15 @@ class Cubic(NamedTuple):
 only_pushes(Cubic, named=True)
 
 
+@njit(**INLINE)
+def cubic(force, x):
+    """The law of `Cubic`."""
+    return -(force.k0 + x * (force.k1 + x * (force.k2 + x * force.k3)))
+
+
 @answers(push, Cubic)
 def _push_cubic(force, slot, n, x, v, g, forcing, at, lane, weight):
-    impulse = -(force.k0 + x * (force.k1 + x * (force.k2 + x * force.k3)))
+    impulse = cubic(force, x)
     forcing.impulses[slot * LANES + lane] = impulse
     return typed(0.0, x), impulse
 
@@ -180,10 +186,16 @@ class Nonic(NamedTuple):
 only_pushes(Nonic, named=True)
 
 
+@njit(**INLINE)
+def nonic(force, x):
+    """The law of `Nonic`."""
+    high = force.k5 + x * (force.k6 + x * (force.k7 + x * (force.k8 + x * force.k9)))
+    return -(force.k0 + x * (force.k1 + x * (force.k2 + x * (force.k3 + x * (force.k4 + x * high)))))
+
+
 @answers(push, Nonic)
 def _push_nonic(force, slot, n, x, v, g, forcing, at, lane, weight):
-    high = force.k5 + x * (force.k6 + x * (force.k7 + x * (force.k8 + x * force.k9)))
-    impulse = -(force.k0 + x * (force.k1 + x * (force.k2 + x * (force.k3 + x * (force.k4 + x * high)))))
+    impulse = nonic(force, x)
     forcing.impulses[slot * LANES + lane] = impulse
     return typed(0.0, x), impulse
 

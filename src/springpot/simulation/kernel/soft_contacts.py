@@ -23,7 +23,7 @@ from springpot.simulation.kernel.two_walls import (
 )  # fmt: skip
 from springpot.simulation.kernel.watching import add_impacts
 
-__all__ = ["Soft"]
+__all__ = ["Soft", "force_of_contact"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -110,7 +110,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
         _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
         pushed, damped, deepest = 0.0, 0.0, 0.0
         for n in range(count):
-            depth, force = _force_of_contact(wall.contacts, n, x, short)
+            depth, force = force_of_contact(wall.contacts, n, x, short)
             forces[n] = force
             pushed += wall.contacts[5 * n + 1] * force
             damped += 0.5 * force * wall.contacts[5 * n + 4]
@@ -157,7 +157,7 @@ def _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weigh
 
 
 @njit(**INLINE)
-def _force_of_contact(contacts, n, x, short):
+def force_of_contact(contacts, n, x, short):
     """Depth of contact ``n``, and the impulse of its elastic force in a short step."""
     depth = contacts[5 * n + 1] * (contacts[5 * n] - x)
     if depth <= 0.0:

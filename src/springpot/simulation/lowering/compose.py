@@ -8,30 +8,33 @@ power of two changes no bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from springpot.memory import ExponentialSum, direct, exponential_sum
+from springpot.memory import ExponentialSum, direct
 from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
-from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES, MOST_MODES
-from springpot.simulation.kernel.questions import Start, answer_of_springpot
+from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
+from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.memory import answer_of, mean_in_step, memory_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
+from springpot.simulation.lowering.readings import Reading
+from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
 from springpot.simulation.lowering.walls import NoWall, Pair, Rigid, Soft, sums_of
 from springpot.simulation.plan.guess import BoltzmannLaw
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings
 
 __all__ = ["Floats", "Parts", "compose"]
@@ -66,6 +69,8 @@ class Parts:
         Their modes in the memory.
     law : BoltzmannLaw or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
+    mass : float
+        By which energies of the columns are multiplied.
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -82,6 +87,7 @@ class Parts:
     taps: tuple[Arm, ...] = ()
     tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     law: BoltzmannLaw | None = None
+    mass: float = 1.0
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -90,6 +96,56 @@ class Parts:
             return exact, parts.Sweep(*exact, 0.0)
         exact = exact._replace(load=with_arrays(self.load, np.float32))
         return exact, single_of(exact)
+
+    def kernel(self) -> Callable[..., None]:
+        """The kernel, with all arguments that are the same for all blocks."""
+        exact, sweep = self.of_kernel()
+
+        def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
+            k0, k1, stream, halved, observers, record, stop, rows = given
+            low, high = settings.window_steps
+            kernel.block(
+                exact, sweep, self.memory, self.drive, self.start._replace(states=states), self.tapped,
+                self.frequency**2, first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
+                record, settings.record_every, stop, rows,
+            )  # fmt: skip
+
+        return advance
+
+    def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
+        """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
+        if self.law is None or settings.start != "stationary":
+            return self.start.states
+        from scipy import special  # slow to import, and most runs need none of it
+
+        normals = start_normals(settings.seed, first, paths, stream=stream).astype(float)
+        x = self.law.drawn(special.ndtr(normals[:, 0])) / self.units.length
+        v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
+        return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
+
+    @property
+    def header(self) -> list[float]:
+        """Of the observers' arrays."""
+        return [*self.units.state, self.units.time, self.frequency, self.wall_position, LANES]
+
+    @property
+    def shape_of_state(self) -> tuple[int, ...]:
+        """Of x and v at a time."""
+        return (2,)
+
+    def start_of_record(self, states: Floats) -> Floats:
+        """x and v at time 0 as the record has them."""
+        return states[:, :2]
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """Results that are read by the names of the columns: none."""
+        return ()
+
+    @property
+    def struck(self) -> dict[str, str]:
+        """Columns with the impacts of a wall alone: none."""
+        return {}
 
     @property
     def taken_at_once(self) -> float:
@@ -117,7 +173,7 @@ class Parts:
         return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
 
 
-def compose(plan: Plan, *, halved: bool = False) -> Parts:
+def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     """The arguments of the kernel.
 
     With ``halved`` the excitation is that of a run with half the step, summed in pairs; white noise alone is chosen
@@ -130,9 +186,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
     NotCoveredError
         If parts of the system cannot be simulated together.
     """
+    if len(plan.system.points) > 1:
+        return compose_several(plan)
     motion, settings, parts_of_step = plan.motion, plan.settings, 2 if halved else 1
     unit, scales = motion.unit, motion.scales
-    position, velocity = settings.initial_position, settings.initial_velocity
+    position, velocity = cast(float | None, settings.initial_position), cast(float, settings.initial_velocity)
     if position is None:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)
@@ -148,10 +206,9 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         name = unit.name_of(unit.of(ThermalNoise)[0])
         beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps, parts_of_step),))
     scheme = settings.numerical_scheme
-    answer = sum((answer_of_springpot(order, c, step) for order, c in total.springpots), 0.0)
-    answer += sum(_answer_of_arm(arm, step) for arm in total.arms)
+    answer = answer_of(total, step)
     at_this_step = scheme.at(frequency, answer, step, units.length)
-    memory, history = _memory(total.springpots, total.arms, scheme, step, settings)
+    memory, history = memory_of(total.springpots, total.arms, scheme, step, settings)
     load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
     x0, v0 = units.into(position, velocity)
     drives = [_drive(order, c * step**-order, x0, settings) for order, c in total.springpots]
@@ -180,6 +237,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         taps=tuple(_tap(arm, step) for arm in taps),
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
+        mass=plan.system.inertia,
     )
 
 
@@ -190,30 +248,9 @@ def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
     return math.sqrt(max(_FASTEST_FLIGHT**2 * motion.law.temperature, started))
 
 
-def _answer_of_arm(arm: Arm, step: float) -> float:
-    """As that of a springpot: the third integral of the kernel exp(-rate t) over the step, over its square."""
-    y = arm.rate * step
-    if y < 1e-2:
-        return arm.strength * step * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0 - y / 720.0)))
-    return arm.strength * step * (0.5 * y * y - y - math.expm1(-y)) / y**3
-
-
-def _moment_of_arm(arm: Arm, step: float) -> float:
-    """First moments of its kernel over all earlier steps, summed: (coth(y / 2) / 2 - 1 / y) / rate, y = rate step."""
-    y = arm.rate * step
-    if y < 1e-2:
-        return arm.strength * step * (1.0 / 12.0 - y * y / 720.0)
-    return arm.strength * step * (0.5 / math.tanh(0.5 * y) - 1.0 / y) / y
-
-
-def _mean_in_step(rate: float) -> float:
-    """The mean of exp(-rate t) over a step, ``rate`` per step."""
-    return -math.expm1(-rate) / rate if rate > 1e-12 else 1.0
-
-
 def _tap(arm: Arm, step: float) -> Arm:
     """The same with the voltage per unit of the mode as the memory keeps it: it holds increments, not their decay."""
-    return Arm(arm.strength, arm.rate, arm.name, arm.volts * _mean_in_step(arm.rate * step))
+    return Arm(arm.strength, arm.rate, arm.name, arm.volts * mean_in_step(arm.rate * step))
 
 
 def _units(motion: Motion, position: float, velocity: float) -> Units:
@@ -226,50 +263,6 @@ def _units(motion: Motion, position: float, velocity: float) -> Units:
         time=2.0 ** round(-math.log2(scales.fastest_rate)),
         sign=motion.sign,
     )
-
-
-def _memory(
-    springpots: Sequence[tuple[float, float]],
-    arms: Sequence[Arm],
-    scheme: NumericalScheme,
-    step: float,
-    settings: Settings,
-) -> tuple[Memory, ExponentialSum]:
-    """The memory of springpots, by order and coefficient, and of arms; and all its modes, those of arms last."""
-    rates, strengths, error = np.zeros(0), np.zeros(0), 0.0
-    recent, extra = np.zeros(GROUP), 0.0
-    for order, coefficient in springpots:
-        scale = coefficient * step**-order
-        history = exponential_sum(scheme.family, order, settings.steps + 1, settings.memory_tolerance)
-        rates, strengths = np.append(rates, history.rates), np.append(strengths, scale * history.weights)
-        recent, extra = recent + scale * scheme.recent_weights(order), extra + scale * scheme.extra_weight(order)
-        error = max(error, history.relative_error)
-    for arm in arms:
-        rate = arm.rate * step
-        weight = arm.strength * _mean_in_step(rate)
-        rates, strengths = np.append(rates, rate), np.append(strengths, weight)
-        answer = _answer_of_arm(arm, step)
-        last = (_moment_of_arm(arm, step) - answer) / step
-        recent = recent + weight * np.exp(-rate * np.arange(GROUP)) + [last - 2.0 * answer / step, -last, 0.0, 0.0]
-        extra -= last
-    if rates.size > MOST_MODES:
-        alone = len(springpots) == 1 and not arms
-        whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
-        advice = "use a larger one" if alone else "leave some out, or shorten the run"
-        raise ValueError(f"{whose} {rates.size} memory modes, but the kernel holds at most {MOST_MODES}: {advice}.")
-    # an even number of modes, because the kernel takes two at a time; an added one has weight 0
-    size = rates.size + rates.size % 2
-    padded, weighted = np.zeros(size), np.zeros(size)
-    padded[: rates.size], weighted[: rates.size] = rates, strengths
-    powers = np.exp(-np.outer(padded, np.arange(1, GROUP + 1)))
-    weights_of_modes = weighted[:, None] * powers
-    powers[:, -1] = np.expm1(-GROUP * padded)
-    precision = settings.precision
-    return Memory(
-        powers.ravel().astype(precision),
-        weights_of_modes.ravel().astype(precision),
-        *(np.dtype(precision).type(w) for w in (recent[0], extra, *recent[1:])),
-    ), ExponentialSum(rates, strengths, error, 1.0, float(settings.steps + 1))
 
 
 def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:

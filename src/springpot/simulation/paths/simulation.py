@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -13,12 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.crew import work_together
-from springpot.simulation.kernel.block import block
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.questions import Start
-from springpot.simulation.kernel.random import key_words, start_normals
+from springpot.simulation.kernel.random import key_words
 from springpot.simulation.kernel.watching import BATCHES, HEADER, Observer, Observers
 from springpot.simulation.lowering.compose import Floats, Parts, compose
+from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
@@ -57,11 +55,11 @@ class Simulation:
     ----------
     plan : Plan
         Complete: x(0) is known.
-    parts : Parts
+    parts : Parts or PartsOfSeveral
     """
 
     plan: Plan
-    parts: Parts
+    parts: Parts | PartsOfSeveral
 
     @property
     def settings(self) -> Settings:
@@ -100,17 +98,14 @@ class Simulation:
         blocks = -(-settings.paths // LANES)
         columns = self.parts.columns
         rows = np.empty((blocks * LANES, len(columns)))
-        record = np.empty((settings.record, settings.recorded_points, 2))
+        record = np.empty((settings.record, settings.recorded_points, *self.parts.shape_of_state))
         stop = np.zeros(1, np.uint8)
         k0, k1 = key_words(settings.seed)
-        low, high = settings.window_steps
         together = 1 if observers or settings.record else _blocks_of_a_call(settings, blocks)
         next_call = itertools.count()
         done = itertools.count(1)
-        parts, units = self.parts, self.parts.units
-        exact, sweep = parts.of_kernel()
-        header = [*units.state, units.time, parts.frequency, parts.wall_position, LANES]
-        states = self._states(skipped, blocks * LANES, stream)
+        kernel, header = self.parts.kernel(), self.parts.header
+        states = self.parts.states(settings, skipped, blocks * LANES, stream)
         observed = [_room(observer, blocks) for observer in observers]
         adding = threading.Lock()
 
@@ -123,11 +118,9 @@ class Simulation:
                 for observer, array in zip(observers, arrays, strict=True):
                     array[len(HEADER) :] = observer.initial
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
-                block(
-                    exact, sweep, parts.memory, parts.drive,
-                    _part_of(parts.start, states, some), parts.tapped, parts.frequency**2,
-                    skipped + first, count, settings.steps, low, high, k0, k1, stream, halved, addresses,
-                    record[some], settings.record_every, stop, rows[some],
+                kernel(
+                    states[some] if len(states) > 1 else states, skipped + first, count, settings,
+                    k0, k1, stream, halved, addresses, record[some], stop, rows[some],
                 )  # fmt: skip
                 for observer, array, room in zip(observers, arrays, observed, strict=True):
                     if observer.per_path:
@@ -143,8 +136,9 @@ class Simulation:
             stop[0] = 1
 
         work_together(work, min(settings.threads, -(-blocks // together)), stop=halt)
-        record[:, 0] = states[: settings.record if len(states) > 1 else 1, :2]  # the kernel writes from t = h on
-        record *= units.state
+        started = states[: settings.record if len(states) > 1 else 1]
+        record[:, 0] = self.parts.start_of_record(started)  # the kernel writes from t = h on
+        record *= self.parts.units.state
         rows *= list(columns.values())
         kept = tuple(
             room[: settings.paths] if observer.per_path else room
@@ -152,27 +146,10 @@ class Simulation:
         )
         return Ensemble(rows[: settings.paths], record, kept)
 
-    def _states(self, skipped: int, paths: int, stream: int) -> Floats:
-        """x, v and energy at time 0: of every path if they are drawn, otherwise once for all."""
-        law, units = self.parts.law, self.parts.units
-        if law is None or self.settings.start != "stationary":
-            return self.parts.start.states
-        from scipy import special  # slow to import, and most runs need none of it
-
-        normals = start_normals(self.settings.seed, skipped, paths, stream=stream).astype(float)
-        x = law.drawn(special.ndtr(normals[:, 0])) / units.length
-        v = math.sqrt(law.temperature) / units.speed * normals[:, 1]
-        return np.stack([x, v, 0.5 * (v * v + self.parts.frequency**2 * x * x)], axis=1)
-
 
 def simulation_of(plan: Plan, *, halved: bool = False) -> Simulation:
     """Prepare a simulation; ``halved`` is as in `compose`."""
     return Simulation(plan, compose(plan, halved=halved))
-
-
-def _part_of(start: Start, states: Floats, some: slice) -> Start:
-    """The start of some paths."""
-    return start._replace(states=states[some] if len(states) > 1 else states)
 
 
 def _blocks_of_a_call(settings: Settings, blocks: int) -> int:

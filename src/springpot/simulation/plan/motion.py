@@ -7,10 +7,12 @@ forms.  Later rooms take what they need from the `Motion`.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
-from springpot.machine.arguments import LARGEST
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
@@ -30,6 +32,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, slow_restitution
 from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
+from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales, closed_form
 from springpot.theory.mckean import COLLAPSE_BELOW
 
@@ -94,6 +97,41 @@ class Motion:
     keeps_the_law: bool
     beyond_paper: str = ""
     guess: BoltzmannLaw | None = None
+
+    @property
+    def unobserved(self) -> str:
+        """Why there are no observers and levels of this motion; empty if there can be."""
+        return ""
+
+    @property
+    def from_rest(self) -> str:
+        """Why a run starts from rest, or from a given state; empty if it may start from the stationary state."""
+        return ""
+
+    def scheme_for(self, word: Scheme) -> SchemeOfRun:
+        """The name of the scheme that a run has, from the one chosen."""
+        return word
+
+    def placed(self, given: Any) -> Any:
+        """x(0) from what was given: 0 without it, or the wall beyond which 0 lies."""
+        if given is None:
+            return self.position_of_rest
+        position = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
+        if not self.low <= position <= self.high:
+            raise ValueError(
+                f"initial_position is {position:g}, behind a wall: it must lie between {self.low:g} and {self.high:g}."
+            )
+        return position
+
+    def moving(self, given: Any) -> Any:
+        """x'(0) from what was given: 0 without it."""
+        return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
+
+    def usual_energy(self, values: Mapping[str, float]) -> float:
+        """An energy of the motion per unit mass, from the results of a run."""
+        if self.scales.guessed:
+            return 0.5 * values["v_mean_square"]
+        return 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
 
     @property
     def unit(self) -> System:
@@ -193,6 +231,16 @@ class Motion:
             return StruckWalls()
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
+    @property
+    def uncounted(self) -> tuple[str, ...]:
+        """How the names of results begin that are of impacts which cannot be counted: any way, or no name does."""
+        return ("",) if self.uncountable else ()
+
+    @property
+    def struck_alone(self) -> dict[str, StruckWalls]:
+        """Each wall as slow impacts see it, by its name, where its results have biases of their own: none has."""
+        return {}
+
     def press_on(self, wall: Barrier) -> float:
         """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""
         direction = {"above": 1.0, "below": -1.0}[wall.side]
@@ -261,8 +309,12 @@ def motion_of(system: System) -> Motion:
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
+    if len(checked_system(system).points) > 1:
+        from springpot.simulation.plan.several import motion_of_several  # which is made of what is here
+
+        return motion_of_several(system)
     try:
-        paper = Dimensionless.of(checked_system(system))
+        paper = Dimensionless.of(system)
     except NotCoveredError as reason:
         law = guessed_law(system)
         motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)

@@ -17,6 +17,7 @@ __all__ = [
     "Progress",
     "Requests",
     "Scheme",
+    "SchemeOfRun",
     "StartKind",
     "hints",
     "own_seed",
@@ -26,6 +27,8 @@ __all__ = [
 Observable = Callable[..., float]
 Progress = Callable[[float], None]
 Scheme = Literal["default", "grunwald"]
+SchemeOfRun = Literal["default", "grunwald", "straight"]
+"""That of several masses is straight."""
 StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
 

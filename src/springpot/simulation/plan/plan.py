@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Unpack, cast, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import shown
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion, motion_of
-from springpot.simulation.plan.options import DEFAULTS, Derivative, Options, Scheme, StartKind
+from springpot.simulation.plan.options import DEFAULTS, Derivative, Options, Scheme, SchemeOfRun, StartKind
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import (
     MOST_PATHS,
@@ -25,7 +25,7 @@ from springpot.simulation.plan.settings import (
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.result import NoStationaryStateError
 
-__all__ = ["TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
+__all__ = ["TOO_FAR_APART", "Plan", "check_observed", "check_stationary", "default_start", "plan_of"]
 
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -121,7 +121,8 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     threads = checked_threads(options["threads"])
     whole = motion.recorded
     wanted = whole if options["duration"] is None and whole else options["duration"]
-    duration, step, steps = _grid(motion, wanted, options["step"], options["scheme"])
+    scheme_of_run = motion.scheme_for(options["scheme"])
+    duration, step, steps = _grid(motion, wanted, options["step"], scheme_of_run)
     window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
     record, record_every = _record(options["record"], options["record_every"], paths, steps)
     settings = Settings(
@@ -131,10 +132,10 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
         window=window,
         seed=seed,
         threads=threads,
-        scheme=options["scheme"],
+        scheme=scheme_of_run,
         start=start,
         initial_position=_initial_position(motion, options["initial_position"], start, options["derivative"]),
-        initial_velocity=_initial_velocity(options["initial_velocity"]),
+        initial_velocity=motion.moving(options["initial_velocity"]),
         derivative=options["derivative"],
         memory_tolerance=finite_number(options["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
         contact_tolerance=finite_number(options["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
@@ -165,7 +166,7 @@ def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind,
     options = {**DEFAULTS, **given}
     if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
         return "rest", ""
-    if motion.recorded:
+    if motion.recorded or (motion.from_rest and not motion.not_stationary):
         return "rest", ""
     return ("rest" if motion.not_stationary else "stationary"), motion.not_stationary
 
@@ -192,6 +193,12 @@ def check_motion(motion: Motion, who: str) -> None:
         raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {motion.not_stationary}.")
 
 
+def check_observed(motion: Motion, name: str) -> None:
+    """Raise an error if there are no observers and levels of a motion; ``name`` is the argument that needs them."""
+    if motion.unobserved:
+        raise NotCoveredError(f"{name} cannot be given: {motion.unobserved}.")
+
+
 def default_duration(motion: Motion, step: float) -> float:
     """100 over the frequency (as in the paper), or 20 relaxation times if that is longer; at most 1e4 over the
     frequency and 2 million steps.
@@ -204,11 +211,7 @@ def default_duration(motion: Motion, step: float) -> float:
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
 
 
-def _initial_velocity(given: float | None) -> float:
-    return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
-
-
-def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Scheme) -> tuple[float, float, int]:
+def _grid(motion: Motion, duration: float | None, step: float | None, scheme: SchemeOfRun) -> tuple[float, float, int]:
     if duration is not None:
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
     fastest = motion.scales.fastest_rate
@@ -281,25 +284,20 @@ def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int
     return record, every
 
 
-def _initial_position(motion: Motion, given: float | None, start: StartKind, derivative: Derivative) -> float | None:
+def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: Derivative) -> Any:
     """x(0): 0, or the wall beyond which 0 lies, if not given; None before the pilot runs of a stationary start."""
     if start == "stationary":
         if given is not None:
             raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
+        if motion.from_rest:
+            raise ValueError(f"start must be 'rest': {motion.from_rest}.")
         if derivative != "caputo":
             raise ValueError(
                 "derivative must be 'caputo' with start='stationary': the memory of this start is adapted to x(0)."
             )
         check_motion(motion, "start='stationary'")
         return None
-    if given is None:
-        return motion.position_of_rest
-    position = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
-    if not motion.low <= position <= motion.high:
-        raise ValueError(
-            f"initial_position is {position:g}, behind a wall: it must lie between {motion.low:g} and {motion.high:g}."
-        )
-    return position
+    return motion.placed(given)
 
 
 def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:

@@ -15,9 +15,9 @@ from springpot.memory import direct
 from springpot.memory.weights import Family
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.lanes import GROUP
-from springpot.simulation.plan.options import DEFAULTS, Scheme
+from springpot.simulation.plan.options import DEFAULTS, SchemeOfRun
 
-__all__ = ["Grunwald", "NumericalScheme", "Splitting", "scheme_of"]
+__all__ = ["Grunwald", "NumericalScheme", "Splitting", "Straight", "scheme_of"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -37,6 +37,9 @@ class NumericalScheme(Protocol):
         Whether the step leaves the stationary law of a dashpot, white noise and elastic walls as it is, however long.
     only_paper : bool
         Whether it covers the paper's problem only.
+    impact_bias : float
+        Bound on the relative step bias of impact rates and mean speeds, over the square of the step, which is in units
+        of the shortest time scale; beside what slow impacts that are missed leave.
     """
 
     order: ClassVar[int]
@@ -45,6 +48,7 @@ class NumericalScheme(Protocol):
     family: ClassVar[Family]
     keeps_the_law: ClassVar[bool]
     only_paper: ClassVar[bool]
+    impact_bias: ClassVar[float] = 0.0
 
     def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
         """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
@@ -125,7 +129,24 @@ class Grunwald(NumericalScheme):
         return 0.0  # the force acts on the first step
 
 
-def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> NumericalScheme:
+@dataclass(frozen=True)
+class Straight(Splitting):
+    """That of several masses: straight flight and impacts in it, between kicks of springs, memory and noise.
+
+    At a step of 0.1 over the highest frequency moments are off by less than 0.15 %, at 0.4 by 0.4 %; impact rates by
+    0.1 times the square of that step, speeds by 0.06, and mean forces by both.
+    """
+
+    default_step: ClassVar[float] = 0.1
+    coarsest_step: ClassVar[float] = 0.2
+    keeps_the_law: ClassVar[bool] = False
+    impact_bias: ClassVar[float] = 0.12
+
+    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
+        raise NotImplementedError("its constants are those of every elongation")
+
+
+def scheme_of(word: SchemeOfRun, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> NumericalScheme:
     """The scheme of a name.
 
     Examples
@@ -133,4 +154,6 @@ def scheme_of(word: Scheme, contact_tolerance: float = DEFAULTS["contact_toleran
     >>> scheme_of("default"), scheme_of("grunwald").order
     (Splitting(), 1)
     """
+    if word == "straight":
+        return Straight()
     return Splitting() if word == "default" else Grunwald(contact_tolerance)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import shown
 from springpot.machine.processors import threads_available
-from springpot.simulation.plan.options import DEFAULTS, Derivative, Scheme, StartKind
+from springpot.simulation.plan.options import DEFAULTS, Derivative, SchemeOfRun, StartKind
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
 
 __all__ = [
@@ -43,11 +43,13 @@ class Settings:
         Averages are taken over window[0] < t <= window[1], both whole numbers of steps.
     seed : int
     threads : int
-    scheme : {"default", "grunwald"}
+    scheme : {"default", "grunwald", "straight"}
+        The last is that of several masses.
     start : {"rest", "stationary"}
         ``"rest"`` is also the start of a run whose initial state was given.
     initial_position, initial_velocity : float
-        x(0) and x'(0), in m and m/s; x(0) of a stationary start is None until its pilot runs are over.
+        x(0) and x'(0), in m and m/s, of several masses by the names of the points; x(0) of a stationary start is None
+        until its pilot runs are over.
     derivative : {"caputo", "riemann-liouville"}
         They differ by x(0) t^-alpha / Gamma(1 - alpha).
     memory_tolerance : float
@@ -66,10 +68,10 @@ class Settings:
     window: tuple[float, float]
     seed: int
     threads: int
-    scheme: Scheme = "default"
+    scheme: SchemeOfRun = "default"
     start: StartKind = "stationary"
-    initial_position: float | None = None
-    initial_velocity: float = 0.0
+    initial_position: float | dict[str, float] | None = None
+    initial_velocity: float | dict[str, float] = 0.0
     derivative: Derivative = "caputo"
     memory_tolerance: float = DEFAULTS["memory_tolerance"]
     contact_tolerance: float = DEFAULTS["contact_tolerance"]

@@ -18,7 +18,7 @@ from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
-from springpot.simulation.watch.observables import COUNTED, EXTREMES, OF_A_WALL, PARTS_OF_ERROR
+from springpot.simulation.watch.observables import COUNTED, EXTREMES, OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum
 
@@ -294,12 +294,15 @@ class Run:
         coordinates: dict[str, Any] = {}
         if walls := self._by_wall(data):
             coordinates["barrier"] = ("barrier", walls)
+        if points := self._by_point(data):
+            coordinates["point"] = ("point", points)
         biases = self.step_biases
         if self.settings.record:
             coordinates["path"] = ("path", np.arange(len(self.record)))
             coordinates["time"] = ("time", self.time, {"units": "s"})
-            data["x"] = (("path", "time"), self.record[:, :, 0], {"units": "m"})
-            data["v"] = (("path", "time"), self.record[:, :, 1], {"units": "m s-1"})
+            axes = ("path", "time", "point")[: self.record.ndim - 1]
+            data["x"] = (axes, self.record[..., 0], {"units": "m"})
+            data["v"] = (axes, self.record[..., 1], {"units": "m s-1"})
         for name, (at, error, unit) in self._quantiles().items():
             coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
             data[name] = ("probability", at, {"units": unit})
@@ -326,6 +329,18 @@ class Run:
             if f"{name}_density" in biases:
                 data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
         return data, coordinates
+
+    def _by_point(self, data: dict[str, Any]) -> list[str]:
+        """Join the numbers of several masses to arrays over them, ``x_mean_square`` and so on; no names without any."""
+        points, joined = [*self.system.points], False
+        for name in OF_A_POINT:
+            for ending in ("", *PARTS_OF_ERROR):
+                if all(f"{point}_{name}{ending}" in data for point in points):
+                    parts = [data.pop(f"{point}_{name}{ending}") for point in points]
+                    attributes = {"units": parts[0][2]["units"], "long_name": f"{name} of each mass".replace("_", " ")}
+                    data[f"{name}{ending}"] = ("point", [part[1] for part in parts], attributes)
+                    joined = True
+        return points if joined else []
 
     def _by_wall(self, data: dict[str, Any]) -> list[str]:
         """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""

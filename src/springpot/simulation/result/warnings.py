@@ -23,7 +23,6 @@ from springpot.simulation.estimate.slow_impacts import (
     slow_impacts,
 )
 from springpot.simulation.estimate.step_biases import impact_biases
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.adapted import Adapted
@@ -58,7 +57,8 @@ def doubts(
     ``bounded``: the total errors include those of step and transient, so these give no warning.
     """
     system = simulation.motion.system
-    if not all(math.isfinite(values[name]) for name in ("x_mean_square", "v_mean_square")):
+    moments = [value for name, value in values.items() if name.endswith(("x_mean_square", "v_mean_square"))]
+    if not all(map(math.isfinite, moments)):
         cause = ": a much finer step may help."
         if own := system.with_functions:
             cause = f": the function of {listed(own, 'or')} returns no number, or the step is too long."
@@ -73,12 +73,23 @@ def doubts(
         *_about_memory(simulation, values, errors),
         *([] if bounded else _about_slow_impacts(simulation, values)),
         *_about_walls(simulation, values, seen),
+        *_about_limits(simulation, rows),
     ]
 
 
+def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
+    """Of steps in which the kernel did not follow every impact."""
+    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
+    if "halts" in column and (count := int(column["collapses"].sum())):
+        yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
+
+
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
-    settings, size = simulation.settings, math.sqrt(max(values["x_mean_square"], 0.0))
-    if settings.scheme == "grunwald" and simulation.motion.walls and settings.contact_tolerance > 1e-3 * size:
+    settings = simulation.settings
+    if settings.scheme != "grunwald" or not simulation.motion.walls:
+        return
+    size = math.sqrt(max(values["x_mean_square"], 0.0))
+    if settings.contact_tolerance > 1e-3 * size:
         yield say("contact_tolerance", tolerance=settings.contact_tolerance, size=size, most=1e-4 * size)
 
 
@@ -112,11 +123,11 @@ def _about_start(adapted: Adapted | None) -> Iterator[Message]:
 
 def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:
     """Of an energy that still changes, and of a balance that fails."""
-    plan, scales, mass = simulation.plan, simulation.motion.scales, simulation.motion.system.inertia
-    drift = rows[:, COLUMNS.index("energy_last")] - rows[:, COLUMNS.index("energy_first")]
+    plan, scales, mass = simulation.plan, simulation.motion.scales, simulation.parts.mass
+    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
+    drift = column["energy_last"] - column["energy_first"]
     gained, its_error = float(drift.mean()), standard_error(drift)
-    square = values.get("amplitude_mean_square", math.nan) * simulation.motion.system.natural_frequency**2
-    energy = 0.5 * (values["v_mean_square"] if scales.guessed else square)
+    energy = simulation.motion.usual_energy(values)
     settled = not plan.motion.not_stationary and plan.transient_left <= (
         math.exp(-3.0) if scales.guessed else MOST_TRANSIENT
     )
@@ -137,17 +148,25 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
     motion, error = simulation.motion, errors.get("damping_force_mean", math.nan)
     if not motion.springpots or motion.not_stationary or simulation.plan.transient_left > MOST_TRANSIENT:
         return
+    if not math.isfinite(error):
+        return
     stiffness = motion.system.inertia * motion.scales.frequency**2
     size = stiffness * (math.sqrt(values["x_mean_square"]) if motion.scales.guessed else abs(values["x_mean"]))
     force = abs(values.get("damping_force_mean", 0.0))
-    if math.isfinite(error) and force > max(FAR_OFF * error, MOST_REMEMBERED * size):
+    if force > max(FAR_OFF * error, MOST_REMEMBERED * size):
         yield say("memory_of_start", share=per_cent(force / size), order=min(pot.order for pot in motion.springpots))
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:
     """Of a step that misses more than MOST_MISSED of the impacts."""
     motion, step, rate = simulation.motion, simulation.settings.step, values.get("impact_rate", 0.0)
-    bound = impact_biases(motion, step, dict(values)).get("impact_rate", 0.0)
+    bounds = impact_biases(motion, step, dict(values))
+    for name in motion.struck_alone:
+        bound, rate_of_wall = (found.get(f"{name}_impact_rate", 0.0) for found in (bounds, values))
+        if bound > MOST_MISSED * rate_of_wall > 0.0:
+            yield say("slow_impacts_of_some_wall", low=_low(bound, rate_of_wall), step=step)
+            return
+    bound = bounds.get("impact_rate", 0.0)
     if not bound > 0.0 or not rate > 0.0:
         return
     missed = missed_impacts(motion.struck, step, values["impact_speed_mean_square"])
@@ -156,15 +175,20 @@ def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Mess
         high = per_cent(missed / (1.0 - missed))
         yield say("slow_impacts", low=per_cent(missed), high=high, step=step, order=order)
     elif not motion.struck.crowded and bound > MOST_MISSED * rate:
-        low = f"may be {per_cent(bound / rate)} too low" if bound < rate else "is far too low"
-        yield say("slow_impacts_of_some_wall", low=low, step=step)
+        yield say("slow_impacts_of_some_wall", low=_low(bound, rate), step=step)
+
+
+def _low(bound: float, rate: float) -> str:
+    return f"may be {per_cent(bound / rate)} too low" if bound < rate else "is far too low"
 
 
 def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Iterator[Message]:
     """For each wall that is misplaced, it seems, or of which few impacts were seen."""
     system = simulation.motion.system
     rates = {name: values[f"{name}_impact_rate"] for name in simulation.motion.touched}
-    odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
+    odd = {}
+    if "x_mean" in values:
+        odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
     yield from odd.values()
     if simulation.motion.is_random:
         yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))

@@ -23,7 +23,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -157,14 +157,14 @@ def _direction(plan: Plan, name: str, level: float) -> float:
     """1 if the level is passed upwards: it lies above the start of the run (in the stationary state, above rest)."""
     motion, settings = plan.motion, plan.settings
     if name == "v":
-        begins = settings.initial_velocity
+        begins = cast(float, settings.initial_velocity)
         return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
     if not motion.low <= level <= motion.high:
         raise ValueError(
             f"first_passage level of x is {level:g} m, behind a wall: x lies between {motion.low:g} and "
             f"{motion.high:g}."
         )
-    begins = motion.position_of_rest if settings.initial_position is None else settings.initial_position
+    begins = motion.position_of_rest if settings.initial_position is None else cast(float, settings.initial_position)
     if level == begins:
         return {motion.low: -1.0, motion.high: 1.0}.get(level, motion.sign)
     return 1.0 if level > begins else -1.0

@@ -26,7 +26,17 @@ from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.watch.distributions import SKETCHED
 
-__all__ = ["COUNTED", "EXTREMES", "OF_A_WALL", "PARTS_OF_ERROR", "extremes", "faster_than", "is_taken", "mean_of"]
+__all__ = [
+    "COUNTED",
+    "EXTREMES",
+    "OF_A_POINT",
+    "OF_A_WALL",
+    "PARTS_OF_ERROR",
+    "extremes",
+    "faster_than",
+    "is_taken",
+    "mean_of",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,6 +45,9 @@ PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
 
 OF_A_WALL = ("impact_rate", "impact_speed_mean", "power", "force_mean")
 """Results of each wall and contact, as ``barrier_impact_rate`` and so on over all of them in datasets."""
+
+OF_A_POINT = tuple(f"{name}{end}" for end in ("", "_end") for name in ("x_mean", "x_mean_square", "v_mean_square"))
+"""Results of each of several masses, without the point's name in datasets."""
 
 FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)

@@ -16,7 +16,7 @@ from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
 from springpot.simulation.plan.options import Observable
-from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.plan import Plan, check_observed
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
 from springpot.simulation.watch.observables import COUNTED, EXTREMES, extremes, faster_than, is_taken, mean_of
@@ -131,6 +131,11 @@ def requested(
     TypeError, ValueError
         One sentence, before the simulation: an invalid name or frequency, or a function that cannot be compiled.
     """
+    asked = {"observables": observables, "impact_observables": impact_observables, "distributions": distributions,
+             "spectrum": spectrum is not None, "first_passage": first_passage,
+             "slowest_counted_impact": slowest_counted_impact is not None}  # fmt: skip
+    for name in (name for name, given in asked.items() if given):
+        check_observed(plan.motion, name)
     state, impact = {} if observables is None else observables, {} if impact_observables is None else impact_observables
     for name, given in (("observables", state), ("impact_observables", impact)):
         if not isinstance(given, Mapping):

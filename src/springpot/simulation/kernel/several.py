@@ -1,0 +1,562 @@
+"""The block kernel of several masses: steps outside, coordinates in the middle, lanes inside.
+
+Straight drift from kick to kick; each kick has all springs, dampers, memory and excitation, with the answer of dampers
+and memory to their own impulse in one small matrix.  Every spring, damper, springpot and wall lies on a row g, its
+elongation g.x, so there is no matrix of stiffness or memory.  As in `springpot.simulation.kernel.block` four steps make
+a group, the state is in double precision between groups, and changes within a group are in the precision of the sweep;
+the observation is in the middle of the drift.  The lanes that one drift takes behind a wall have this drift again, with
+its impacts (`springpot.simulation.kernel.several_impacts`), and go on with all others: a straight line whose ends lie
+before a wall does not cross it.
+
+How many coordinates, rows, walls and sources there are is known at run time only, and every innermost loop is one over
+lanes, which is vector code whatever the sizes.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.extending import intrinsic
+
+from springpot.simulation.kernel.cache import cached
+from springpot.simulation.kernel.forces import cubic, nonic
+from springpot.simulation.kernel.lanes import ENTRY, GROUP, INLINE, LANES, f64, lesser, no, stack_array, typed, yes
+from springpot.simulation.kernel.questions import Forcing, supply, wake
+from springpot.simulation.kernel.random import draw
+from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
+from springpot.simulation.kernel.several_impacts import (
+    CUBIC,
+    HITS,
+    MOST_POINTS,
+    NINTH,
+    Numbers,
+    Size,
+    cubic_of,
+    energy_of,
+    fly,
+    nonic_of,
+    put_in,
+    repair,
+)
+from springpot.simulation.kernel.sources import Filtered, Harmonic, Poisson, Table
+
+__all__ = [
+    "FILTERED", "HARMONIC", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
+    "MOST_STATES", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
+]  # fmt: skip
+
+MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, 12, 12
+MOST_MODES = 24 * MOST_ROWS
+MOST_STATES = 480  # of sources
+FILTERED, HARMONIC, TABLE, POISSON = 0, 1, 2, 3  # kinds of sources
+STOP_EVERY = 256  # groups between two checks of the stop flag
+
+_lane = stack_array(LANES)
+_two_lanes = stack_array(2 * LANES)
+_of_points = stack_array(MOST_POINTS * LANES)
+_of_rows = stack_array(MOST_ROWS * LANES)
+_by_step = stack_array(MOST_ROWS * GROUP * LANES)
+_increments = stack_array(MOST_ROWS * (GROUP + 2) * LANES)
+_modes = stack_array(MOST_MODES * LANES)
+_normals = stack_array(MOST_NOISES * GROUP * LANES)
+_four = stack_array(GROUP * LANES)
+_given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
+_states = stack_array(MOST_STATES * LANES)
+_of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS) * LANES)
+_hits = stack_array(HITS * MOST_WALLS * LANES)
+_few = stack_array(3 * MOST_POINTS)
+
+
+class Memories(NamedTuple):
+    """The modes of the springpots and arms of each elongation; elongations with the same parts share a table."""
+
+    begin: Any  # (rows,) first mode
+    count: Any  # (rows,) how many; even
+    table: Any  # (rows,) where its powers and weights begin
+    powers: Any  # as in `springpot.simulation.kernel.block.Memory`
+    weights: Any
+
+
+class Sources(NamedTuple):
+    """Excitation that is not white, as `springpot.simulation.kernel.sources` has it, one after another."""
+
+    kind: Any  # (sources,)
+    word: Any  # (sources,) first counter word
+    place: Any  # (sources,) of its state
+    pair_begin: Any  # (sources + 1,)
+    pairs: Any  # (all, 20)
+    newest: Any  # (4 sources,)
+    start_begin: Any  # (sources + 1,)
+    start: Any  # (all, most)
+    wave: Any  # (2 sources,) impulse and turn, or rate and size
+    table_begin: Any  # (sources + 1,)
+    table: Any
+
+
+class _Lanes(NamedTuple):
+    """Lane arrays of the sweep."""
+
+    x0: Any
+    v: Any
+    before: Any  # x before the drift, less x0
+    moved: Any
+    gained: Any
+    seen: Any
+    seen_v: Any
+    u: Any
+    w: Any
+    seen_u: Any
+    f: Any
+    pull: Any
+    impulse: Any
+    change: Any
+    clear: Any
+
+
+class _Sums(NamedTuple):
+    """Lane arrays of sums."""
+
+    x: Any
+    xx: Any
+    vv: Any
+    u: Any
+    uu: Any
+    power: Any
+    works: Any
+
+
+@intrinsic
+def _beyond(typing_context, pointer, count):
+    """The array that begins ``count`` numbers later."""
+    return pointer(pointer, count), lambda context, builder, signature, args: builder.gep(args[0], [args[1]])
+
+
+@njit(**INLINE)
+def _set(array, count, number):
+    for i in range(count * LANES):
+        array[i] = number
+
+
+@njit(**INLINE)
+def _clear(size, sums, zero):
+    _set(sums.x, size.points, zero)
+    _set(sums.xx, size.points, zero)
+    _set(sums.vv, size.points, zero)
+    _set(sums.u, size.gauged, zero)
+    _set(sums.uu, size.gauged, zero)
+    _set(sums.power, 1, zero)
+    _set(sums.works, size.sources + size.dampers, zero)
+
+
+@njit(**INLINE)
+def _add(array, more, count):
+    for i in range(count * LANES):
+        array[i] += more[i]
+
+
+@njit(**INLINE)
+def _along(q, e, source, total, to):
+    """One elongation of all lanes, in double precision and then in that of the sweep."""
+    for lane in range(LANES):
+        total[lane] = 0.0
+    for p in range(q.row_begin[e], q.row_begin[e + 1]):  # inside a loop over lanes this would be no vector code
+        value, i = q.row[p], q.row_at[p] * LANES
+        for lane in range(LANES):
+            total[lane] += value * source[i + lane]
+    for lane in range(LANES):
+        to[lane] = total[lane]
+
+
+@njit(**INLINE)
+def _remember(z, z0, d, d0, h, h0, modes, powers, weights, t0):
+    """Add four increments to every mode of one elongation, and write its force in the next four steps."""
+    for i in range(GROUP * LANES):
+        h[h0 + i] = typed(0.0, powers[t0])
+    for k in range(0, modes, 2):
+        t = t0 + 4 * k
+        # a^4 - 1 is stored, not a^4: for slow modes a^4 rounds to 1
+        a1, a2, a3, a_loss = powers[t], powers[t + 1], powers[t + 2], powers[t + 3]
+        b1, b2, b3, b_loss = powers[t + 4], powers[t + 5], powers[t + 6], powers[t + 7]
+        u1, u2, u3, u4 = weights[t], weights[t + 1], weights[t + 2], weights[t + 3]
+        w1, w2, w3, w4 = weights[t + 4], weights[t + 5], weights[t + 6], weights[t + 7]
+        i, j = z0 + k * LANES, z0 + (k + 1) * LANES
+        for lane in range(LANES):
+            e0, e1 = d[d0 + LANES + lane], d[d0 + 2 * LANES + lane]
+            e2, e3 = d[d0 + 3 * LANES + lane], d[d0 + 4 * LANES + lane]
+            y, q = z[i + lane], z[j + lane]
+            y += a_loss * y + a3 * e0 + a2 * e1 + a1 * e2 + e3
+            q += b_loss * q + b3 * e0 + b2 * e1 + b1 * e2 + e3
+            z[i + lane] = y
+            z[j + lane] = q
+            h[h0 + lane] += u1 * y + w1 * q
+            h[h0 + LANES + lane] += u2 * y + w2 * q
+            h[h0 + 2 * LANES + lane] += u3 * y + w3 * q
+            h[h0 + 3 * LANES + lane] += u4 * y + w4 * q
+
+
+@njit(**INLINE)
+def _filtered(f, i):
+    return Filtered(
+        f.word[i], 1, f.place[i], f.pairs[f.pair_begin[i] : f.pair_begin[i + 1]], f.newest[4 * i : 4 * i + 4],
+        f.start[f.start_begin[i] : f.start_begin[i + 1]],
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def _harmonic(f, i):
+    return Harmonic(f.word[i], f.place[i], f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]))
+
+
+@njit(**INLINE)
+def _poisson(f, i):
+    return Poisson(f.word[i], 1, f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]))
+
+
+@njit(**INLINE)
+def _wake_sources(size, f, first, stream, k0, k1, forcing):
+    for i in range(size.sources):
+        if f.kind[i] == FILTERED:
+            wake(_filtered(f, i), i, first, stream, k0, k1, forcing)
+        elif f.kind[i] == HARMONIC:
+            wake(_harmonic(f, i), i, first, stream, k0, k1, forcing)
+
+
+@njit(**INLINE)
+def _supply_sources(size, f, group, first, stream, k0, k1, forcing):
+    """The impulses of four steps."""
+    for i in range(size.sources):
+        if f.kind[i] == FILTERED:
+            supply(_filtered(f, i), i, group, first, stream, k0, k1, forcing)
+        elif f.kind[i] == HARMONIC:
+            supply(_harmonic(f, i), i, group, first, stream, k0, k1, forcing)
+        elif f.kind[i] == POISSON:
+            supply(_poisson(f, i), i, group, first, stream, k0, k1, forcing)
+        else:
+            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, first, stream, k0, k1, forcing)
+
+
+@njit(**INLINE)
+def _gather(size, q, j, g, given, s):
+    """The impulses of constant forces, noise and other excitation on the masses in step j of the group."""
+    padded = (size.points + 3) // 4 * 4
+    for i in range(size.points):
+        constant = q.constant[i]
+        for lane in range(LANES):
+            s.impulse[i * LANES + lane] = constant
+    for i in range(size.points * LANES, padded * LANES):
+        s.impulse[i] = q.zero
+    for r in range(size.noises):
+        for p in range(q.noise_begin[r], q.noise_begin[r + 1]):
+            value, i, b = q.noise[p], q.noise_at[p] * LANES, (GROUP * r + j) * LANES
+            for lane in range(LANES):
+                s.impulse[i + lane] += value * g[b + lane]
+    for r in range(size.sources):
+        for p in range(q.source_begin[r], q.source_begin[r + 1]):
+            value, i, b = q.source[p], q.source_at[p] * LANES, (GROUP * r + j) * LANES
+            for lane in range(LANES):
+                s.impulse[i + lane] += value * given[b + lane]
+
+
+@njit(**INLINE)
+def _pull(size, q, m, j, h, d, s):
+    """The impulses of springs, dampers and memory on the masses."""
+    minus = -q.step
+    for e in range(size.rows):
+        c, i = q.damping[e], e * LANES
+        if m.count[e] > 0:
+            b, o, t = 20 * e + 5 * j, 6 * e * LANES, (GROUP * e + j) * LANES
+            n0, n1, n2, n3, n4 = q.near[b], q.near[b + 1], q.near[b + 2], q.near[b + 3], q.near[b + 4]
+            for lane in range(LANES):
+                pull = h[t + lane] + n0 * d[o + lane] + n1 * d[o + LANES + lane] + c * s.w[i + lane]
+                pull += n2 * d[o + 2 * LANES + lane] + n3 * d[o + 3 * LANES + lane] + n4 * d[o + 4 * LANES + lane]
+                s.pull[i + lane] = pull
+        else:
+            for lane in range(LANES):
+                s.pull[i + lane] = c * s.w[i + lane]
+        if q.spring_kind[e] == CUBIC:
+            third = cubic_of(q, e)
+            for lane in range(LANES):
+                s.f[lane] = cubic(third, s.u[i + lane]) + minus * s.pull[i + lane]
+        elif q.spring_kind[e] == NINTH:
+            ninth = nonic_of(q, e)
+            for lane in range(LANES):
+                s.f[lane] = nonic(ninth, s.u[i + lane]) + minus * s.pull[i + lane]
+        else:
+            for lane in range(LANES):
+                s.f[lane] = minus * s.pull[i + lane]
+        for p in range(q.row_begin[e], q.row_begin[e + 1]):
+            value, i = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.impulse[i + lane] += value * s.f[lane]
+
+
+@njit(**INLINE)
+def _kick(size, q, s, weight, sums):
+    """The change of all velocities, and the drift after it as if there were no wall."""
+    n = size.points
+    padded = (n + 3) // 4 * 4
+    part = typed(0.5, q.step)
+    half = part * q.step
+    for i in range(n):
+        b, at = i * padded, i * LANES
+        s0, s1, s2, s3 = q.solve[b], q.solve[b + 1], q.solve[b + 2], q.solve[b + 3]
+        for lane in range(LANES):
+            s.change[lane] = (
+                s0 * s.impulse[lane] + s1 * s.impulse[LANES + lane]
+                + s2 * s.impulse[2 * LANES + lane] + s3 * s.impulse[3 * LANES + lane]
+            )  # fmt: skip
+        for k in range(4, padded, 4):
+            s0, s1, s2, s3, o = q.solve[b + k], q.solve[b + k + 1], q.solve[b + k + 2], q.solve[b + k + 3], k * LANES
+            for lane in range(LANES):
+                s.change[lane] += (
+                    s0 * s.impulse[o + lane] + s1 * s.impulse[o + LANES + lane]
+                    + s2 * s.impulse[o + 2 * LANES + lane] + s3 * s.impulse[o + 3 * LANES + lane]
+                )  # fmt: skip
+        for lane in range(LANES):
+            dv, v = s.change[lane], s.v[at + lane]
+            middle = v + part * dv
+            v += dv
+            s.v[at + lane] = v
+            s.gained[at + lane] += dv
+            x = s.moved[at + lane]
+            s.before[at + lane] = x
+            s.seen[at + lane] = x + half * v
+            s.moved[at + lane] = x + q.step * v
+            sums.vv[at + lane] += weight * middle * middle
+
+
+@njit(**INLINE)
+def _stretch(size, q, s, d, j, weight, sums):
+    """The elongations after the drift, and the power of dampers and memory."""
+    part = typed(0.5, q.step)
+    half = part * q.step
+    for e in range(size.rows):
+        i, first, last = e * LANES, q.row_begin[e], q.row_begin[e + 1]
+        a, o = q.answer[e], (6 * e + 2 + j) * LANES
+        value, b = q.row[first], q.row_at[first] * LANES
+        for lane in range(LANES):
+            s.f[lane] = value * s.v[b + lane]
+        for p in range(first + 1, last):
+            value, b = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.f[lane] += value * s.v[b + lane]
+        for lane in range(LANES):
+            new, old, u = s.f[lane], s.w[i + lane], s.u[i + lane]
+            sums.power[lane] += weight * (s.pull[i + lane] + a * (new - old)) * (part * (new + old))
+            s.w[i + lane] = new
+            d[o + lane] = q.step * new
+            s.seen_u[i + lane] = u + half * new
+            s.u[i + lane] = u + q.step * new
+
+
+@njit(**INLINE)
+def _work(size, q, j, given, s, weight, sums):
+    """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
+    share = typed(0.5, q.step) * weight
+    for r in range(size.sources):
+        b = (GROUP * r + j) * LANES
+        for p in range(q.source_begin[r], q.source_begin[r + 1]):
+            value, i = share * q.source[p], q.source_at[p] * LANES
+            for lane in range(LANES):
+                sums.works[r * LANES + lane] += value * given[b + lane] * s.v[i + lane]
+
+
+@njit(**INLINE)
+def _clearance(size, q, s):
+    """In how many lanes the end of the drift is not clear of every wall, with a margin for rounding."""
+    margin = typed(1e-6, q.step)
+    for w in range(size.walls):
+        i, place, side = q.wall_at[w] * LANES, q.place[w], q.side[w]
+        least = margin * abs(place)
+        for lane in range(LANES):
+            u = s.u[i + lane]
+            near = side * (u - place) - (least + margin * abs(u))
+            s.clear[lane] = near if w == 0 else lesser(s.clear[lane], near)
+    close = 0
+    for lane in range(LANES):  # a sum is vector code, a minimum with regard to NaN is not
+        close += 1 if s.clear[lane] <= q.zero else 0
+    return close
+
+
+@njit(**INLINE)
+def _see(size, s, sums):
+    """Add the observed displacements and elongations."""
+    for i in range(size.points * LANES):
+        seen = s.x0[i] + s.seen[i]
+        sums.x[i] += seen
+        sums.xx[i] += seen * seen
+    for i in range(size.gauged * LANES):
+        seen = s.seen_u[i]
+        sums.u[i] += seen
+        sums.uu[i] += seen * seen
+
+
+@njit(**INLINE)
+def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight):
+    """From the state at time 0 to the first kick."""
+    n = size.points
+    for i in range(n):
+        x[i], v[i] = start[path, i], start[path, n + i]
+        x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
+    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight)
+    put_in(size, q, s, d, -1, x, v, lane)
+    for i in range(n):
+        now_x[i * LANES + lane], now_v[i * LANES + lane] = x[i], v[i]
+
+
+@cached
+@njit(**ENTRY)
+def several(
+    size, q, exact, memories, sources, start,
+    first, blocks, steps, low, high, k0, k1, stream, record, every, stop, out,
+):  # fmt: skip
+    """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
+
+    ``q`` and ``exact`` are the numbers in the precision of the sweep and in double precision.  ``start`` has x and v at
+    time 0 of one path, or of each.  The other arguments are those of `springpot.simulation.kernel.block.block`; written
+    are ``record``, (paths, points in time, masses, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of the
+    masses; of u and u^2 of the gauged elongations; of the power of linear dampers and memory, and of the works of
+    sources and nonlinear dampers; HITS sums of each wall and contact; energies at the ends of the window; x and v at
+    the end; twice the limits on events.
+    """
+    n, zero = size.points, q.zero
+    z, h, d = _modes(zero), _by_step(zero), _increments(zero)
+    g, given = _normals(zero), _given(zero)
+    now_x, now_v = _of_points(0.0), _of_points(0.0)
+    s = _Lanes(
+        _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero),
+        _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _lane(zero), _of_rows(zero),
+        _of_points(zero), _lane(zero), _lane(zero),
+    )  # fmt: skip
+    terms = _Sums(
+        _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _lane(zero),
+        _of_sources(zero),
+    )  # fmt: skip
+    sums = _Sums(
+        _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0), _of_sources(0.0)
+    )
+    hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
+    energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
+    x, v = _few(0.0), _few(0.0)
+    forcing = Forcing(terms.works, terms.works, given, _states(zero), _four(zero), g)
+    one = typed(1.0, zero)
+    for number in range(blocks):
+        path_0 = first + number * LANES
+        _clear(size, sums, 0.0)
+        _set(hits, HITS * (size.walls + size.contacts), 0.0)
+        _set(limits, 2, 0.0)
+        _set(z, size.modes, zero)
+        _set(h, GROUP * size.rows, zero)
+        _set(d, (GROUP + 2) * size.rows, zero)
+        for lane in range(LANES):
+            path = (number * LANES + lane) % start.shape[0]
+            _begin(
+                size, exact, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, 1.0 if low == 0 < high else 0.0
+            )
+            for i in range(n):
+                x[i], v[i] = start[path, i], start[path, n + i]
+            energy_first[lane] = energy_last[lane] = energy_of(size, exact, x, v)
+        _set(x_end, n, np.nan)
+        _set(v_end, n, np.nan)
+        _wake_sources(size, sources, path_0, stream, k0, k1, forcing)
+        for t in range(0, steps, GROUP):
+            if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
+                return
+            for r in range(size.noises):
+                draw(t // GROUP, path_0, stream, r, k0, k1, _beyond(g, r * GROUP * LANES))
+            _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
+            for i in range(n * LANES):
+                s.x0[i], s.v[i] = now_x[i], now_v[i]
+                s.moved[i] = s.gained[i] = zero
+            for e in range(size.rows):
+                _along(exact, e, now_x, total, _beyond(s.u, e * LANES))
+                _along(exact, e, now_v, total, _beyond(s.w, e * LANES))
+            _clear(size, terms, zero)
+            for j in range(GROUP):
+                step = t + j
+                within, next_within = low <= step < high, low <= step + 1 < high
+                marked = step == low - 1 or step == high - 1 or step == steps - 1
+                shown = marked or record.shape[0] > 0
+                weight = one if within else zero
+                damp_before(size, q, s, hits, forcing, weight, no())
+                _gather(size, q, j, g, given, s)
+                _work(size, q, j, given, s, weight, terms)
+                _pull(size, q, memories, j, h, d, s)
+                press(size, q, s, hits, f64(weight))
+                _kick(size, q, s, weight, terms)
+                _work(size, q, j, given, s, weight, terms)
+                _stretch(size, q, s, d, j, weight, terms)
+                damp_later(size, q, s, d, j, hits, forcing, weight, yes())
+                if shown:
+                    for i in range(n * LANES):
+                        s.seen_v[i] = s.v[i]
+                if size.walls > 0 and _clearance(size, q, s) > 0:
+                    for lane in range(LANES):
+                        if s.clear[lane] <= zero:
+                            repair(
+                                size, exact, now_x, now_v, s, d, j, hits, limits, x, v, lane,
+                                1.0 if within else 0.0, 1.0 if next_within else 0.0,
+                            )  # fmt: skip
+                touch(size, q, s, d, j, hits, f64(weight))
+                if within:
+                    _see(size, s, terms)
+                if marked:
+                    for lane in range(LANES):
+                        for i in range(n):
+                            x[i] = now_x[i * LANES + lane] + f64(s.seen[i * LANES + lane])
+                            v[i] = s.seen_v[i * LANES + lane]
+                            x_end[i * LANES + lane], v_end[i * LANES + lane] = x[i], v[i]
+                        energy = energy_of(size, exact, x, v)
+                        energy_first[lane] = energy if step == low - 1 else energy_first[lane]
+                        energy_last[lane] = energy if step == high - 1 else energy_last[lane]
+                if record.shape[0] > 0 and step < steps and (step + 1) % every == 0:
+                    for lane in range(record.shape[0]):
+                        for i in range(n):
+                            record[lane, (step + 1) // every, i, 0] = now_x[i * LANES + lane] + f64(
+                                s.seen[i * LANES + lane]
+                            )
+                            record[lane, (step + 1) // every, i, 1] = s.seen_v[i * LANES + lane]
+            for i in range(n * LANES):
+                now_x[i] += s.moved[i]
+            for i in range(n * LANES):
+                now_v[i] += s.gained[i]
+            for e in range(size.rows):
+                if memories.count[e] > 0:
+                    _remember(
+                        z, memories.begin[e] * LANES, d, 6 * e * LANES, h, GROUP * e * LANES, memories.count[e],
+                        memories.powers, memories.weights, memories.table[e],
+                    )  # fmt: skip
+                for i in range(6 * e * LANES, (6 * e + 2) * LANES):
+                    d[i] = d[i + GROUP * LANES]
+            if low < t + GROUP and t < high:
+                _add(sums.x, terms.x, n)
+                _add(sums.xx, terms.xx, n)
+                _add(sums.vv, terms.vv, n)
+                _add(sums.u, terms.u, size.gauged)
+                _add(sums.uu, terms.uu, size.gauged)
+                _add(sums.power, terms.power, 1)
+                _add(sums.works, terms.works, size.sources + size.dampers)
+        for lane in range(LANES):
+            row, column = number * LANES + lane, 0
+            column = _write(out, row, column, sums.x, n, lane)
+            column = _write(out, row, column, sums.xx, n, lane)
+            column = _write(out, row, column, sums.vv, n, lane)
+            column = _write(out, row, column, sums.u, size.gauged, lane)
+            column = _write(out, row, column, sums.uu, size.gauged, lane)
+            column = _write(out, row, column, sums.power, 1, lane)
+            column = _write(out, row, column, sums.works, size.sources + size.dampers, lane)
+            column = _write(out, row, column, hits, HITS * (size.walls + size.contacts), lane)
+            column = _write(out, row, column, energy_first, 1, lane)
+            column = _write(out, row, column, energy_last, 1, lane)
+            column = _write(out, row, column, x_end, n, lane)
+            column = _write(out, row, column, v_end, n, lane)
+            column = _write(out, row, column, limits, 2, lane)
+
+
+@njit(**INLINE)
+def _write(out, row, column, array, count, lane):
+    for i in range(count):
+        out[row, column + i] = array[i * LANES + lane]
+    return column + count

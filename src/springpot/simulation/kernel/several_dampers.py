@@ -1,0 +1,132 @@
+"""Nonlinear dampers and soft contacts between several masses.
+
+A damper is followed alone for half a step before and half a step after the kick, as with one mass, by the same laws: of
+its elongation and the reduced mass along its row.  Several are followed one after another, and after the kick in
+reverse.  The elastic force of a contact is in the kick, its dissipation is a damper.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from numba import njit
+
+from springpot.simulation.kernel.forces import CoulombDamper, PowerDamper, VanDerPolDamper
+from springpot.simulation.kernel.lanes import INLINE, LANES, f64, typed
+from springpot.simulation.kernel.questions import answers, damp
+from springpot.simulation.kernel.several_impacts import HITS
+from springpot.simulation.kernel.soft_contacts import force_of_contact
+
+__all__ = ["CONTACT", "COULOMB", "POWERS", "VAN_DER_POL", "damp_before", "damp_later", "press", "touch"]
+
+COULOMB, POWERS, VAN_DER_POL, CONTACT = 0, 1, 2, 3  # kinds of dampers
+
+
+class ContactDamper(NamedTuple):
+    """The dissipation k d^p chi d' of a contact for half a step, at the depth of the kick."""
+
+    rate: float  # impulse of its elastic force in half a step times chi, over the reduced mass
+
+
+@answers(damp, ContactDamper)
+def _damp_contact(force, slot, n, x, v, forcing, lane, weight, after):
+    half = typed(0.5, v) * force.rate
+    change = -v * force.rate / (typed(1.0, v) + half)
+    forcing.works[slot * LANES + lane] += weight * change * (v + typed(0.5, v) * change)
+    return change
+
+
+@njit(**INLINE)
+def _change(size, q, k, u, w, forcing, lane, weight, after):
+    """The change of the elongation's velocity by damper k in half a step."""
+    a, b, slot = q.damper[3 * k], q.damper[3 * k + 1], size.sources + k
+    if q.damper_kind[k] == COULOMB:
+        return damp(CoulombDamper(a), slot, 0, u, w, forcing, lane, weight, after)
+    if q.damper_kind[k] == POWERS:
+        return damp(PowerDamper(a, b), slot, 0, u, w, forcing, lane, weight, after)
+    if q.damper_kind[k] == VAN_DER_POL:
+        return damp(VanDerPolDamper(a, b), slot, 0, u, w, forcing, lane, weight, after)
+    _, force = force_of_contact(q.contact, int(a), u, typed(0.5, u) * q.step)
+    return damp(ContactDamper(typed(force * b, w)), slot, 0, u, w, forcing, lane, weight, after)
+
+
+@njit(**INLINE)
+def damp_before(size, q, s, hits, forcing, weight, no):
+    """Half a step of all dampers before the kick."""
+    for k in range(size.dampers):
+        e = q.damper_at[k] * LANES
+        for lane in range(LANES):
+            s.f[lane] = _change(size, q, k, s.u[e + lane], s.w[e + lane], forcing, lane, weight, no)
+        _turn(size, q, s, hits, k, weight)
+
+
+@njit(**INLINE)
+def damp_later(size, q, s, d, j, hits, forcing, weight, yes):
+    """Half a step of all dampers after the kick; the drift, which is already taken, is with the new velocity."""
+    half = typed(0.5, q.step) * q.step
+    for k in range(size.dampers - 1, -1, -1):
+        e, at = q.damper_at[k] * LANES, (6 * q.damper_at[k] + 2 + j) * LANES
+        for lane in range(LANES):
+            u = s.u[e + lane] - d[at + lane]  # that of the kick
+            s.f[lane] = _change(size, q, k, u, s.w[e + lane], forcing, lane, weight, yes)
+        _turn(size, q, s, hits, k, weight)
+        for i in range(size.points):
+            share, at = q.turn[k * size.points + i], i * LANES
+            for lane in range(LANES):
+                s.seen[at + lane] += half * share * s.f[lane]
+                s.moved[at + lane] += q.step * share * s.f[lane]
+        for e in range(size.rows):
+            share, at, new = q.cross[k * size.rows + e], e * LANES, (6 * e + 2 + j) * LANES
+            for lane in range(LANES):
+                s.seen_u[at + lane] += half * share * s.f[lane]
+                s.u[at + lane] += q.step * share * s.f[lane]
+                d[new + lane] += q.step * share * s.f[lane]
+
+
+@njit(**INLINE)
+def _turn(size, q, s, hits, k, weight):
+    """Change all velocities by that of the elongation of damper k, which is in ``s.f``; add a contact's momentum."""
+    if q.damper_kind[k] == CONTACT:
+        c = int(q.damper[3 * k])
+        share, at = q.contact[5 * c + 1] * q.damper[3 * k + 2], (HITS * (size.walls + c) + 4) * LANES
+        for lane in range(LANES):
+            hits[at + lane] += f64(weight * share * s.f[lane])
+    for i in range(size.points):
+        share, at = q.turn[k * size.points + i], i * LANES
+        for lane in range(LANES):
+            s.v[at + lane] += share * s.f[lane]
+            s.gained[at + lane] += share * s.f[lane]
+    for e in range(size.rows):
+        share, at = q.cross[k * size.rows + e], e * LANES
+        for lane in range(LANES):
+            s.w[at + lane] += share * s.f[lane]
+
+
+@njit(**INLINE)
+def press(size, q, s, hits, weight):
+    """The elastic impulses of contacts on the masses."""
+    for c in range(size.contacts):
+        e, place = q.contact_at[c] * LANES, HITS * (size.walls + c) * LANES
+        for lane in range(LANES):
+            _, force = force_of_contact(q.contact, c, s.u[e + lane], q.step)
+            hits[place + 4 * LANES + lane] += weight * force
+            s.f[lane] = q.contact[5 * c + 1] * force
+        for p in range(q.row_begin[q.contact_at[c]], q.row_begin[q.contact_at[c] + 1]):
+            value, i = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.impulse[i + lane] += value * s.f[lane]
+
+
+@njit(**INLINE)
+def touch(size, q, s, d, j, hits, weight):
+    """Count the contacts that a drift begins."""
+    for c in range(size.contacts):
+        e, new = q.contact_at[c] * LANES, (6 * q.contact_at[c] + 2 + j) * LANES
+        at, place, away = HITS * (size.walls + c) * LANES, q.contact[5 * c], q.contact[5 * c + 1]
+        for lane in range(LANES):
+            u = s.u[e + lane]
+            if away * (u - place) < q.zero and away * (u - d[new + lane] - place) >= q.zero:
+                speed = abs(s.w[e + lane])
+                hits[at + lane] += weight
+                hits[at + LANES + lane] += weight * speed
+                hits[at + 2 * LANES + lane] += weight * speed * speed

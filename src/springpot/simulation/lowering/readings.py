@@ -1,0 +1,35 @@
+"""How results are read from the sums of the paths, where the kernel's sums have names of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["Reading"]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One result as a sum of columns over steps, time or other columns.
+
+    Attributes
+    ----------
+    name : str
+        Of the result.
+    above : dict
+        The columns of the sum, each with its factor.
+    over : {"steps", "time", "one"} or str
+        What it is divided by: the steps or the time of the window, nothing, or the column of that name (a ratio of two
+        means over all paths).
+    added : float
+        To the quotient.
+    power : int
+        Of the sum of each path.
+    """
+
+    name: str
+    above: Mapping[str, float]
+    over: Literal["steps", "time", "one"] | str = "steps"
+    added: float = 0.0
+    power: int = 1

@@ -1,0 +1,599 @@
+"""From the plan of a system of several masses to the arguments of its kernel, and from its sums to results.
+
+Each part is lowered as in a system of one mass (`springpot.simulation.lowering.parts.lower`), per unit of mass of the
+kernel, and what it adds goes to its row: parts between the same two ends share one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.faults import NotCoveredError
+from springpot.memory import ExponentialSum
+from springpot.problem.parts import (
+    Barrier,
+    ColoredNoise,
+    Constant,
+    Contact,
+    Dashpot,
+    FractionalMaxwell,
+    Friction,
+    Harmonic,
+    KanaiTajimiNoise,
+    Mass,
+    Maxwell,
+    PoissonImpulses,
+    PolynomialDashpot,
+    PolynomialSpring,
+    RecordedExcitation,
+    Spring,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Element
+from springpot.problem.parts.walls import Stop
+from springpot.simulation.kernel import forces, several_dampers, sources
+from springpot.simulation.kernel import several as kernel
+from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.memory import answer_of, memory_of
+from springpot.simulation.lowering.parts import Lowered, Named, lower, thermal_noise
+from springpot.simulation.lowering.readings import Reading
+from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
+from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
+
+__all__ = ["PartsOfSeveral", "compose_several"]
+
+Floats = npt.NDArray[np.float64]
+
+_COVERED = (
+    Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, KanaiTajimiNoise, Mass,
+    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, Spring, Springpot, ThermalNoise,
+    VanDerPol, WhiteNoise,
+)  # fmt: skip
+_OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
+
+
+@dataclass(frozen=True, eq=False)
+class PartsOfSeveral:
+    """The arguments of the kernel of several masses for one system and one step.
+
+    Attributes
+    ----------
+    size, sweep, exact, memories, sources
+        Of `springpot.simulation.kernel.several.several`.
+    start : Start
+        x and v at time 0, in the kernel's units: shape (1, 2 masses).
+    units : Units
+    unit_mass : float
+        The kernel's unit, in kg.
+    history : ExponentialSum
+        All modes of all elongations, without units.
+    expected_power : float
+        Mean input power of white noise, in W.
+    taken_at_once : float
+        What dampers and memory take of it within the kicks that bring it; the sums of a run do not have it.
+    named : tuple of Named
+        Sources and nonlinear dampers, in the order of their works.
+    moved : tuple of float
+        The mass in which the work of each is counted, in that of the kernel.
+    points, gauged, walls : tuple of str
+        Names in the columns.
+    law : BoltzmannOfSeveral or None
+        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
+    readings : tuple of Reading
+    struck : dict
+        The column with the impacts of each wall, by its name.
+    """
+
+    size: kernel.Size
+    sweep: kernel.Numbers
+    exact: kernel.Numbers
+    memories: kernel.Memories
+    sources: kernel.Sources
+    start: Start
+    units: Units
+    unit_mass: float
+    history: ExponentialSum
+    expected_power: float
+    taken_at_once: float
+    named: tuple[Named, ...]
+    moved: tuple[float, ...]
+    points: tuple[str, ...]
+    gauged: tuple[str, ...]
+    walls: tuple[str, ...]
+    law: BoltzmannOfSeveral | None = None
+    readings: tuple[Reading, ...] = ()
+    struck: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> dict[str, float]:
+        """The numbers of a row by name, each with the factor from the kernel's units."""
+        length, speed, time = self.units.length, self.units.speed, self.units.time
+        energy = self.unit_mass * speed**2
+        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed
+        return {
+            **{f"x of {point}": length for point in self.points},
+            **{f"x^2 of {point}": length**2 for point in self.points},
+            **{f"v^2 of {point}": speed**2 for point in self.points},
+            **{f"u of {row}": length for row in self.gauged},
+            **{f"u^2 of {row}": length**2 for row in self.gauged},
+            "power": energy / time,
+            **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
+            **{
+                f"{wall} {name}": factor
+                for wall in self.walls
+                for name, factor in zip(_OF_A_WALL, of_walls, strict=True)
+            },
+            "energy_first": energy,
+            "energy_last": energy,
+            **{f"x_end of {point}": length for point in self.points},
+            **{f"v_end of {point}": speed for point in self.points},
+            "collapses": 1.0,
+            "halts": 1.0,
+        }
+
+    @property
+    def shape_of_state(self) -> tuple[int, ...]:
+        """Of x and v at a time."""
+        return len(self.points), 2
+
+    def start_of_record(self, states: Floats) -> Floats:
+        """x and v at time 0 as the record has them."""
+        return states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+
+    @property
+    def mass(self) -> float:
+        """Energies of the columns are those of all masses."""
+        return 1.0
+
+    @property
+    def header(self) -> list[float]:
+        """There are no observers."""
+        return []
+
+    def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
+        """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
+        if self.law is None or settings.start != "stationary":
+            return self.start.states
+        drawn = []
+        for block in range(first // LANES, (first + paths) // LANES):  # each is the same whatever the others are
+            normals = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
+            drawn.append(np.hstack(self.law.drawn(normals, LANES)))
+        size = len(self.points)
+        return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
+
+    @property
+    def frequency(self) -> float:
+        """Of a spring that is followed exactly: there is none."""
+        return math.nan
+
+    @property
+    def wall_position(self) -> float:
+        """Of a single wall, for observers."""
+        return math.nan
+
+    @property
+    def wall(self) -> None:
+        """The walls are rigid and have sums of their own."""
+        return None
+
+    def kernel(self) -> Callable[..., None]:
+        """The kernel, with all arguments that are the same for all blocks."""
+
+        def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
+            k0, k1, stream, halved, observers, record, stop, rows = given
+            if halved or observers.on_steps.size:
+                raise NotCoveredError("observers and levels of several masses are not there yet.")
+            low, high = settings.window_steps
+            kernel.several(
+                self.size, self.sweep, self.exact, self.memories, self.sources, states,
+                first, blocks, settings.steps, low, high, k0, k1, stream, record, settings.record_every, stop, rows,
+            )  # fmt: skip
+
+        return advance
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """A row of numbers, and what lies on it."""
+
+    row: Floats
+    total: Lowered = field(default_factory=Lowered)
+
+
+def compose_several(plan: Plan) -> PartsOfSeveral:
+    """The arguments of the kernel.
+
+    Raises
+    ------
+    NotCoveredError
+        If a part of the system cannot be simulated yet.
+    ValueError
+        If the system has more of something than the kernel holds.
+    """
+    system, settings, scheme = plan.system, plan.settings, plan.settings.numerical_scheme
+    coordinates = system.coordinates
+    _check_covered(plan)
+    units, unit_mass = _units(plan)
+    step = settings.step / units.time
+    masses = coordinates.masses / unit_mass
+    rows = _rows(plan, units, unit_mass, step)
+    place_of = {name: n for n, (_, names) in enumerate(rows) for name in names}
+    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, len(masses))
+    answers = np.array([answer_of(total, step) for total in totals])
+    mass = np.diag(masses)
+    solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
+    memories, near, history = _memories(totals, scheme, step, settings)
+    noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g)
+    walls = [(name, wall) for total in totals for name, wall in total.barriers]
+    at = np.array([place_of[name] for name, _ in walls], np.int64)
+    jump, reduced = _jumps(g[at], masses)
+    touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
+    dampers = [*_dampers(totals, g, masses, [(n, name, contact) for n, name, contact in touched])]
+    turned = np.array([each.row for each in dampers], np.int64)
+    turn, _ = _jumps(g[turned], masses)
+    springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
+    wide = np.zeros((len(masses), (len(masses) + 3) // 4 * 4))
+    wide[:, : len(masses)] = solve
+    row_begin, row_at, row = _sparse(g)
+    noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
+    source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, len(masses)))
+    inward = np.array([1.0 if wall.side == "above" else -1.0 for _, wall in walls])
+    numbers = (
+        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
+        np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
+        near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
+        np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
+        reduced, mass.ravel(),
+        turned, np.array([each.kind for each in dampers], np.int64),
+        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
+        np.array([n for n, _, _ in touched], np.int64),
+        np.array([_numbers_of(contact) for _, _, contact in touched], float).ravel(),
+    )  # fmt: skip
+
+    def of(kind: Any) -> kernel.Numbers:
+        return kernel.Numbers(kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers))
+
+    kind = np.dtype(_precision(plan, noises, given)).type
+    fed = 0.5 * float(np.trace(noises @ np.diag(1.0 / masses) @ noises.T)) if len(noises) else 0.0
+    left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
+    power = unit_mass * units.speed**2 / units.time
+    x0, v0 = start_of(plan)
+    names = *(name for name, _ in walls), *(name for _, name, _ in touched)
+    whole = PartsOfSeveral(
+        size=kernel.Size(
+            len(masses),
+            len(rows),
+            len(rows),
+            len(walls),
+            len(noises),
+            len(given),
+            len(dampers),
+            len(touched),
+            int(memories.count.sum()),
+        ),
+        sweep=of(kind),
+        exact=of(np.float64),
+        memories=replace_arrays(memories, kind),
+        sources=_sources(given, kind),
+        start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
+        units=units,
+        unit_mass=unit_mass,
+        history=history,
+        expected_power=power * fed,
+        taken_at_once=power * (fed - left),
+        law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
+        named=(*(each.named for each in given), *(each.named for each in dampers)),
+        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers)),
+        points=coordinates.points,
+        gauged=tuple(f"row {n}" for n in range(len(rows))),
+        walls=names,
+        struck={name: f"{name} impacts" for name in names},
+    )
+    _check_sizes(whole)
+    drawn = np.vstack([math.sqrt(step) * noises, *(_drawn(each.law) * each.row for each in given)])
+    lacking = 0.25 * units.speed**2 * ((solve @ drawn.T) ** 2).sum(axis=1)
+    return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
+
+
+def replace_arrays(parts: Any, kind: Any) -> Any:
+    """The same with floating-point arrays of another precision."""
+    return parts._make(part if part.dtype.kind == "i" else part.astype(kind) for part in parts)
+
+
+def _check_covered(plan: Plan) -> None:
+    for name, part in plan.system.named():
+        if not isinstance(part, _COVERED):
+            raise NotCoveredError(
+                f"{name} cannot be simulated in a system of several masses yet: {part.said} has no law for them."
+            )
+        if isinstance(part, Barrier) and callable(part.restitution):
+            raise NotCoveredError(
+                f"{name} has a restitution that depends on the speed, which several masses do not have yet: give a "
+                "number."
+            )
+
+
+def _check_sizes(parts: PartsOfSeveral) -> None:
+    size = parts.size
+    for what, count, most in (
+        ("masses", size.points, kernel.MOST_POINTS), ("pairs of ends", size.rows, kernel.MOST_ROWS),
+        ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
+        ("sources of white noise", size.noises, kernel.MOST_NOISES),
+        ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
+        ("nonlinear dampers", size.dampers, kernel.MOST_DAMPERS), ("memory modes", size.modes, kernel.MOST_MODES),
+        ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
+    ):  # fmt: skip
+        if count > most:
+            raise ValueError(f"the system has {count} {what}, but the kernel of several masses holds at most {most}.")
+
+
+def _units(plan: Plan) -> tuple[Units, float]:
+    """Powers of two near the largest length, the shortest time and the usual mass of the motion."""
+    scales, (x0, v0) = plan.motion.scales, start_of(plan)
+    walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
+    longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
+    masses = plan.system.coordinates.masses
+    units = Units(
+        2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0, 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0
+    )
+    return units, 2.0 ** round(float(np.log2(masses).mean()))
+
+
+def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[tuple[_Row, list[str]]]:
+    """The rows, each with all that lies on it, and the names of its parts."""
+    found: dict[tuple[float, ...], tuple[_Row, list[str]]] = {}
+    elongations = plan.system.coordinates.elongations
+    for name, part in plan.system.named():
+        if not isinstance(part, Element):
+            continue
+        row, names = found.setdefault(tuple(elongations[name]), (_Row(elongations[name]), []))
+        more = lower(part.per_mass(unit_mass), name, units, step)
+        found[tuple(elongations[name])] = _Row(row.row, row.total + more), [*names, name]
+    return [*found.values()]
+
+
+def _kind_of(springs: Floats) -> int:
+    return NINTH if springs[4:].any() else CUBIC if springs.any() else 0
+
+
+def _jumps(g: Floats, masses: Floats) -> tuple[Floats, Floats]:
+    """Changes of the velocities per unit of change of each wall's, and the reduced masses."""
+    reduced = 1.0 / (g**2 / masses).sum(axis=1)
+    return reduced[:, None] * g / masses, reduced
+
+
+def start_of(plan: Plan) -> tuple[Floats, Floats]:
+    """x(0) and x'(0) in the order of the points, in m and m/s."""
+    size = len(plan.system.points)
+    if plan.settings.start == "stationary":  # drawn
+        return np.zeros(size), np.zeros(size)
+    both = plan.settings.initial_position, plan.settings.initial_velocity
+    x0, v0 = (np.array([given[point] for point in plan.system.points]) for given in both)  # type: ignore[index]
+    return x0, v0
+
+
+def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
+    begin = np.concatenate([[0], np.cumsum((rows != 0.0).sum(axis=1))]).astype(np.int64)
+    return begin, np.nonzero(rows)[1].astype(np.int64), rows[rows != 0.0]
+
+
+def _memories(
+    totals: Sequence[Lowered], scheme: Any, step: float, settings: Settings
+) -> tuple[kernel.Memories, Floats, ExponentialSum]:
+    """The modes of each row; the weights of the newest increments in each step of a group; and all modes together."""
+    tables: dict[Any, tuple[int, Any, ExponentialSum]] = {}
+    begin, count, table = (np.zeros(len(totals), np.int64) for _ in range(3))
+    near = np.zeros((len(totals), GROUP, 5))
+    powers, weights, modes, histories = list[Any]([np.zeros(0)]), list[Any]([np.zeros(0)]), 0, []
+    for e, total in enumerate(totals):
+        key = total.springpots, total.arms
+        if key not in tables:
+            own, history = memory_of(*key, scheme, step, settings)
+            tables[key] = sum(part.size for part in powers), own, history
+            powers.append(own.powers)
+            weights.append(own.weights)
+        table[e], own, history = tables[key]
+        begin[e], count[e] = modes, own.powers.size // 4
+        modes += int(count[e])
+        histories.append(history)
+        new, old, r1, r2, r3 = (float(number) for number in own[2:])
+        near[e] = [[old, new, 0, 0, 0], [0, r1, new, 0, 0], [0, r2, r1, new, 0], [0, r3, r2, r1, new]]
+    together = ExponentialSum(
+        np.concatenate([np.zeros(0), *(history.rates for history in histories)]),
+        np.concatenate([np.zeros(0), *(history.weights for history in histories)]),
+        max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
+    )  # fmt: skip
+    return kernel.Memories(begin, count, table, np.concatenate(powers), np.concatenate(weights)), near, together
+
+
+@dataclass(frozen=True, eq=False)
+class _Damper:
+    """A nonlinear damper, or the dissipation of a contact.
+
+    Attributes
+    ----------
+    named : Named
+    row, kind : int
+        The number of its elongation, and the kind of its law.
+    numbers : tuple of float
+        As the kernel has them.
+    """
+
+    named: Named
+    row: int
+    kind: int
+    numbers: tuple[float, float, float]
+
+
+def _dampers(
+    totals: Sequence[Lowered], g: Floats, masses: Floats, touched: Sequence[tuple[int, str, Contact]]
+) -> Iterator[_Damper]:
+    _, reduced = _jumps(g, masses)
+    for n, total in enumerate(totals):
+        mass = float(reduced[n])
+        for named in total.forces:
+            match law := named.make(0, 0, 1):
+                case forces.CoulombDamper():
+                    yield _Damper(named, n, several_dampers.COULOMB, (law.impulse / mass, 0.0, mass))
+                case forces.PowerDamper():
+                    yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
+                case forces.VanDerPolDamper():
+                    yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+    for c, (n, name, contact) in enumerate(touched):
+        if contact.dissipation > 0.0:
+            mass = float(reduced[n])
+            named = Named(name, lambda word, place, parts: None, 0, "nothing")
+            yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
+
+
+def _numbers_of(contact: Contact) -> tuple[float, ...]:
+    away = 1.0 if contact.side == "above" else -1.0
+    return contact.position, away, contact.stiffness, contact.exponent, contact.dissipation
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """A source of excitation: its law in the kernel, its name, and the row on which it acts."""
+
+    named: Named
+    law: Any
+    row: Floats
+
+
+def _excitation(
+    plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats
+) -> tuple[Floats, list[_Given], Floats]:
+    """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
+    white, given, constant = [], list[tuple[Named, Floats]](), np.zeros(g.shape[1])
+    for name, part in plan.system.named():
+        if not isinstance(part, Excitation) or isinstance(part, ThermalNoise):
+            continue
+        row = plan.system.coordinates.forces[name]
+        row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
+        more = lower(part.per_mass(1.0 if part.of_ground else unit_mass), name, units, step)
+        if more.white > 0.0:
+            white.append(math.sqrt(more.white) * row)
+        constant -= sum(more.springs[:1]) * row
+        given += [(replace(named, does="feeds"), row) for named in more.forces]
+    for thermal in plan.system.of(ThermalNoise):
+        warm = lower(thermal.per_mass(unit_mass), "", units, step).temperature
+        name = plan.system.name_of(thermal)
+        for total, row in zip(totals, g, strict=True):
+            dashpots = sum(c for order, c in total.springpots if order == 1.0)
+            if len(total.springpots) > sum(order == 1.0 for order, _ in total.springpots) or total.arms:
+                noise = thermal_noise(name, replace(total, temperature=warm), step, plan.settings.steps, 1)
+                given.append((noise, row))
+            elif dashpots > 0.0:
+                white.append(math.sqrt(2.0 * warm * dashpots) * row)
+    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given)], constant
+
+
+def _drawn(law: Any) -> float:
+    """Standard deviation of what a source draws anew for the impulse of each step."""
+    if isinstance(law, sources.Poisson):
+        return law.size * math.sqrt(law.rate)
+    return float(law.newest[0]) if isinstance(law, sources.Filtered) else 0.0
+
+
+def _placed(given: Sequence[tuple[Named, Floats]]) -> Iterator[_Given]:
+    """Each source with its own counter words and its place among the states; those of one part are numbered."""
+    word, place, count = kernel.MOST_NOISES, 0, dict[str, int]()
+    for named, row in given:
+        count[named.name] = count.get(named.name, 0) + 1
+        own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
+        yield _Given(own, named.make(word, place, 1), row)
+        word, place = word + sources.WORDS, place + named.states
+
+
+def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
+    kinds = {
+        sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
+        sources.Poisson: kernel.POISSON,
+    }  # fmt: skip
+    laws = [each.law for each in given]
+    filters = [law if isinstance(law, sources.Filtered) else None for law in laws]
+    pairs = [np.zeros((0, 20)) if law is None else law.pairs for law in filters]
+    starts = [np.zeros((0, 0)) if law is None else law.start for law in filters]
+    tables = [law.impulses if isinstance(law, sources.Table) else np.zeros(0) for law in laws]
+    wide = max((start.shape[1] for start in starts), default=0)
+    starts = [np.pad(start, ((0, 0), (0, wide - start.shape[1]))) for start in starts]
+    newest = [np.zeros(4) if law is None else law.newest for law in filters]
+    waves = [tuple(law[2:]) if isinstance(law, sources.Harmonic | sources.Poisson) else (0.0, 0.0) for law in laws]
+
+    def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
+        return np.array(numbers, np.int64)
+
+    def begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
+        return whole([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)])
+
+    return kernel.Sources(
+        whole([kinds[type(law)] for law in laws]),
+        whole([getattr(law, "word", 0) for law in laws]),
+        whole([getattr(law, "place", 0) for law in laws]),
+        begins(pairs),
+        np.concatenate([np.zeros((0, 20)), *pairs]).astype(kind),
+        np.array(newest, float).ravel().astype(kind),
+        begins(starts),
+        np.concatenate([np.zeros((0, wide)), *starts]).astype(kind),
+        np.array(waves, float).ravel(),
+        begins(tables),
+        np.concatenate([np.zeros(0), *tables]).astype(kind),
+    )
+
+
+def _precision(plan: Plan, noises: Floats, given: Sequence[_Given]) -> str:
+    """Of the sweep: double without noise, since one path is the answer then, and its last digits may be wanted."""
+    is_random = len(noises) > 0 or any(isinstance(each.law, sources.Filtered | sources.Poisson) for each in given)
+    single = is_random and plan.settings.precision == "float32" and plan.settings.memory_tolerance >= SINGLE_PRECISION
+    return "float32" if single else "float64"
+
+
+def _readings(
+    plan: Plan, parts: PartsOfSeveral, lacking: Floats, place_of: Mapping[str, int], g: Floats
+) -> Iterator[Reading]:
+    """Every result but the balance of energy.
+
+    ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
+    quarter of what the noise brings in it.
+    """
+    system = plan.system
+    for point, lack in zip(parts.points, lacking, strict=True):
+        yield Reading(f"{point}_x_mean", {f"x of {point}": 1.0})
+        yield Reading(f"{point}_x_mean_square", {f"x^2 of {point}": 1.0})
+        yield Reading(f"{point}_v_mean_square", {f"v^2 of {point}": 1.0}, added=float(lack))
+    for name, part in system.named():
+        if isinstance(part, Element):
+            row = parts.gauged[place_of[name]]
+            yield Reading(f"{name}_elongation_mean", {f"u of {row}": 1.0})
+            yield Reading(f"{name}_elongation_mean_square", {f"u^2 of {row}": 1.0})
+    for name, part in system.named():
+        if isinstance(part, Stop):
+            yield Reading(f"{name}_impact_rate", {f"{name} impacts": 1.0}, "time")
+            yield Reading(f"{name}_impact_speed_mean", {f"{name} speeds": 1.0}, f"{name} impacts")
+            yield Reading(f"{name}_impact_speed_mean_square", {f"{name} squares": 1.0}, f"{name} impacts")
+            lost = {f"work of {name}": -1.0} if f"work of {name}" in parts.columns else {f"{name} loss": 1.0}
+            yield Reading(f"{name}_power", lost, "time")
+            yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
+    for name, part in system.named():
+        if isinstance(part, Friction | PolynomialDashpot | VanDerPol) and f"work of {name}" in parts.columns:
+            yield Reading(f"{name}_power", {f"work of {name}": -1.0}, "time")
+    if any(part.dissipates and "damping" in part.powers for part in system.parts):
+        yield Reading("damping_power", {"power": 1.0}, added=parts.taken_at_once)
+    for point in parts.points:
+        yield Reading(f"{point}_x_mean_end", {f"x_end of {point}": 1.0}, "one")
+        yield Reading(f"{point}_x_mean_square_end", {f"x_end of {point}": 1.0}, "one", power=2)
+        yield Reading(f"{point}_v_mean_square_end", {f"v_end of {point}": 1.0}, "one", power=2)

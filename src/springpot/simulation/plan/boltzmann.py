@@ -1,0 +1,120 @@
+"""Boltzmann's law of several masses, from which a thermal run starts.
+
+Displacements are drawn from the normal law of the linear springs, and kept with the probability that the other springs,
+contacts and walls leave; what is kept has Boltzmann's law.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.problem.parts import Barrier, Contact, ThermalNoise
+from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Element
+from springpot.problem.system import System
+
+__all__ = ["BoltzmannOfSeveral", "boltzmann_of_several"]
+
+Floats = npt.NDArray[np.float64]
+
+_TRIED, _LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
+_HELD = 1e-10  # least eigenvalue of the stiffness over the largest
+
+
+@dataclass(frozen=True, eq=False)
+class BoltzmannOfSeveral:
+    """The law.
+
+    Attributes
+    ----------
+    temperature : float
+    root : ndarray, shape (points, points)
+        Displacements of the linear springs' law per normal.
+    speeds : ndarray, shape (points,)
+        Standard deviations of the velocities.
+    others : tuple
+        Rows, with what lies on them beside linear springs.
+    """
+
+    temperature: float
+    root: Floats
+    speeds: Floats
+    others: tuple[tuple[Floats, Any], ...]
+
+    def kept(self, x: Floats) -> Floats:
+        """The probability with which each of some displacements is kept."""
+        energy = np.zeros(len(x))
+        for row, part in self.others:
+            u = x @ row
+            if isinstance(part, Barrier):
+                energy[part.inwards * (u - part.position) < 0.0] = math.inf
+            elif isinstance(part, Contact):
+                depth = np.maximum(part.inwards * (part.position - u), 0.0)
+                energy += part.stiffness * depth ** (part.exponent + 1.0) / (part.exponent + 1.0)
+            else:
+                force = np.array([0.0, 0.0, *part.force_coefficients()[2:]])
+                energy += np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyint(force))
+        return np.exp(-energy / self.temperature)
+
+    def drawn(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
+        """x and v of some paths."""
+        x, missing = np.zeros((count, len(self.speeds))), np.ones(count, bool)
+        while missing.any():
+            tried = normals.standard_normal(x.shape) @ self.root.T
+            found = missing & (normals.random(count) < self.kept(tried))
+            x[found], missing = tried[found], missing & ~found
+        return x, self.speeds * normals.standard_normal(x.shape)
+
+
+def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
+    """The law; None where there is none, or it cannot be drawn so.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> pair = System(
+    ...     Mass(1.0, at="a"), Mass(0.5, at="b"), Spring(2.0, between=("ground", "a")), Spring(1.0, between=("a", "b")),
+    ...     ThermalNoise(0.6),
+    ... )
+    >>> boltzmann_of_several(pair).speeds.round(4).tolist()
+    [0.7746, 1.0954]
+    """
+    thermal = system.of(ThermalNoise)
+    driven = any(isinstance(part, Excitation) and not isinstance(part, ThermalNoise) for part in system.parts)
+    lossy = any(part.dissipates for part in system.of(Barrier, Contact))
+    if not thermal or driven or lossy or not thermal[0].temperature > 0.0:
+        return None
+    coordinates = system.coordinates
+    elements = [(coordinates.elongations[name], part) for name, part in system.named() if isinstance(part, Element)]
+    size = len(system.points)
+    stiffness = sum(
+        (
+            float(part.linear_stiffness + part.modulus(0.0) * part.remembers) * np.outer(row, row)
+            for row, part in elements
+        ),
+        np.zeros((size, size)),
+    )
+    values, shapes = np.linalg.eigh(stiffness)
+    others = tuple((row, part) for row, part in elements if isinstance(part, Barrier | Contact) or _is_bent(part))
+    rises = all(isinstance(part, Barrier | Contact) or _rises(part) for _, part in others)
+    if not values[0] > _HELD * values[-1] or not rises:
+        return None
+    theta = thermal[0].temperature
+    law = BoltzmannOfSeveral(theta, shapes * np.sqrt(theta / values), np.sqrt(theta / coordinates.masses), others)
+    tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
+    return law if law.kept(tried).mean() > _LEAST_KEPT else None
+
+
+def _is_bent(part: Any) -> bool:
+    return any(part.force_coefficients()[2:])
+
+
+def _rises(part: Any) -> bool:
+    """Whether the energy of its nonlinear part is nowhere negative."""
+    force = part.force_coefficients()
+    return not any(force[2::2]) and all(k >= 0.0 for k in force[3::2])

@@ -1,0 +1,553 @@
+"""What is known of a motion of several masses before it is simulated.
+
+The modes of the linear springs, with the stiffness of what has memory at each mode's own frequency, give the rates and
+times; nonlinear springs count with their mean stiffness at the size of the motion, which is guessed from a balance of
+energy in each mode.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import listed, meant, shown
+from springpot.problem.parts import (
+    Barrier,
+    ColoredNoise,
+    Constant,
+    Contact,
+    Dashpot,
+    Friction,
+    Harmonic,
+    KanaiTajimiNoise,
+    PoissonImpulses,
+    PolynomialDashpot,
+    RecordedExcitation,
+    Springpot,
+    ThermalNoise,
+    VanDerPol,
+    WhiteNoise,
+)
+from springpot.problem.parts.registration import Element
+from springpot.problem.parts.walls import Stop, slow_restitution
+from springpot.problem.system import System
+from springpot.simulation.plan.boltzmann import boltzmann_of_several
+from springpot.simulation.plan.motion import Motion, StruckWalls
+from springpot.simulation.plan.options import Scheme, SchemeOfRun
+from springpot.simulation.plan.scales import Scales
+from springpot.theory.mckean import COLLAPSE_BELOW
+
+__all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
+
+Floats = npt.NDArray[np.float64]
+
+_ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, and of the size of the motion
+_FAR = 3.0  # standard deviations at which a spring is taken for its fastest motion
+_RIGID = 1e-9  # of the largest frequency: a motion that stretches no spring
+_UNDAMPED = 1e-12  # of the frequency
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Free motions of the masses.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (modes,)
+        In rad/s, rising; 0 of a motion that stretches no spring.
+    rate : ndarray, shape (modes,)
+        At which each loses its energy, in 1/s.
+    shapes : ndarray, shape (points, modes)
+        Columns of unit modal mass.
+    temperature : ndarray, shape (modes,)
+        Mean modal energy by a balance of what excitation feeds in and dampers take out, in J; of a mode that nothing
+        damps, or that nothing moves, that of all together.
+    excited : bool
+        Whether anything feeds energy in.
+    """
+
+    frequency: Floats
+    rate: Floats
+    shapes: Floats
+    temperature: Floats
+    excited: bool
+
+    def speed(self, row: Floats) -> float:
+        """Standard deviation of an elongation's velocity, about."""
+        return math.sqrt(float(((row @ self.shapes) ** 2 * self.temperature).sum()))
+
+    def spread(self, row: Floats) -> float:
+        """Standard deviation of an elongation, about; modes that stretch no spring do not count."""
+        held = self.frequency > _RIGID * max(float(self.frequency.max()), 1e-300)
+        squares = (row @ self.shapes[:, held]) ** 2 * self.temperature[held] / self.frequency[held] ** 2
+        return math.sqrt(float(squares.sum()))
+
+
+def modes_of(system: System) -> Modes:
+    """The modes of a system at the guessed size of its motion.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring, WhiteNoise
+    >>> pair = System(
+    ...     Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("ground", "a")), Spring(1.0, between=("a", "b")),
+    ...     WhiteNoise(1.0, on="b"), Dashpot(0.1, between=("ground", "a")),
+    ... )
+    >>> modes_of(pair).frequency.round(6).tolist()
+    [0.618034, 1.618034]
+    """
+    found = _modes(system, {})
+    if any(_is_bent(part) or _is_rough(part) for part in system.of(Element)):
+        for _ in range(_ROUNDS_OF_SIZE):
+            found = _modes(system, _means(system, found))
+    return found
+
+
+def _is_bent(part: Any) -> bool:
+    return any(part.force_coefficients()[2:])
+
+
+def _stiffness_at(part: Any, spread: float) -> float:
+    """E[k1 + 2 k2 u + 3 k3 u^2 + ...] for a normal u of mean 0."""
+    whole, moment = 0.0, 1.0
+    for n, k in enumerate(part.force_coefficients()):
+        if n % 2 == 1:
+            whole += n * k * moment
+            moment *= n * spread**2
+    return whole
+
+
+def _is_rough(part: Any) -> bool:
+    return isinstance(part, Friction | VanDerPol) or (isinstance(part, PolynomialDashpot) and not part.is_linear)
+
+
+def _damping_at(part: Any, spread: float, speed: float) -> float:
+    """Power over the mean square velocity, for a normal one, of what a damper does beside its linear part."""
+    match part:
+        case Friction():
+            return math.sqrt(2.0 / math.pi) * part.force / max(speed, 1e-300)
+        case VanDerPol():
+            return float(part.coefficient * (spread**2 - part.length**2))
+        case PolynomialDashpot():
+            _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+            return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
+    return 0.0
+
+
+def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
+    """What nonlinear parts add to the mean stiffness and damping at the size of a motion."""
+    found = {}
+    for name, part in system.named():
+        if isinstance(part, Element) and (_is_bent(part) or _is_rough(part)):
+            row = system.coordinates.elongations[name]
+            spread, speed = modes.spread(row), modes.speed(row)
+            found[name] = _stiffness_at(part, spread) - part.linear_stiffness, _damping_at(part, spread, speed)
+    return found
+
+
+def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
+    """The modes, with more stiffness and damping of some parts."""
+    coordinates = system.coordinates
+    root = 1.0 / np.sqrt(coordinates.masses)
+    rows = [
+        (name, part, coordinates.elongations[name] * root) for name, part in system.named() if isinstance(part, Element)
+    ]
+
+    def matrix(numbers: Mapping[str, float]) -> Floats:
+        size = len(root)
+        return sum((numbers[name] * np.outer(row, row) for name, _, row in rows), np.zeros((size, size)))
+
+    def linear(name: str, part: Any, p: complex) -> complex:
+        stiffness, damping = more.get(name, (0.0, 0.0))
+        return complex(part.modulus(p)) + stiffness + damping * p
+
+    still = {name: more.get(name, (0.0, 0.0))[0] + part.linear_stiffness for name, part, _ in rows}
+    values, shapes = np.linalg.eigh(matrix(still))
+    frequency, rate = np.sqrt(np.maximum(values, 0.0)), np.zeros(len(root))
+    moved = shapes.copy()
+    remembers = any(part.remembers for _, part, _ in rows)
+    for i in range(len(root)):
+        w = frequency[i]
+        if remembers:
+            w = w or _alone(rows)
+            for _ in range(_ROUNDS):
+                values, shapes = np.linalg.eigh(
+                    matrix({name: linear(name, part, 1j * w).real for name, part, _ in rows})
+                )
+                new = math.sqrt(max(float(values[i]), 0.0))
+                if abs(new - w) <= 1e-10 * w or new == 0.0:
+                    break
+                w = 0.5 * (w + new)
+            frequency[i], moved[:, i] = w if new > 0.0 else 0.0, shapes[:, i]
+        p = 1j * max(frequency[i], 1e-9 * max(frequency.max(), 1e-300))
+        rate[i] = (
+            moved[:, i] @ matrix({name: linear(name, part, p).imag / p.imag for name, part, _ in rows}) @ moved[:, i]
+        )
+    temperature, excited = _temperatures(system, frequency, rate, root[:, None] * moved)
+    return Modes(frequency, rate, root[:, None] * moved, temperature, excited)
+
+
+def _alone(rows: Any) -> float:
+    """A frequency with springpots alone."""
+    rates = [
+        (part.coefficient * float(row @ row)) ** (1.0 / (2.0 - part.order))
+        for _, part, row in rows
+        if isinstance(part, Springpot)
+    ]
+    return max(rates, default=0.0)
+
+
+def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, bool]:
+    if thermal := system.of(ThermalNoise):
+        return np.full(len(rate), thermal[0].temperature), True
+    fed = np.zeros(len(rate))
+    for name, row in system.coordinates.forces.items():
+        part = next(part for own, part in system.named() if own == name)
+        fed += (row @ shapes) ** 2 * [_density(part, w) for w in frequency]
+    # where nothing dissipates, what is fed in within a radian
+    whole = float(fed.sum()) / (float(rate.sum()) if rate.sum() > 0.0 else max(float(frequency.max()), 1e-300))
+    damped = rate > _UNDAMPED * frequency
+    return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole), bool(fed.any())
+
+
+def _density(part: Any, w: float) -> float:
+    """Power that a force of unit modal mass feeds in at a frequency."""
+    match part:
+        case PoissonImpulses():
+            return 0.5 * float(part.intensity)
+        case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
+            return math.pi * float(part.density(w))
+        case RecordedExcitation():  # as noise that is white up to this frequency
+            return 0.5 * math.pi * part.mean_square / max(w, 1e-300)
+        case Harmonic():  # as if it were spread over its own frequency
+            return 0.5 * part.amplitude**2 / part.frequency
+    return 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class MotionOfSeveral(Motion):
+    """The motion of several masses; what it has not, its results do not have."""
+
+    @property
+    def unobserved(self) -> str:
+        """Why there are no observers and levels."""
+        return f"it is there for one mass only yet, and the system has {len(self.system.points)}"
+
+    @property
+    def from_rest(self) -> str:
+        """Why a run starts from rest."""
+        return "" if self.is_thermal else "runs of several masses start from rest, but for those of thermal noise alone"
+
+    @cached_property
+    def law(self) -> Any:
+        """Boltzmann's, from which the start is drawn; None where it is not."""
+        return boltzmann_of_several(self.system)
+
+    @property
+    def intensity(self) -> float:
+        """Of white noise per unit mass: that of none."""
+        return 0.0
+
+    @property
+    def springpots(self) -> tuple[Springpot, ...]:
+        """Those with memory."""
+        return tuple(pot for pot in self.system.of(Springpot) if pot.remembers)
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Not asked."""
+        return False
+
+    @property
+    def is_thermal(self) -> bool:
+        """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
+        return self.law is not None
+
+    @cached_property
+    def struck(self) -> StruckWalls:
+        """Slow impacts are not corrected for."""
+        return StruckWalls()
+
+    @cached_property
+    def struck_alone(self) -> dict[str, StruckWalls]:
+        """Each rigid wall: the noise along its row, and how the springs press on it at most."""
+        rows = self.system.coordinates.elongations
+        return {
+            name: StruckWalls(
+                slow_restitution(part), self._intensity_along(rows[name]),
+                max(part.inwards * part.position, 0.0) * self.scales.fastest_rate**2,
+            )
+            for name, part in self.system.named()
+            if isinstance(part, Barrier)
+        }  # fmt: skip
+
+    def _intensity_along(self, row: Floats) -> float:
+        """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        turned, thermal = row / coordinates.masses, self.system.of(ThermalNoise)
+        white = sum(
+            parts[name].intensity * float(turned @ force) ** 2
+            for name, force in coordinates.forces.items()
+            if isinstance(parts[name], WhiteNoise)
+        )
+        warm = sum(
+            2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
+            for name, own in (coordinates.elongations.items() if thermal else ())
+        )
+        return float(white + warm)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """At the guessed size of the motion."""
+        return modes_of(self.system)
+
+    @property
+    def uncountable(self) -> str:
+        """Why the impacts on some walls cannot be counted."""
+        return next(iter(self._uncounted.values()), "")
+
+    @property
+    def uncounted(self) -> tuple[str, ...]:
+        """How the names of results begin that are of impacts which cannot be counted."""
+        return tuple(f"{name}_" for name in self._uncounted)
+
+    @cached_property
+    def _uncounted(self) -> dict[str, str]:
+        found = {}
+        for name, wall in self.struck_alone.items():
+            if wall.intensity > 0.0 and wall.restitution <= COLLAPSE_BELOW:
+                found[name] = (
+                    f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} "
+                    "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
+                )
+            elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
+                found[name] = (
+                    f"{name} is lossy, and no white noise acts on what it holds apart: a smooth force lets them come "
+                    "to rest on each other after infinitely many impacts"
+                )
+        return found
+
+    @cached_property
+    def not_stationary(self) -> str:
+        """Why there is no stationary state; empty if there is one."""
+        if self.recorded:
+            return "a record has a beginning and an end"
+        if not self.modes.excited:
+            return "without excitation the motion dies out"
+        if free := self._unheld():
+            return f"nothing holds {listed(free)}, which no spring or wall keeps near the ground"
+        walls = self.system.of(Stop)
+        lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
+        damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)
+        if not lossy and not (damped.any() if walls else damped.all()):
+            return "nothing dissipates the energy of some motion, so it grows without limit"
+        return ""
+
+    def _unheld(self) -> list[str]:
+        """The points of a motion that stretches no spring and that no wall ends."""
+        from scipy import linalg, optimize  # slow to import
+
+        rows = self.system.coordinates.elongations
+        springs = [
+            rows[name] for name, part in self.system.named()
+            if isinstance(part, Element) and (any(part.force_coefficients()) or part.modulus(0.0) != 0.0)
+        ]  # fmt: skip
+        free = linalg.null_space(np.array(springs).reshape(-1, len(self.system.points)))
+        if not free.shape[1]:
+            return []
+        walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
+        closing = np.array(walls).reshape(-1, free.shape[1])
+        for direction in (*free, *-free):
+            room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
+            if room.x is not None and float(direction @ room.x) > 1e-9:
+                away = np.abs(free @ room.x)
+                return [point for point, far in zip(self.system.points, away, strict=True) if far > 1e-6 * away.max()]
+        return []
+
+    def usual_energy(self, values: Mapping[str, float]) -> float:
+        """The kinetic energy, in J."""
+        masses = zip(self.system.points, self.system.coordinates.masses, strict=True)
+        return 0.5 * sum(float(mass) * values[f"{point}_v_mean_square"] for point, mass in masses)
+
+    def scheme_for(self, word: Scheme) -> SchemeOfRun:
+        """The scheme that a run has."""
+        return "straight"
+
+    def placed(self, given: Any) -> dict[str, float]:
+        """x(0) of each mass: in equilibrium, or as near to it as the walls let them."""
+        if given is None:
+            return dict(zip(self.system.points, self._nearest_to_rest().tolist(), strict=True))
+        places = _by_point(given, "initial_position", self.system.points)
+        x = np.array([*places.values()])
+        for name, part in self.system.named():
+            if isinstance(part, Barrier):
+                row = self.system.coordinates.elongations[name]
+                distance, size = part.inwards * (float(row @ x) - part.position), abs(part.position) + np.abs(x).max()
+                if distance < -1e-12 * size:
+                    raise ValueError(
+                        f"initial_position lies behind {name}: its elongation must be {part.side} {part.position:g}, "
+                        f"and is {float(row @ x):g}."
+                    )
+        return places
+
+    def moving(self, given: Any) -> dict[str, float]:
+        """x'(0) of each mass."""
+        return _by_point({} if given is None else given, "initial_velocity", self.system.points)
+
+    def _equilibrium(self) -> Floats:
+        """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        x = np.zeros(len(self.system.points))
+        force = sum(
+            (part.force * coordinates.forces[name] for name, part in parts.items() if isinstance(part, Constant)), x
+        )
+        if not force.any():
+            return x
+        for _ in range(_ROUNDS):
+            left, stiffness = np.asarray(-force), np.zeros((x.size, x.size))
+            for name, row in coordinates.elongations.items():
+                springs, u = parts[name].force_coefficients() or (0.0,), float(row @ x)
+                left = left + row * np.polynomial.polynomial.polyval(u, springs)
+                slope = float(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(springs)))
+                stiffness += slope * np.outer(row, row)
+            if not np.linalg.eigvalsh(stiffness)[0] > 0.0:
+                return np.zeros(x.size)
+            change = np.linalg.solve(stiffness, left)
+            x = x - change
+            if np.abs(change).max() <= 1e-12 * np.abs(x).max():
+                return x
+        return np.zeros(x.size)
+
+    def _nearest_to_rest(self) -> Floats:
+        """The least change from the equilibrium that puts every elongation before its wall.
+
+        Least distance programming (Lawson and Hanson, "Solving least squares problems", chapter 23).
+        """
+        rest = self._equilibrium()
+        walls = [(name, part) for name, part in self.system.named() if isinstance(part, Barrier)]
+        size = len(self.system.points)
+        inward = np.array([part.inwards * self.system.coordinates.elongations[name] for name, part in walls])
+        least = np.array([part.inwards * part.position for _, part in walls])
+        if walls:
+            least = least - inward @ rest
+        if not (least > 0.0).any():
+            return rest
+        from scipy import optimize  # slow to import
+
+        unit = float(np.abs(least).max())
+        dual, _ = optimize.nnls(np.vstack([inward.T, least / unit]), np.append(np.zeros(size), 1.0))
+        left = np.append(inward.T @ dual, least / unit @ dual - 1.0)
+        if not abs(left[-1]) > 1e-9:
+            raise ValueError(f"the walls must leave room: {listed([name for name, _ in walls])} cannot all be kept.")
+        return np.asarray(rest - unit * left[:-1] / left[-1])
+
+
+def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
+    """A number for each point; 0 of those not named."""
+    if not isinstance(given, Mapping):
+        example = {points[0]: 0.01}
+        raise TypeError(f"{name} must be a dict of points and numbers, as {example}, not {shown(given)}.")
+    for point in given:
+        if point not in points:
+            near = meant(point, points) if isinstance(point, str) else ""
+            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}'}.")
+    return {
+        point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
+        for point in points
+    }
+
+
+def motion_of_several(system: System) -> MotionOfSeveral:
+    """What follows from a system of several masses alone."""
+    modes = modes_of(system)
+    many = f"the paper's problem has one mass, and the system has {len(system.points)}."
+    return MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
+
+
+def _scales(system: System, modes: Modes) -> Scales:
+    rows, masses = system.coordinates.elongations, system.coordinates.masses
+    held = modes.frequency[modes.frequency > _RIGID * max(float(modes.frequency.max()), 1e-300)]
+    elements = [(part, rows[name]) for name, part in system.named() if isinstance(part, Element)]
+    bent = {
+        name: (max(_curvature(part, modes.spread(rows[name])) - part.linear_stiffness, 0.0), 0.0)
+        for name, part in system.named()
+        if isinstance(part, Element) and _is_bent(part)
+    }
+    fastest = [*(_modes(system, bent).frequency if bent else held)]
+    dampers = sum(
+        (
+            part.linear_damping * np.outer(row, row)
+            for part, row in elements
+            if isinstance(part, Dashpot | PolynomialDashpot)
+        ),
+        np.zeros((len(masses), len(masses))),
+    )
+    fastest.append(float(np.linalg.eigvals(dampers / masses[:, None]).real.max()))
+    fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
+    fastest += [
+        _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
+    ]
+    largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
+    damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
+    energy = [1.0 / float(damped.min())] if damped.size else []
+    if lossy := [wall for wall in system.of(Barrier) if wall.dissipates]:
+        loss = max(1.0 - slow_restitution(wall) ** 2 for wall in lossy)
+        energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
+    spreads = [modes.spread(row) for row in np.eye(len(masses))]
+    frequency = float(held.min()) if held.size else largest
+    settled = max(energy, default=math.inf)
+    return Scales(
+        frequency=frequency,
+        fastest_rate=largest,
+        energy_time=settled,
+        creep_time=max((_creep_time(part, row, system) for part, row in elements), default=0.0),
+        forgetting_time=max(settled, 2.0 / frequency),
+        settling_time=settled,
+        flight_frequency=largest,
+        length=max(spreads),
+        spread=max(spreads),
+        mean=0.0,
+        guessed=True,
+    )
+
+
+def _rate_in(contact: Contact, row: Floats, masses: Floats, speed: float) -> float:
+    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
+    reduced, power = 1.0 / float((row**2 / masses).sum()), contact.exponent + 1.0
+    depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
+    return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
+
+
+def _curvature(part: Any, spread: float) -> float:
+    """The largest stiffness within `_FAR` standard deviations."""
+    u = np.linspace(-_FAR * spread, _FAR * spread, 201)
+    return float(max(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(part.force_coefficients()))))
+
+
+def _creep_time(part: Any, row: Floats, system: System) -> float:
+    """Of a springpot or dashpot that is stronger than the springs along its row."""
+    if not isinstance(part, Springpot | Dashpot) or not part.coefficient > 0.0:
+        return 0.0
+    order = part.order if isinstance(part, Springpot) else 1.0
+    coordinates = system.coordinates
+    stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in system.named() if isinstance(p, Element)})
+    values, shapes = np.linalg.eigh(stiffness)
+    held = values > 1e-12 * max(float(values.max()), 0.0)
+    if order == 0.0 or not held.any():
+        return 0.0
+    give = float(((row @ shapes[:, held]) ** 2 / values[held]).sum())
+    if not give > 0.0:
+        return 0.0
+    reduced = 1.0 / float((row**2 / coordinates.masses).sum())
+    frequency = math.sqrt(1.0 / (give * reduced))
+    if part.coefficient / reduced <= frequency ** (2.0 - order):
+        return 0.0
+    logarithm = math.log(part.coefficient * give) / order
+    return math.exp(logarithm) if logarithm < 700.0 else math.inf
