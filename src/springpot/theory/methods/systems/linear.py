@@ -422,7 +422,7 @@ def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray
         for push, density in companion.sources(float(w[place])):
             seen = response @ push
             both = np.outer(seen, seen.conj())
-            found[place] += np.where(np.abs(both) > 0.0, density * both.real, 0.0)  # not infinity times 0
+            found[place] += both.real * np.where(both.real == 0.0, 0.0, density)  # not infinity times 0
             found[place] += 1j * both.imag * (density if math.isfinite(density) else 0.0)
     return found
 
