@@ -19,7 +19,7 @@ from springpot.machine.processors import threads_available
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
 
 __all__ = ["CASES", "Case", "change", "measure"]

@@ -148,7 +148,10 @@ def test_a_function_that_returns_no_number_is_said_with_the_parts_name(tmp_path:
         (lambda: sp.RecordedExcitation((0.0, 0.0), (1.0, 1.0)), "time must increase"),
         (lambda: sp.RecordedExcitation((0.0, 1.0), (1.0, math.nan)), r"values\[1\] must be"),
         (lambda: sp.RecordedExcitation("abc", (1.0,)), "time must be a list of numbers"),
-        (lambda: sp.RecordedExcitation((0.0, 1.0), (1.0, 1.0), on="roof"), "on must be"),
+        (
+            lambda: sp.System(sp.Spring(1.0), sp.RecordedExcitation((0.0, 1.0), (1.0, 1.0), on="roof")),
+            "on of recorded_exc",
+        ),
         (lambda: sp.System(sp.Spring(1.0), sp.Friction(0.1), sp.ThermalNoise(1.0)), "friction cannot be combined"),
         (
             lambda: sp.System(sp.Spring(1.0), sp.Contact(-1.0, 9.0, dissipation=0.1), sp.ThermalNoise(1.0)),

@@ -28,7 +28,7 @@ from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.guess import dissipated
-from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 

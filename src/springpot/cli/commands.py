@@ -230,7 +230,7 @@ def simulate(
         raise ValueError("--record-every needs --record, the number of paths to save.")
     with leave_at_once():
         from springpot.simulation.monte_carlo import simulated
-        from springpot.simulation.plan.motion import motion_of
+        from springpot.simulation.plan.motions import motion_of
         from springpot.simulation.plan.plan import default_start
         from springpot.simulation.result.save import places
 

@@ -23,7 +23,7 @@ from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.system import System, check_single, checked_system
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
-from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import check_stationary
 from springpot.simulation.plan.settings import checked_seed
 from springpot.theory.registry import METHODS

@@ -16,7 +16,7 @@ from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
-from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches

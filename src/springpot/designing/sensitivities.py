@@ -20,7 +20,7 @@ from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System, check_single, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.simulation.plan.settings import Settings
 

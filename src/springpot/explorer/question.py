@@ -81,7 +81,7 @@ class Question:
     @cached_property
     def motion(self) -> Motion:
         """What is known of the motion before it is simulated."""
-        from springpot.simulation.plan.motion import motion_of
+        from springpot.simulation.plan.motions import motion_of
 
         return motion_of(self.system)
 

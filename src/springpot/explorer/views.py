@@ -77,7 +77,7 @@ def paper_view(system: System) -> dict[str, Any] | None:
 
 def sizes(system: System) -> dict[str, float]:
     """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
-    from springpot.simulation.plan.motion import motion_of
+    from springpot.simulation.plan.motions import motion_of
 
     motion, potential = motion_of(system), system.potential
     law = motion.law

@@ -20,7 +20,8 @@ from springpot.simulation.kernel.watching import BATCHES
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import controlled
 from springpot.simulation.plan.adapted import Adapted
-from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution

@@ -22,7 +22,8 @@ from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.monte_carlo import diagnostics_of, warned
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error
-from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, check_motion
 from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whole_number
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from

@@ -169,7 +169,7 @@ def check_some(study: Study, most: int) -> int:
         One sentence.  A point without a stationary state is no error.
     """
     from springpot.simulation.error.reach import checked_quantities
-    from springpot.simulation.plan.motion import motion_of
+    from springpot.simulation.plan.motions import motion_of
     from springpot.simulation.plan.plan import plan_of
     from springpot.theory import NoStationaryStateError
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.plan.motion import motion_of
+from springpot.simulation.plan.motions import motion_of
 
 pytestmark = pytest.mark.validation
 

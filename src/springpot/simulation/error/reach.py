@@ -43,7 +43,8 @@ from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation
-from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, check_motion, check_observed
 from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads
 

@@ -1,19 +1,14 @@
-"""What is known of a motion before it is simulated: its scales, its walls, its memory, and which results it can have.
-
-This is the one place in the simulation that asks whether a system is the paper's problem, whose scales have closed
-forms.  Later rooms take what they need from the `Motion`.
-"""
+"""What is known of a motion before it is simulated: its scales, walls and memory, and which results it can have."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
@@ -30,13 +25,13 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, slow_restitution
-from springpot.problem.system import System, checked_system
-from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
+from springpot.problem.system import System
+from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.scales import Scales, closed_form
+from springpot.simulation.plan.scales import Scales
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["Motion", "StruckWalls", "motion_of"]
+__all__ = ["Motion", "StruckWalls"]
 
 _SMOOTH = (ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
@@ -68,7 +63,7 @@ class StruckWalls:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A system and what follows from it alone.  Made by `motion_of`.
+    """A system and what follows from it alone.  Made by `springpot.simulation.plan.motions.motion_of`.
 
     Attributes
     ----------
@@ -204,6 +199,7 @@ class Motion:
 
         Examples
         --------
+        >>> from springpot.simulation.plan.motions import motion_of
         >>> from springpot.problem.parts import Spring
         >>> motion_of(System(Spring(1.0))).is_symmetric, motion_of(System(Spring(1.0), Barrier(-1.0))).is_symmetric
         (True, False)
@@ -220,6 +216,7 @@ class Motion:
 
         Examples
         --------
+        >>> from springpot.simulation.plan.motions import motion_of
         >>> from springpot.problem.parts import Dashpot, Spring
         >>> motion_of(System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8, "above"), WhiteNoise(2.0))).struck
         StruckWalls(restitution=0.8, intensity=2.0, press=2.0)
@@ -252,6 +249,7 @@ class Motion:
 
         Examples
         --------
+        >>> from springpot.simulation.plan.motions import motion_of
         >>> from springpot.problem.parts import Spring
         >>> smooth = System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColoredNoise(1.0, 0.5))
         >>> motion_of(smooth).uncountable[:42]
@@ -290,54 +288,3 @@ class Motion:
         if math.isinf(self.scales.energy_time):
             return "nothing dissipates energy, so it grows without limit"
         return ""
-
-
-def motion_of(system: System) -> Motion:
-    """What follows from a system alone.
-
-    Raises
-    ------
-    TypeError
-        If it is not a system.
-    ValueError
-        If nothing holds the mass, or it moves less than numbers can tell.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Spring
-    >>> lone = System(Spring(4.0), Springpot(0.5, 0.1), Barrier(0.5, 0.8, "below"), WhiteNoise(2.0))
-    >>> motion_of(lone).sign, motion_of(lone).scales.guessed
-    (-1.0, False)
-    """
-    if len(checked_system(system).points) > 1:
-        from springpot.simulation.plan.several import motion_of_several  # which is made of what is here
-
-        return motion_of_several(system)
-    try:
-        paper = Dimensionless.of(system)
-    except NotCoveredError as reason:
-        law = guessed_law(system)
-        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
-        searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
-        return replace(motion, searched=searched, slow=_alike(motion, law))
-    elastic = paper.barrier is None or paper.restitution == 1.0
-    dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
-    return Motion(
-        system,
-        closed_form(paper),
-        sign=paper.direction or 1.0,
-        slow=(paper,),
-        searched=paper.barrier is not None,
-        keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
-    )
-
-
-def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
-    """For each springpot, the paper's problem with its slow displacements: of the frequency and power guessed.
-
-    A thermal system has none: it starts from its stationary law.
-    """
-    if motion.is_thermal:
-        return ()
-    taken = min(max(2.0 * dissipated(motion.unit, law), 0.0), LARGEST)
-    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in motion.springpots)

@@ -11,7 +11,8 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
-from springpot.simulation.plan.motion import Motion, motion_of
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import DEFAULTS, Derivative, Options, Scheme, SchemeOfRun, StartKind
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import (

@@ -1,0 +1,70 @@
+"""From a system to what is known of its motion: the one place in the simulation that asks what kind of problem it is.
+
+The scales of the paper's problem have closed forms, those of other systems of one mass are guessed from a balance of
+power, and those of several masses from their modes.  Later rooms take what they need from the `Motion`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from springpot.machine.arguments import LARGEST
+from springpot.machine.faults import NotCoveredError
+from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.parts import WhiteNoise
+from springpot.problem.system import System, checked_system
+from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.scales import closed_form
+from springpot.simulation.plan.several import motion_of_several
+
+__all__ = ["motion_of"]
+
+
+def motion_of(system: System) -> Motion:
+    """What follows from a system alone.
+
+    Raises
+    ------
+    TypeError
+        If it is not a system.
+    ValueError
+        If nothing holds the mass, or it moves less than numbers can tell.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier, Spring, Springpot
+    >>> lone = System(Spring(4.0), Springpot(0.5, 0.1), Barrier(0.5, 0.8, "below"), WhiteNoise(2.0))
+    >>> motion_of(lone).sign, motion_of(lone).scales.guessed
+    (-1.0, False)
+    """
+    if len(checked_system(system).points) > 1:
+        return motion_of_several(system)
+    try:
+        paper = Dimensionless.of(system)
+    except NotCoveredError as reason:
+        law = guessed_law(system)
+        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
+        searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
+        return replace(motion, searched=searched, slow=_alike(motion, law))
+    elastic = paper.barrier is None or paper.restitution == 1.0
+    dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
+    return Motion(
+        system,
+        closed_form(paper),
+        sign=paper.direction or 1.0,
+        slow=(paper,),
+        searched=paper.barrier is not None,
+        keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
+    )
+
+
+def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
+    """For each springpot, the paper's problem with its slow displacements: of the frequency and power guessed.
+
+    A thermal system has none: it starts from its stationary law.
+    """
+    if motion.is_thermal:
+        return ()
+    taken = min(max(2.0 * dissipated(motion.unit, law), 0.0), LARGEST)
+    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in motion.springpots)
