@@ -23,15 +23,18 @@ COULOMB, POWERS, VAN_DER_POL, CONTACT = 0, 1, 2, 3  # kinds of dampers
 
 
 class ContactDamper(NamedTuple):
-    """The dissipation k d^p chi d' of a contact for half a step, at the depth of the kick."""
+    """The dissipation k d^p chi d' of a contact for half a step, at the depth of the kick.
+
+    As that of `VanDerPolDamper`, it never turns the velocity round: else a strong one would let the masses sink in.
+    """
 
     rate: float  # impulse of its elastic force in half a step times chi, over the reduced mass
 
 
 @answers(damp, ContactDamper)
 def _damp_contact(force, slot, n, x, v, forcing, lane, weight, after):
-    half = typed(0.5, v) * force.rate
-    change = -v * force.rate / (typed(1.0, v) + half)
+    growth = force.rate + typed(0.5, v) * force.rate * force.rate
+    change = -v * growth / (typed(1.0, v) + growth)
     forcing.works[slot * LANES + lane] += weight * change * (v + typed(0.5, v) * change)
     return change
 

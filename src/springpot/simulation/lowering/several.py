@@ -47,7 +47,7 @@ from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, memory_of
+from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, thermal_noise
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
@@ -304,8 +304,8 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         struck={name: f"{name} impacts" for name in names},
     )
     _check_sizes(whole)
-    drawn = np.vstack([math.sqrt(step) * noises, *(_drawn(each.law) * each.row for each in given)])
-    lacking = 0.25 * units.speed**2 * ((solve @ drawn.T) ** 2).sum(axis=1)
+    brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
+    lacking = 0.25 * units.speed**2 * np.diag(solve @ brought) / masses
     return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
 
 
@@ -467,18 +467,22 @@ def _numbers_of(contact: Contact) -> tuple[float, ...]:
 
 @dataclass(frozen=True, eq=False)
 class _Given:
-    """A source of excitation: its law in the kernel, its name, and the row on which it acts."""
+    """A source of excitation: its law in the kernel, its name, and the row on which it acts.
+
+    ``brought`` is the variance of what it brings anew within each step.
+    """
 
     named: Named
     law: Any
     row: Floats
+    brought: float
 
 
 def _excitation(
     plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats
 ) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
-    white, given, constant = [], list[tuple[Named, Floats]](), np.zeros(g.shape[1])
+    white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(g.shape[1])
     for name, part in plan.system.named():
         if not isinstance(part, Excitation) or isinstance(part, ThermalNoise):
             continue
@@ -488,7 +492,7 @@ def _excitation(
         if more.white > 0.0:
             white.append(math.sqrt(more.white) * row)
         constant -= sum(more.springs[:1]) * row
-        given += [(replace(named, does="feeds"), row) for named in more.forces]
+        given += [(replace(named, does="feeds"), row, None) for named in more.forces]
     for thermal in plan.system.of(ThermalNoise):
         warm = lower(thermal.per_mass(unit_mass), "", units, step).temperature
         name = plan.system.name_of(thermal)
@@ -496,26 +500,27 @@ def _excitation(
             dashpots = sum(c for order, c in total.springpots if order == 1.0)
             if len(total.springpots) > sum(order == 1.0 for order, _ in total.springpots) or total.arms:
                 noise = thermal_noise(name, replace(total, temperature=warm), step, plan.settings.steps, 1)
-                given.append((noise, row))
+                given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif dashpots > 0.0:
                 white.append(math.sqrt(2.0 * warm * dashpots) * row)
     return np.array(white).reshape(-1, g.shape[1]), [*_placed(given)], constant
 
 
 def _drawn(law: Any) -> float:
-    """Standard deviation of what a source draws anew for the impulse of each step."""
+    """Variance of what a source draws anew for the impulse of each step."""
     if isinstance(law, sources.Poisson):
-        return law.size * math.sqrt(law.rate)
-    return float(law.newest[0]) if isinstance(law, sources.Filtered) else 0.0
+        return float(law.size**2 * law.rate)
+    return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
 
 
-def _placed(given: Sequence[tuple[Named, Floats]]) -> Iterator[_Given]:
+def _placed(given: Sequence[tuple[Named, Floats, float | None]]) -> Iterator[_Given]:
     """Each source with its own counter words and its place among the states; those of one part are numbered."""
     word, place, count = kernel.MOST_NOISES, 0, dict[str, int]()
-    for named, row in given:
+    for named, row, brought in given:
         count[named.name] = count.get(named.name, 0) + 1
         own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
-        yield _Given(own, named.make(word, place, 1), row)
+        law = named.make(word, place, 1)
+        yield _Given(own, law, row, _drawn(law) if brought is None else brought)
         word, place = word + sources.WORDS, place + named.states
 
 
@@ -568,7 +573,9 @@ def _readings(
     """Every result but the balance of energy.
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
-    quarter of what the noise brings in it.
+    quarter of their difference squared, by noise and by the dampers that take it again.  With S of `compose_several`,
+    M and the covariance B of the noise's impulse it is the diagonal of S B M^-1 / 4: exact for matched noise of
+    dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and white noise.
     """
     system = plan.system
     for point, lack in zip(parts.points, lacking, strict=True):
