@@ -363,7 +363,11 @@ class MotionOfSeveral(Motion):
         if not free.shape[1]:
             return []
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
-        closing = np.array(walls).reshape(-1, free.shape[1])
+        parts, forces = dict(self.system.named()), self.system.coordinates.forces
+        pushed = sum((p.force * forces[name] for name, p in parts.items() if isinstance(p, Constant)), 0.0 * free[:, 0])
+        closing = np.array([*walls, -pushed @ free]).reshape(
+            -1, free.shape[1]
+        )  # a constant force holds, as weight does
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
             if room.x is not None and float(direction @ room.x) > 1e-9:
@@ -426,27 +430,33 @@ class MotionOfSeveral(Motion):
         return np.zeros(x.size)
 
     def _nearest_to_rest(self) -> Floats:
-        """The least change from the equilibrium that puts every elongation before its wall.
-
-        Least distance programming (Lawson and Hanson, "Solving least squares problems", chapter 23).
-        """
+        """The least change from the equilibrium that puts every elongation before its wall."""
         rest = self._equilibrium()
         walls = [(name, part) for name, part in self.system.named() if isinstance(part, Barrier)]
-        size = len(self.system.points)
         inward = np.array([part.inwards * self.system.coordinates.elongations[name] for name, part in walls])
         least = np.array([part.inwards * part.position for _, part in walls])
         if walls:
             least = least - inward @ rest
         if not (least > 0.0).any():
             return rest
-        from scipy import optimize  # slow to import
-
-        unit = float(np.abs(least).max())
-        dual, _ = optimize.nnls(np.vstack([inward.T, least / unit]), np.append(np.zeros(size), 1.0))
-        left = np.append(inward.T @ dual, least / unit @ dual - 1.0)
-        if not abs(left[-1]) > 1e-9:
+        forces = _least_forces(inward, least)
+        if forces is None:
             raise ValueError(f"the walls must leave room: {listed([name for name, _ in walls])} cannot all be kept.")
-        return np.asarray(rest - unit * left[:-1] / left[-1])
+        return np.asarray(rest + inward.T @ forces)
+
+
+def _least_forces(inward: Floats, least: Floats) -> Floats | None:
+    """The forces of walls that keep ``inward @ x`` at ``least`` or above with the smallest x; None if nothing does.
+
+    Least distance programming (Lawson and Hanson, "Solving least squares problems", chapter 23); x is then
+    ``inward.T @ forces``.
+    """
+    from scipy import optimize  # slow to import
+
+    unit = float(np.abs(least).max())
+    dual, _ = optimize.nnls(np.vstack([inward.T, least / unit]), np.append(np.zeros(inward.shape[1]), 1.0))
+    left = float(least / unit @ dual) - 1.0
+    return np.asarray(-unit * dual / left) if abs(left) > 1e-9 else None
 
 
 def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
@@ -483,9 +493,9 @@ def _scales(system: System, modes: Modes) -> Scales:
     fastest = [*(_modes(system, bent).frequency if bent else held)]
     dampers = sum(
         (
-            part.linear_damping * np.outer(row, row)
+            _strongest_damping(part, modes.spread(row), modes.speed(row)) * np.outer(row, row)
             for part, row in elements
-            if isinstance(part, Dashpot | PolynomialDashpot)
+            if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol)
         ),
         np.zeros((len(masses), len(masses))),
     )
@@ -494,6 +504,7 @@ def _scales(system: System, modes: Modes) -> Scales:
     fastest += [
         _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
+    fastest += _hops(system, modes)
     largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
@@ -516,6 +527,45 @@ def _scales(system: System, modes: Modes) -> Scales:
         mean=0.0,
         guessed=True,
     )
+
+
+def _strongest_damping(part: Any, spread: float, speed: float) -> float:
+    """Of a damper at the size of the motion, with what it feeds in and takes out both counted."""
+    if isinstance(part, VanDerPol):
+        return float(part.coefficient * (spread**2 + part.length**2))
+    if isinstance(part, PolynomialDashpot) and not part.is_linear:
+        positive = PolynomialDashpot(tuple(abs(c) for c in part.coefficients))
+        return positive.linear_damping + _damping_at(positive, spread, speed)
+    return float(part.linear_damping)
+
+
+def _hops(system: System, modes: Modes) -> list[float]:
+    """Rates of the hops on walls that springs and constant forces press on: many kicks must share in each.
+
+    With too few, each impact changes the energy at random, which heats a motion with little damping, and a lossy wall
+    takes what the kicks give to masses at rest on it.
+    """
+    coordinates, parts = system.coordinates, dict(system.named())
+    walls = {name: part for name, part in parts.items() if isinstance(part, Barrier)}
+    more, rows = _means(system, modes), coordinates.elongations
+    stiffness = coordinates.sum_of(
+        {name: parts[name].linear_stiffness + max(more.get(name, (0.0, 0.0))[0], 0.0) for name in rows}
+    )
+    free = (1e-3 * float(modes.frequency.max()) or 1.0) ** 2  # so weakly everything is held
+    values, shapes = np.linalg.eigh(stiffness + free * np.diag(coordinates.masses))
+    if not walls or not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
+        return []
+    soft = shapes / np.sqrt(values)
+    forces = [p.force * coordinates.forces[name] for name, p in parts.items() if isinstance(p, Constant)]
+    rest = soft @ soft.T @ sum(forces, np.zeros(len(values)))
+    inward = np.array([part.inwards * rows[name] for name, part in walls.items()])
+    least = np.array([part.inwards * part.position for part in walls.values()]) - inward @ rest
+    pressing = _least_forces(inward @ soft, least) if (least > 0.0).any() else None
+    if pressing is None:
+        return []
+    reduced = 1.0 / (inward**2 / coordinates.masses).sum(axis=1)
+    speeds = [modes.speed(row) for row in inward]
+    return [float(f / m / v) for f, m, v in zip(pressing, reduced, speeds, strict=True) if v > 0.0]
 
 
 def _rate_in(contact: Contact, row: Floats, masses: Floats, speed: float) -> float:
