@@ -161,6 +161,29 @@ def test_thermal_noise_of_springpots_of_different_orders() -> None:
     check(sp.simulate(system, paths=1280, duration=300.0, window=(100.0, 300.0), step=0.02), exact, 0.003)
 
 
+@pytest.mark.parametrize("order", [0.5, 0.9, 1.0])
+def test_strong_dampers_at_a_temperature(order: float) -> None:
+    """The fastest rate is theirs: what they take again of the noise's impulse within a step belongs to <v^2>."""
+    ends = GROUND_A, A_B
+    dampers = [sp.Dashpot(10.0, between=e) if order == 1.0 else sp.Springpot(order, 10.0, between=e) for e in ends]
+    pair = sp.System(*masses(a=1.0, b=1.0), *(sp.Spring(1.0, between=e) for e in ends), *dampers, sp.ThermalNoise(1.0))
+    run = sp.simulate(pair, paths=12800, duration=10.0, window=(0.0, 10.0))
+    check(run, {"a_v_mean_square": 1.0, "b_v_mean_square": 1.0}, 0.001, 0.004)
+
+
+@pytest.mark.parametrize("order", [0.8, 1.0])
+def test_strong_dampers_under_white_noise(order: float) -> None:
+    ends = GROUND_A, A_B
+    dampers = [sp.Dashpot(10.0, between=e) if order == 1.0 else sp.Springpot(order, 10.0, between=e) for e in ends]
+    pair = sp.System(
+        *masses(a=1.0, b=1.0), *(sp.Spring(1.0, between=e) for e in ends), *dampers,
+        sp.WhiteNoise(1.0, on="a"), sp.WhiteNoise(0.3, on="b"),
+    )  # fmt: skip
+    exact = sp.theory.linear(pair).moments
+    run = sp.simulate(pair, paths=2560, duration=100.0)
+    check(run, {name: exact[name] for name in ("a_v_mean_square", "b_v_mean_square")}, 0.004, 0.003)
+
+
 def test_a_soft_contact_between_two_masses_obeys_boltzmanns_law() -> None:
     """By quadrature over both displacements; touches are those of the density there."""
     ends = GROUND_A, A_B, GROUND_B
@@ -301,6 +324,43 @@ def test_an_elastic_chain_keeps_its_energy() -> None:
     assert run["barrier_1_impact_rate"].value > 0.1
 
 
+PULLED = (*masses(a=1.0, b=1.0), sp.Spring(1.0, between=GROUND_A), sp.Spring(1.0, between=A_B))
+
+
+@pytest.mark.parametrize("wall", [sp.Barrier(10.0, r, "above", between=A_B) for r in (0.8, 1.0)])
+def test_the_default_step_resolves_hops_on_a_wall_that_springs_press_on(wall: sp.Barrier) -> None:
+    system = sp.System(*PULLED, sp.Dashpot(0.1, between=GROUND_A), sp.WhiteNoise(1.0, on="a"), wall)
+    run = sp.simulate(system, paths=640, duration=100.0, window=(50.0, 100.0))
+    assert run.settings.step < 0.02
+    assert run["barrier_force_mean"].value == pytest.approx(10.0, rel=0.1)
+    assert abs(run["energy_residual"].value) < 0.02 + 4.0 * run["energy_residual"].error < 0.15
+
+
+@pytest.mark.parametrize(
+    "damper",
+    [
+        sp.VanDerPol(3.0, 1.0, between=A_B),
+        *(sp.PolynomialDashpot(c, between=A_B) for c in ((0.1, 9.0), (0.1, 0.0, 9.0))),
+    ],
+)
+def test_the_default_step_resolves_nonlinear_dampers(damper: Any) -> None:
+    system = sp.System(*PULLED, sp.Dashpot(0.1, between=GROUND_A), damper, sp.WhiteNoise(1.0, on="a"))
+    run = sp.simulate(system, paths=640, duration=100.0)
+    assert run.settings.step < 0.025
+    assert abs(run["energy_residual"].value) < 4.0 * run["energy_residual"].error < 0.1
+
+
+@pytest.mark.parametrize("dissipation", [30.0, 1000.0])
+def test_a_contact_that_hardly_rebounds_does_not_let_masses_sink_in(dissipation: float) -> None:
+    gap = sp.Contact(-0.3, 1e3, 1.5, dissipation, between=A_B)
+    system = sp.System(*PULLED, sp.Dashpot(0.1, between=GROUND_A), sp.WhiteNoise(1.0, on="a"), gap=gap)
+    coarse, fine = (sp.simulate(system, paths=640, duration=50.0, step=h) for h in (0.0024, 0.0006))
+    for name in ("a_v_mean_square", "gap_power"):
+        one, other = coarse[name], fine[name]
+        assert abs(one.value - other.value) < 4.0 * np.hypot(one.error, other.error)
+    assert abs(coarse["energy_residual"].value) < 4.0 * coarse["energy_residual"].error < 0.1
+
+
 # --- one mass as the limit ------------------------------------------------------------------------------------------
 
 
@@ -424,6 +484,18 @@ def test_paths_of_another_window_are_the_same() -> None:
     u = x[:, :, 1] - x[:, :, 0]
     assert short["gap_elongation_mean_square"].value == pytest.approx((u**2).mean(), rel=1e-5)
     assert short["b_x_mean_end"].value == pytest.approx(short.record[:, -1, 1, 0].mean(), rel=1e-5)
+
+
+def test_weights_hold_masses_on_the_ground() -> None:
+    """No spring: the heights have exponential laws, of the mean over the weight of all above."""
+    stack = sp.System(
+        *masses(a=1.0, b=1.0), *(sp.Barrier(0.0, 1.0, "above", between=e) for e in (GROUND_A, A_B)),
+        *(sp.Constant(-1.0, on=p) for p in "ab"), *(sp.Dashpot(0.5, between=e) for e in (GROUND_A, GROUND_B)),
+        sp.ThermalNoise(1.0),
+    )  # fmt: skip
+    run = sp.simulate(stack, paths=1280, duration=200.0, window=(50.0, 200.0))
+    assert not any("nothing holds" in sentence for sentence in run.warnings)
+    check(run, {"a_x_mean": 0.5, "b_x_mean": 1.5, "a_v_mean_square": 1.0, "barrier_1_force_mean": 2.0}, 0.002)
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".json"])

@@ -32,7 +32,9 @@ def rough_answer_of(total: Lowered, step: float) -> float:
     Noise with memory enters a kick as its mean over the step, which is smoother than what the scheme takes out again:
     the velocity lacks (1 - order) times a constant of the answer more than with white noise.
     """
-    answer = sum((1.0 + _SMOOTHED * (1.0 - order)) * answer_of_springpot(order, c, step) for order, c in total.springpots)
+    answer = sum(
+        (1.0 + _SMOOTHED * (1.0 - order)) * answer_of_springpot(order, c, step) for order, c in total.springpots
+    )
     return answer + (1.0 + _SMOOTHED) * sum(_answer_of_arm(arm, step) for arm in total.arms)
 
 

@@ -575,7 +575,8 @@ def _readings(
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
     quarter of their difference squared, by noise and by the dampers that take it again.  With S of `compose_several`,
     M and the covariance B of the noise's impulse it is the diagonal of S B M^-1 / 4: exact for matched noise of
-    dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and white noise.
+    dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and white
+    noise.
     """
     system = plan.system
     for point, lack in zip(parts.points, lacking, strict=True):
