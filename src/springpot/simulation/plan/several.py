@@ -238,12 +238,15 @@ class MotionOfSeveral(Motion):
     @property
     def unobserved(self) -> str:
         """Why there are no observers and levels."""
-        return f"it is there for one mass only yet, and the system has {len(self.system.points)}"
+        return (
+            f"it is for one mass, and the system has {len(self.system.points)}; of several there are means, mean "
+            "squares, impacts, powers and recorded paths"
+        )
 
     @property
     def from_rest(self) -> str:
         """Why a run starts from rest."""
-        return "" if self.is_thermal else "runs of several masses start from rest, but for those of thermal noise alone"
+        return "" if self.is_thermal else "a run of several masses starts from rest unless all noise is thermal"
 
     @cached_property
     def law(self) -> Any:
@@ -342,7 +345,7 @@ class MotionOfSeveral(Motion):
         if not self.modes.excited:
             return "without excitation the motion dies out"
         if free := self._unheld():
-            return f"nothing holds {listed(free)}, which no spring or wall keeps near the ground"
+            return f"no spring or wall keeps {listed(free)} near the ground"
         walls = self.system.of(Stop)
         lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
         damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)
