@@ -331,9 +331,12 @@ class MotionOfSeveral(Motion):
                     "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
             elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
+                two = np.count_nonzero(self.system.coordinates.elongations[name]) == 2
+                alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
                 found[name] = (
-                    f"{name} is lossy, and no white noise acts on what it holds apart: a smooth force lets them come "
-                    "to rest on each other after infinitely many impacts"
+                    f"{name} is lossy, and no white noise drives its two ends apart"
+                    f"{' (that of the ground moves both masses alike)' if two and alike else ''}: a smooth force lets "
+                    "them come to rest on each other after infinitely many impacts"
                 )
         return found
 
