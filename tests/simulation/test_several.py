@@ -564,6 +564,8 @@ def test_impacts_without_a_rate_have_advice_that_can_be_followed() -> None:
     (sentence,) = (each for each in run.warnings if "undefined" in each)
     assert "slowest_counted_impact" not in sentence
     assert sentence.endswith("and a Contact in its place has a finite impact rate.")
-    ground = simulated(three(sp.WhiteNoise(1.0, on="ground"), sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0)
+    ground = simulated(
+        three(sp.WhiteNoise(1.0, on="ground"), sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0
+    )
     assert any("(that of the ground moves both masses alike)" in each for each in ground.warnings)
     assert simulated(three(smooth, sp.Contact(-0.1, 50.0, between=A_B)), paths=4, duration=5.0)["contact_impact_rate"]
