@@ -374,7 +374,9 @@ def test_impacts_that_cannot_be_counted_are_named() -> None:
     assert np.isnan(run["far_impact_rate"].value)
     assert run["near_impact_rate"].value > 0.0
     assert run["far_power"].value > 0.0
-    assert any("far is lossy, and no white noise acts on what it holds apart" in sentence for sentence in run.warnings)
+    assert any(
+        "far is lossy, and no white noise drives its two ends apart: a smooth" in sentence for sentence in run.warnings
+    )
 
 
 def test_more_paths_are_added_to_a_run() -> None:
