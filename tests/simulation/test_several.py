@@ -518,7 +518,10 @@ DRIVEN = thermal_pair()
         ({"slowest_counted_impact": 0.1}, "slowest_counted_impact cannot be given"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
-        ({"initial_position": 0.1}, "initial_position must be a dict of points and numbers"),
+        (
+            {"initial_position": 0.1},
+            "initial_position must say of which masses it is, in Python as {'a': 0.01}, not 0.1.",
+        ),
         ({"initial_position": {"c": 0.1}}, "initial_position has 'c', which is no mass; there are a and b."),
         ({"initial_position": {"a": 1.0}}, "initial_position lies behind gap"),
         ({"initial_velocity": {"a": "fast"}}, "initial_velocity of a must be"),

@@ -459,7 +459,7 @@ def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float
     """A number for each point; 0 of those not named."""
     if not isinstance(given, Mapping):
         example = {points[0]: 0.01}
-        raise TypeError(f"{name} must be a dict of points and numbers, as {example}, not {shown(given)}.")
+        raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
     for point in given:
         if point not in points:
             near = meant(point, points) if isinstance(point, str) else ""
