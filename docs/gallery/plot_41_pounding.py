@@ -10,7 +10,7 @@ and are shaken independently. Subtract their equations: the relative displacemen
 
 since an impact of equal masses keeps their common motion and reverses the relative one. So this is one oscillator
 with a wall at minus the gap and with the noise of both, :math:`q = q_1 + q_2`: nothing is neglected. (With the same
-ground motion equal buildings never collide; unequal buildings are another problem.)
+ground motion equal buildings never collide; unequal buildings are a system of two masses.)
 """
 
 import matplotlib.pyplot as plt

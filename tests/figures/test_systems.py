@@ -9,6 +9,7 @@ import pytest
 
 import springpot as sp
 from springpot import figures
+from springpot.machine.faults import NotCoveredError
 from tests.simulation.systems import of_many_kinds
 
 
@@ -48,3 +49,35 @@ def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
 def test_what_needs_an_oscillator_says_so() -> None:
     with pytest.raises(ValueError, match="polynomial_spring cannot be part of an Oscillator"):
         figures.plot_transient(run(), at=[0.0, 1.0])
+
+
+def test_a_path_of_several_masses_is_that_of_a_mass_or_of_a_part() -> None:
+    """A wall between two masses, and one stated the other way round, bound their elongation."""
+    ends = {"between": ("a", "b")}
+    pair = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(1.0, between=("ground", "a")), sp.Spring(1.0, **ends),
+        sp.Springpot(0.5, 0.2, **ends), sp.WhiteNoise(0.5, on="b"), low=sp.Barrier(-0.3, 0.9, **ends),
+        high=sp.Barrier(-0.6, 0.9, between=("b", "a")), foot=sp.Barrier(-2.0, between=("ground", "a")),
+    )  # fmt: skip
+    shaken = sp.simulate(pair, paths=2, duration=40.0, record=2)
+    x = shaken.record[1, :, :, 0].T
+    axes = figures.plot_path(shaken, of="low", member=1)
+    assert axes.get_ylabel() == "elongation of low (m)"
+    lines = {line.get_label(): line for line in axes.get_lines()}
+    assert np.array_equal(axes.get_lines()[0].get_ydata(), x[1] - x[0])
+    assert sorted(line.get_ydata()[0] for line in axes.get_lines() if line.get_linewidth() == 2.0) == [-0.3, 0.6]
+    assert {*lines["impact"].get_ydata()} == {-0.3, 0.6}
+    back = figures.plot_path(shaken, of="high", member=1)
+    assert sorted(line.get_ydata()[0] for line in back.get_lines() if line.get_linewidth() == 2.0) == [-0.6, 0.3]
+    of_a = figures.plot_phase_portrait(shaken, of="a")
+    assert (of_a.get_xlabel(), of_a.get_ylabel()) == ("displacement of a (m)", "velocity of a (m/s)")
+    assert [line.get_xdata()[0] for line in of_a.get_lines() if line.get_linewidth() == 2.0] == [-2.0]
+    correlation = figures.plot_correlation(shaken, at=[0.0, 1.0], since=20.0, of="low")
+    assert correlation.get_xlabel() == "lag (s)"
+    for draw in (figures.plot_path, figures.plot_phase_portrait):
+        with pytest.raises(ValueError, match="of must be one of a, b, spring_1, spring_2, springpot, low, "):
+            draw(shaken)
+    with pytest.raises(ValueError, match="of must be mass, not 'wall'"):
+        figures.plot_path(run(), of="wall")
+    with pytest.raises(NotCoveredError, match="one mass is needed"):
+        figures.plot_transient(shaken)

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from tests.golden.exceptions import EXCEPTIONS
+from tests.golden.exceptions import EXCEPTIONS, ROUNDED
 from tests.golden.renamed import RENAMED
 
 __all__ = ["Compared", "compared", "renamed", "told"]
@@ -44,6 +44,16 @@ def _change(before: str, now: str) -> float:
     return abs(new - old) / abs(old) if old else math.inf
 
 
+def _rounded(name: str, before: str, now: str) -> str | None:
+    """The pattern of `ROUNDED` that allows this change."""
+    change = _change(before, now)
+    for pattern, (most, _) in ROUNDED.items():
+        if re.search(pattern, name):
+            near = math.isnan(change) or change <= most or abs(float.fromhex(now) - float.fromhex(before)) <= 1e-12
+            return pattern if near else None
+    return None
+
+
 def compared(
     before: Cases,
     now: Cases,
@@ -52,7 +62,7 @@ def compared(
 ) -> Compared:
     """Every kept number under its name of today beside today's; by default with the lists of this folder."""
     patterns = EXCEPTIONS if exceptions is None else exceptions
-    found = Compared(excepted={pattern: [] for pattern in patterns})
+    found = Compared(excepted={pattern: [] for pattern in (*patterns, *(ROUNDED if exceptions is None else ()))})
     old = {name: bits for numbers in before.values() for name, bits in numbers.items()}
     new = {name: bits for numbers in now.values() for name, bits in numbers.items()}
     wanted = {renamed(name, names): (name, bits) for name, bits in old.items()}
@@ -65,6 +75,7 @@ def compared(
             found.counts["same" if was == name and bits == today else "renamed"] += 1
             continue
         pattern = next((pattern for pattern in patterns if re.search(pattern, name)), None)
+        pattern = pattern or (_rounded(name, bits, today) if both and exceptions is None else None)
         if pattern is not None:
             found.counts["excepted"] += 1
             found.excepted[pattern].append(_change(bits, today) if both else math.inf)

@@ -130,9 +130,21 @@ def test_one_mass_with_a_name_is_one_mass() -> None:
 
 def test_results_of_several_masses() -> None:
     found = possible_results(sp.System(*HELD, sp.Dashpot(0.1, between=LINK), SHAKEN))
-    assert {"a_x_mean", "b_v_mean_square", "spring_2_elongation_mean_square", "damping_power"} <= {*found}
-    assert not {"x_mean", "x_mean_square", "amplitude_mean_square", "x_mean_end"} & {*found}
+    assert {"a_x_mean", "b_v_mean_square", "a_b_elongation_mean_square", "damping_power"} <= {*found}
+    assert not {"x_mean", "x_mean_square", "amplitude_mean_square", "x_mean_end", "damping_virial"} & {*found}
     assert unit_of_result(sp.System(*HELD), "b_x_mean_square") == "m2"
+
+
+def test_each_pair_of_masses_has_one_elongation() -> None:
+    """However many parts are between them; that to the ground is the displacement itself."""
+    back = sp.Spring(1.0, between=LINK[::-1]), sp.Barrier(-1.0, between=LINK)
+    found = possible_results(sp.System(*HELD, sp.Dashpot(0.1, between=LINK), *back, SHAKEN))
+    assert [name for name in found if "elongation" in name] == ["a_b_elongation_mean", "a_b_elongation_mean_square"]
+    with pytest.raises(ValueError, match="a_b_c_elongation_mean would be the name of two results"):
+        sp.System(
+            *(sp.Mass(1.0, at=name) for name in ("a", "b_c", "a_b", "c")),
+            sp.Spring(1.0, between=("a", "b_c")), sp.Spring(1.0, between=("a_b", "c")),
+        )  # fmt: skip
 
 
 def test_matrices() -> None:
@@ -156,6 +168,11 @@ BAD = [
         lambda: sp.System(A, sp.Mass(2.0, at="a"), sp.Spring(1.0, between=LEFT)),
         ValueError,
         "a is the name of two masses",
+    ),
+    (
+        lambda: sp.System.from_matrices(ONE, TWO, names=["a", "a"]),
+        ValueError,
+        "names must be different, but 'a' is the name of two masses",
     ),
     (lambda: sp.Mass(1.0, at="ground"), ValueError, "not 'ground' or 'mass', not 'ground'"),
     (lambda: sp.Mass(1.0, at="mass"), ValueError, "not 'ground' or 'mass', not 'mass'"),
@@ -321,6 +338,12 @@ def test_the_equations_in_words() -> None:
     assert any(line.startswith("wall (gap): x_b - x_a >= -0.2 m, restitution min(1, 0.7") for line in lines)
     assert any(line.startswith("natural frequencies 0.7419") for line in lines)
     assert any("0.3 (x_b - x_a)'" in line for line in lines if line.startswith("V (piezoelectric_circuit)"))
+
+
+def test_the_force_of_a_contact_is_opposite_on_its_two_ends() -> None:
+    for contact, signs in ((sp.Contact(-0.2, 30.0, between=LINK), "+-"), (sp.Contact(0.2, 30.0, between=LINK), "-+")):
+        lines = sp.explain(sp.System(*HELD, contact, SHAKEN)).splitlines()[:2]
+        assert all(f" {sign} 30 d^1.5" in line for sign, line in zip(signs, lines, strict=True))
 
 
 FREE = sp.System(

@@ -155,8 +155,8 @@ def test_thermal_noise_of_springpots_of_different_orders() -> None:
     u = np.linspace(-6.0, 6.0, 20001)
     weight = np.exp(-(u**2 + 0.25 * u**4) / 0.5)
     exact = {
-        "spring_1_elongation_mean_square": 0.5 / 3.0, "a_v_mean_square": 0.5, "b_v_mean_square": 1.0,
-        "spring_2_elongation_mean_square": float((weight * u**2).sum() / weight.sum()),
+        "a_x_mean_square": 0.5 / 3.0, "a_v_mean_square": 0.5, "b_v_mean_square": 1.0,
+        "a_b_elongation_mean_square": float((weight * u**2).sum() / weight.sum()),
     }  # fmt: skip
     check(sp.simulate(system, paths=1280, duration=300.0, window=(100.0, 300.0), step=0.02), exact, 0.003)
 
@@ -434,7 +434,9 @@ def test_impacts_that_cannot_be_counted_are_named() -> None:
     assert np.isnan(run["far_impact_rate"].value)
     assert run["near_impact_rate"].value > 0.0
     assert run["far_power"].value > 0.0
-    assert any("far is lossy, and no white noise acts on what it holds apart" in sentence for sentence in run.warnings)
+    assert any(
+        "far is lossy, and no white noise drives its two ends apart: a smooth" in sentence for sentence in run.warnings
+    )
 
 
 def test_more_paths_are_added_to_a_run() -> None:
@@ -450,7 +452,7 @@ def test_a_symmetric_pair_has_decoupled_modes() -> None:
         sp.Dashpot(0.1, between=GROUND_A), sp.Dashpot(0.1, between=GROUND_B), sp.WhiteNoise(1.0, on="ground"),
     )  # fmt: skip
     run = sp.simulate(pair, paths=64, duration=50.0)
-    assert run["spring_2_elongation_mean_square"].value == 0.0
+    assert run["a_b_elongation_mean_square"].value == 0.0
     assert run["a_x_mean_square"].value == run["b_x_mean_square"].value > 0.0
 
 
@@ -482,7 +484,7 @@ def test_paths_of_another_window_are_the_same() -> None:
     assert short["a_x_mean"].value == pytest.approx(x[:, :, 0].mean(), rel=1e-5)
     assert short["b_x_mean_square"].value == pytest.approx((x[:, :, 1] ** 2).mean(), rel=1e-5)
     u = x[:, :, 1] - x[:, :, 0]
-    assert short["gap_elongation_mean_square"].value == pytest.approx((u**2).mean(), rel=1e-5)
+    assert short["a_b_elongation_mean_square"].value == pytest.approx((u**2).mean(), rel=1e-5)
     assert short["b_x_mean_end"].value == pytest.approx(short.record[:, -1, 1, 0].mean(), rel=1e-5)
 
 
@@ -534,7 +536,7 @@ def test_masses_start_where_springs_and_constant_forces_balance() -> None:
 
 
 def test_a_stationary_start_is_there_for_thermal_noise_alone() -> None:
-    with pytest.raises(ValueError, match="start must be 'rest': runs of several masses start from rest, but for those"):
+    with pytest.raises(ValueError, match="start must be 'rest': a run of several masses starts from rest unless"):
         sp.simulate(three(sp.WhiteNoise(1.0, on="a")), start="stationary")
 
 
@@ -580,15 +582,18 @@ DRIVEN = thermal_pair()
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"rtol": 0.02}, "rtol cannot be given: it is there for one mass only yet, and the system has 2."),
-        ({"observables": {"y": lambda t, x, v: x}}, "observables cannot be given: it is there for one mass"),
+        ({"rtol": 0.02}, "rtol cannot be given: it is for one mass, and the system has 2; of several there are means"),
+        ({"observables": {"y": lambda t, x, v: x}}, "observables cannot be given: it is for one mass"),
         ({"distributions": True}, "distributions cannot be given"),
         ({"spectrum": [1.0]}, "spectrum cannot be given"),
         ({"first_passage": {"x": 1.0}}, "first_passage cannot be given"),
         ({"slowest_counted_impact": 0.1}, "slowest_counted_impact cannot be given"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
-        ({"initial_position": 0.1}, "initial_position must be a dict of points and numbers"),
+        (
+            {"initial_position": 0.1},
+            "initial_position must say of which masses it is, in Python as {'a': 0.01}, not 0.1.",
+        ),
         ({"initial_position": {"c": 0.1}}, "initial_position has 'c', which is no mass; there are a and b."),
         ({"initial_position": {"a": 1.0}}, "initial_position lies behind gap"),
         ({"initial_velocity": {"a": "fast"}}, "initial_velocity of a must be"),
@@ -617,7 +622,7 @@ def test_parts_without_a_law_are_named(part: Any, sentence: str) -> None:
     ("system", "reason"),
     [
         (sp.System(*FREE, sp.Spring(1.0, between=A_B), sp.Dashpot(0.1, between=A_B), sp.WhiteNoise(1.0, on="a")),
-         "nothing holds a and b"),
+         "no spring or wall keeps a and b near the ground"),
         (sp.System(*FREE, *(sp.Spring(1.0, between=e) for e in (GROUND_A, A_B)), sp.WhiteNoise(1.0, on="a")),
          "nothing dissipates the energy of some motion"),
         (three(), "without excitation the motion dies out"),
@@ -627,3 +632,17 @@ def test_a_run_without_a_stationary_state_works_and_says_so(system: sp.System, r
     run = simulated(system, paths=64, duration=20.0)
     assert any(reason in sentence for sentence in run.warnings)
     assert run["a_v_mean_square"].value >= 0.0
+
+
+def test_impacts_without_a_rate_have_advice_that_can_be_followed() -> None:
+    """``slowest_counted_impact`` is for one mass; a contact in place of the wall has a rate."""
+    smooth = sp.ColoredNoise(1.0, 1.0, on="a")
+    run = simulated(three(smooth, sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0)
+    (sentence,) = (each for each in run.warnings if "undefined" in each)
+    assert "slowest_counted_impact" not in sentence
+    assert sentence.endswith("and a Contact in its place has a finite impact rate.")
+    ground = simulated(
+        three(sp.WhiteNoise(1.0, on="ground"), sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0
+    )
+    assert any("(that of the ground moves both masses alike)" in each for each in ground.warnings)
+    assert simulated(three(smooth, sp.Contact(-0.1, 50.0, between=A_B)), paths=4, duration=5.0)["contact_impact_rate"]

@@ -93,6 +93,9 @@ def _term(system: System, name: str, part: Part, place: int) -> str:
         return ""
     if part.is_linear and _X.search(term):
         return _with_ends(term, _elongation(system, name, -1.0))
+    if part.soft_stop is not None:
+        other = " + " if term.startswith(" - ") else " - "
+        return _with_ends(other + term[len(other) :], _elongation(system, name))
     return f" - [{_with_ends(term, _elongation(system, name)).removeprefix(' + ').strip()}]"
 
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.machine.faults import listed, shown
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.file import read_system
 from springpot.theory import Result
@@ -85,8 +87,8 @@ class Wall(NamedTuple):
     rigid: bool
 
 
-def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
-    """The walls and contacts of a Dataset.
+def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
+    """The walls and contacts of a Dataset; of several masses those of the displacement ``of``, as in `recorded`.
 
     Examples
     --------
@@ -97,25 +99,57 @@ def walls_of(data: xarray.Dataset) -> tuple[Wall, ...]:
     >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
+    row, rows = _rows(data, of)
+    signs = {name: float(np.sign(row @ own)) for name, own in rows.items() if np.array_equal(np.abs(own), np.abs(row))}
     return tuple(
-        Wall(part["position"], 1.0 if part["side"] == "above" else -1.0, part["kind"] == "barrier")
+        Wall(sign * part["position"], sign * (1.0 if part["side"] == "above" else -1.0), part["kind"] == "barrier")
         for part in json.loads(data.attrs["system"])["parts"]
-        if part["kind"] in ("barrier", "contact")
+        if part["kind"] in ("barrier", "contact") and (sign := signs.get(part["name"], 0.0))
     )
 
 
-def recorded(data: Data) -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatArray]:
+def _rows(data: xarray.Dataset, of: str) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """The row of numbers by which a displacement is made of those of all masses, and the rows of all parts with ends.
+
+    Raises
+    ------
+    ValueError
+        If there is neither a mass nor such a part of this name.
+    """
+    parts = json.loads(data.attrs["system"])["parts"]
+    points = tuple(part["at"] for part in parts if part.get("kind") == "mass" and part.get("at")) or ("mass",)
+    at = Coordinates(points, np.ones(len(points)), {}, {})
+    single = len(points) == 1
+    rows = {part["name"]: at.row(part.get("between")) for part in parts if single or "between" in part}
+    if of in points or (not of and single):
+        return at.push(of or points[0]), rows
+    if of in rows and not single:
+        return rows[of], rows
+    known = points if single else [*points, *rows]
+    raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}, not {shown(of)}.")
+
+
+def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatArray]:
     """Dataset, times (n,), x and v (paths, n) of the recorded paths.
+
+    Parameters
+    ----------
+    data : Run or xarray.Dataset
+    of : str
+        Of several masses: the mass whose displacement it is, or the part whose elongation it is.
 
     Raises
     ------
     TypeError, ValueError
-        If it is not a run, or a run without recorded paths.
+        If it is not a run, or a run without recorded paths, or there is no such mass or part.
     """
     dataset = as_dataset(data)
     if "x" not in dataset:
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
+    row, _ = _rows(dataset, of)
+    if len(row) > 1:
+        x, v = x @ row, v @ row
     return dataset, np.asarray(dataset["time"], dtype=float), x, v
 
 

@@ -156,8 +156,8 @@ def _bars(design: Design, time: FloatArray, value: FloatArray, error: FloatArray
 def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, FloatArray]:
     """The recorded paths of a run whose paths all start at rest."""
     dataset = as_dataset(data)
-    _, time, x, v = recorded(dataset)
     paper = paper_of(dataset)
+    _, time, x, v = recorded(dataset)
     if json.loads(dataset.attrs["settings"])["start"] != "rest" and paper.barrier is not None:
         raise ValueError("data must be of a run from rest: simulate with start='rest'.")
     return paper, time, x, v

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["plot_path", "plot_phase_portrait"]
 
 _LABELS = {"x": "displacement $x$ (m)", "v": "velocity $v$ (m/s)"}
+_OF_A_MASS = {"x": "displacement of {} (m)", "v": "velocity of {} (m/s)"}
+_OF_A_PART = {"x": "elongation of {} (m)", "v": "rate of elongation of {} (m/s)"}
 
 
 def plot_path(
@@ -24,6 +26,7 @@ def plot_path(
     ax: Axes | None = None,
     *,
     quantity: Literal["x", "v"] = "x",
+    of: str = "",
     member: int = 0,
     window: tuple[float, float] | None = None,
     label: str | None = None,
@@ -39,6 +42,9 @@ def plot_path(
         Where to draw; a new figure if left out.
     quantity : {"x", "v"}
         Displacement in m or velocity in m/s.
+    of : str
+        Of several masses: the mass whose displacement or velocity it is, or the part whose elongation it is, such as a
+        wall between two masses.
     member : int
         Index of the recorded path.
     window : (float, float), optional
@@ -69,7 +75,7 @@ def plot_path(
     """
     if quantity not in _LABELS:
         raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
-    piece = _seen(data, member, window)
+    piece = _seen(data, of, member, window)
     ax = panel(ax, 7.0, 3.0)
     design = next_design(ax, color, label)
     value = piece.x if quantity == "x" else piece.v
@@ -82,7 +88,7 @@ def plot_path(
         at = piece.struck
         ax.plot(piece.impact_time, piece.v[at], **_MARK)
         ax.vlines(piece.impact_time, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.6)
-    ax.set(xlabel="time $t$ (s)", ylabel=_LABELS[quantity], xlim=(piece.time[0], piece.time[-1]))
+    ax.set(xlabel="time $t$ (s)", ylabel=piece.labels[quantity], xlim=(piece.time[0], piece.time[-1]))
     return ax
 
 
@@ -90,6 +96,7 @@ def plot_phase_portrait(
     data: Data,
     ax: Axes | None = None,
     *,
+    of: str = "",
     member: int = 0,
     window: tuple[float, float] | None = None,
     label: str | None = None,
@@ -99,7 +106,7 @@ def plot_phase_portrait(
 
     Parameters
     ----------
-    data, ax, member, window, label, color
+    data, ax, of, member, window, label, color
         As in `plot_path`.
 
     Returns
@@ -119,7 +126,7 @@ def plot_phase_portrait(
     >>> axes.get_xlabel(), axes.get_ylabel()
     ('displacement $x$ (m)', 'velocity $v$ (m/s)')
     """
-    piece = _seen(data, member, window)
+    piece = _seen(data, of, member, window)
     ax = panel(ax, 4.6, 4.2)
     design = next_design(ax, color, label)
     ax.plot(*_broken(piece, piece.x, piece.v), linewidth=0.9, **_look(design))
@@ -128,7 +135,7 @@ def plot_phase_portrait(
     ax.vlines(wall, piece.v[at], piece.v[at + 1], color=COLORS["vermilion"], linewidth=0.6, alpha=0.4)
     ax.plot(wall, piece.v[at], **_MARK)
     ax.locator_params(axis="x", nbins=6)  # long labels of small displacements would overlap
-    ax.set(xlabel=_LABELS["x"], ylabel=_LABELS["v"])
+    ax.set(xlabel=piece.labels["x"], ylabel=piece.labels["v"])
     return ax
 
 
@@ -144,8 +151,11 @@ def _look(design: Design) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A piece of one path: walls, states, steps with an impact, the place of the wall they struck, and their times."""
+    """A piece of one path: labels of x and v, walls, states, steps with an impact, the place of the wall they struck,
+    and their times.
+    """
 
+    labels: dict[str, str]
     walls: tuple[Wall, ...]
     time: FloatArray
     x: FloatArray
@@ -155,22 +165,24 @@ class _Seen:
     impact_time: FloatArray
 
 
-def _seen(data: Data, member: int, window: tuple[float, float] | None) -> _Seen:
-    dataset, time, x, v = recorded(data)
+def _seen(data: Data, of: str, member: int, window: tuple[float, float] | None) -> _Seen:
+    dataset, time, x, v = recorded(data, of)
     if isinstance(member, bool) or not isinstance(member, int | np.integer) or not 0 <= member < len(x):
         raise ValueError(f"member must be a whole number from 0 to {len(x) - 1}, not {member!r}.")
     inside = np.ones(time.size, bool) if window is None else (time >= window[0]) & (time <= window[1])
     if inside.sum() < 2:
         raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {window!r}.")
     time, x, v = time[inside], x[member, inside], v[member, inside]
-    walls = walls_of(dataset)
+    walls = walls_of(dataset, of)
     # between points that are several steps apart a path may turn without an impact; a soft contact has no instant
     rigid = () if spacing_in_steps(data) > 1 else tuple(wall for wall in walls if wall.rigid)
     none = np.zeros(0, np.intp), np.zeros(0), np.zeros(0)
     columns = zip(none, *(_impacts(wall, time, x, v) for wall in rigid), strict=True)
     struck, places, when = (np.concatenate(column) for column in columns)
     order = np.argsort(struck, kind="stable")
-    return _Seen(walls, time, x, v, struck[order], places[order], when[order])
+    words = _LABELS if dataset["x"].ndim == 2 else _OF_A_MASS if of in dataset["point"] else _OF_A_PART
+    labels = {name: label.format(of) for name, label in words.items()}
+    return _Seen(labels, walls, time, x, v, struck[order], places[order], when[order])
 
 
 def _impacts(wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray) -> tuple[np.ndarray[Any, Any], ...]:

@@ -152,6 +152,7 @@ def plot_correlation(
     *,
     theory: Theory = (),
     at: ArrayLike,
+    of: str = "",
     since: float = 0.0,
     label: str | None = None,
     color: str | None = None,
@@ -168,6 +169,8 @@ def plot_correlation(
         Each is drawn if it has a correlation.
     at : array_like, shape (n,)
         Lags in s, at least 0; for recorded paths the nearest whole numbers of steps.
+    of : str
+        Of several masses: the mass whose displacement it is, or the part whose elongation it is.
     since : float
         Time in s before which recorded paths are not yet stationary, and left out.
     label, color : str, optional
@@ -200,7 +203,7 @@ def plot_correlation(
         raise ValueError("at must hold lags of at least 0 s.")
     ax.set(xlabel="lag (s)", ylabel=r"$\langle x(t)\, x(t + \mathrm{lag})\rangle$ (m$^2$)")
     if data is not None:
-        _, time, x, _ = recorded(data)
+        _, time, x, _ = recorded(data, of)
         x = x[:, time >= since]
         shifts = np.rint(place / (time[1] - time[0])).astype(int)
         if not shifts.max(initial=0) < x.shape[1]:

@@ -11,13 +11,14 @@ from functools import cache
 from typing import Any
 
 from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
-from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
+from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
 __all__ = ["CATALOGUE", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
 
 _OF = "<part>_"
 _AT = "<point>_"
+_PAIRS = "<pair>_"
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class Quantity:
     Attributes
     ----------
     name : str
-        Of a part it begins with ``<part>_``, which stands for the part's name, and of one of several masses with
-        ``<point>_``.
+        Of a part it begins with ``<part>_``, which stands for the part's name, of one of several masses with
+        ``<point>_``, and of two masses with a part between them with ``<pair>_``.
     unit : str
         In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.
     meaning, formula : str
@@ -60,6 +61,8 @@ class Quantity:
         owners = [name for name, part in system.named() if self.of(part)] if self.where(system) else []
         if self.name.startswith(_AT) and self.where(system):
             yield from (point + self.name[len(_AT) - 1 :] for point in system.points)
+        elif self.name.startswith(_PAIRS) and self.where(system):
+            yield from (pair + self.name[len(_PAIRS) - 1 :] for pair in system.coordinates.pairs)
         elif self.name.startswith(_OF):
             yield from (name + self.name[len(_OF) - 1 :] for name in owners)
         elif owners:
@@ -97,16 +100,20 @@ def _is_soft(part: Part) -> bool:
 
 
 _SPRINGS: dict[str, Any] = {"when": "with springs and one mass", "of": _has_spring}
-_STOPS: dict[str, Any] = {"when": "with walls or contacts", "of": _with("stop")}
+_STOPS: dict[str, Any] = {"when": "with walls or contacts and one mass", "of": _with("stop"), "where": _is_single}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
 _DAMPING: dict[str, Any] = {
     "when": "with dashpots, arms, circuits or springpots of an order above 0", "of": _with("damping"),
 }  # fmt: skip
+_DAMPING_OF_ONE: dict[str, Any] = {
+    **_DAMPING, "when": f"{_DAMPING['when']}, and one mass", "where": _is_single, "controlled": False,
+}  # fmt: skip
 _CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
-_SOFT: dict[str, Any] = {"when": "with soft contacts", "of": _is_soft}
+_SOFT: dict[str, Any] = {"when": "with soft contacts and one mass", "of": _is_soft, "where": _is_single}
 _SINGLE: dict[str, Any] = {"when": "with one mass", "where": _is_single}
 _END: dict[str, Any] = {**_SINGLE, "controlled": False}
 _SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_several}
+_PAIR: dict[str, Any] = {"when": "of each two masses with a part between them", "where": _is_several}
 _END_OF_SEVERAL: dict[str, Any] = {**_SEVERAL, "controlled": False}
 _ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
 
@@ -121,20 +128,18 @@ CATALOGUE = (
              **_SEVERAL),
     Quantity("<point>_v_mean_square", "m2 s-2", "mean square velocity of the mass", r"\langle v_i^2\rangle",
              **_SEVERAL),
-    Quantity("<part>_elongation_mean", "m", "mean displacement between the part's two ends",
-             r"\langle x_i - x_j\rangle", "of each part with two ends, with several masses",
-             lambda part: isinstance(part, Element), _is_several),
-    Quantity("<part>_elongation_mean_square", "m2", "mean square of the displacement between the part's two ends",
-             r"\langle (x_i - x_j)^2\rangle", "of each part with two ends, with several masses",
-             lambda part: isinstance(part, Element), _is_several),
+    Quantity("<pair>_elongation_mean", "m", "mean of the second mass's displacement less that of the first",
+             r"\langle x_j - x_i\rangle", **_PAIR),
+    Quantity("<pair>_elongation_mean_square", "m2", "mean square of the difference of their displacements",
+             r"\langle (x_j - x_i)^2\rangle", **_PAIR),
     Quantity("impact_rate", "s-1", "impacts per unit time, on all walls and contacts together", **_STOPS),
     Quantity("impact_speed_mean", "m s-1", "mean speed before an impact", r"\langle |v^-|\rangle", **_STOPS),
     Quantity("impact_speed_mean_square", "m2 s-2", "mean square of the speed before an impact",
              r"\langle (v^-)^2\rangle", **_STOPS),
     Quantity("damping_force_mean", "N", "mean force of springpots, dashpots, arms and circuits together",
-             r"\langle F\rangle", **_DAMPING, controlled=False),
+             r"\langle F\rangle", **_DAMPING_OF_ONE),
     Quantity("damping_power", "W", "power that they take from the motion", r"\langle F v\rangle", **_DAMPING),
-    Quantity("damping_virial", "J", "their virial", r"\langle F x\rangle", **_DAMPING, controlled=False),
+    Quantity("damping_virial", "J", "their virial", r"\langle F x\rangle", **_DAMPING_OF_ONE),
     Quantity("<part>_power", "W", "power that the part feeds in, or, of a damper, takes", r"\langle F v\rangle",
              "of excitations but white noise and impulses, and of nonlinear dampers", _with("taken", "fed", "work")),
     Quantity("input_power", "W", "power that all excitations feed in"),
@@ -194,10 +199,12 @@ CATALOGUE = (
 
 @cache
 def _entry(name: str) -> Quantity | None:
-    """The entry of that name, or the one of parts or points with the longest ending."""
+    """The entry of that name, or the one of parts, points or pairs with the longest ending."""
     known = {entry.name: entry for entry in CATALOGUE}
     endings = {
-        entry.name.partition(">")[2]: entry for entry in reversed(CATALOGUE) if entry.name.startswith((_OF, _AT))
+        entry.name.partition(">")[2]: entry
+        for entry in reversed(CATALOGUE)
+        if entry.name.startswith((_OF, _AT, _PAIRS))
     }
     found = max((ending for ending in endings if name.endswith(ending)), key=len, default="")
     return known.get(name) or endings.get(found)

@@ -51,6 +51,25 @@ class Coordinates:
         first, second = between or ("ground", self.points[0])
         return self._axis(second) - self._axis(first)
 
+    @property
+    def pairs(self) -> dict[str, Floats]:
+        """The rows between two masses, each pair once, by the names of its ends in the order in which the first part
+        between them has them.
+
+        Examples
+        --------
+        >>> g = {"mount": np.array([-1.0, 1.0]), "stop": np.array([1.0, -1.0]), "leg": np.array([1.0, 0.0])}
+        >>> {name: row.tolist() for name, row in Coordinates(("a", "b"), np.ones(2), g, {}).pairs.items()}
+        {'a_b': [-1.0, 1.0]}
+        """
+        found: dict[tuple[int, int], Floats] = {}
+        for row in self.elongations.values():
+            if np.count_nonzero(row) == 2:
+                first, second = int(np.argmin(row)), int(np.argmax(row))
+                if (second, first) not in found:
+                    found.setdefault((first, second), row)
+        return {f"{self.points[first]}_{self.points[second]}": row for (first, second), row in found.items()}
+
     def push(self, on: str) -> Floats:
         """The forces on the points per unit of a force on one mass, or of an acceleration of the ground.
 

@@ -41,6 +41,8 @@ def parts_of_matrices(
     points = [f"m{place + 1}" for place in range(size)] if names is None else [*names]
     if isinstance(names, str) or len(points) != size:
         raise ValueError(f"names must be a name for each of the {size} masses, not {shown(names)}.")
+    if same := [point for place, point in enumerate(points) if point in points[:place]]:
+        raise ValueError(f"names must be different, but {shown(same[0])} is the name of two masses.")
     yield from (Mass(value, at=point) for value, point in zip(np.diag(masses).tolist(), points, strict=True))
     for kind, given, name in ((Spring, stiffness, "stiffness"), (Dashpot, damping, "damping")):
         if given is not None:

@@ -341,8 +341,8 @@ def check_single(system: System) -> None:
     """
     if len(points := system.points) > 1:
         raise NotCoveredError(
-            f"one mass is needed, and the system has {len(points)}, {listed(points)}: only `simulate` and "
-            "`theory.linear` take several."
+            f"one mass is needed, and the system has {len(points)}, {listed(points)}: only `simulate`, `theory.linear` "
+            "and `theory.modes` take several."
         )
 
 
@@ -429,6 +429,17 @@ def _check_ends(system: System) -> None:
             raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
         elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
+    _check_pairs(system)
+
+
+def _check_pairs(system: System) -> None:
+    """That no two pairs of masses have results of the same name."""
+    ends = (part.between for _, part in system.named() if isinstance(part, Element) and part.between)
+    first = {frozenset(pair): pair for pair in reversed([*ends]) if "ground" not in pair}
+    names = ["_".join(pair) for pair in first.values()]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{name}_elongation_mean would be the name of two results: give a mass another name.")
 
 
 def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None:

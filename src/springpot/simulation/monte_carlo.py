@@ -298,9 +298,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     A system of several masses starts from rest, or with thermal noise alone from Boltzmann's law.  If left out, its
     step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
     each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
-    ``..._elongation_mean_square`` of each part between two ends; impact rate, speeds, power and force of each wall;
-    ``damping_power`` and the balance of energy.  Observables, distributions, spectra, first passages and ``rtol`` are
-    there for one mass only.
+    ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
+    force of each wall; ``damping_power`` and the balance of energy.  Observables, distributions, spectra, first
+    passages, ``slowest_counted_impact`` and ``rtol`` are for one mass only.
 
     Memory use is about 230 bytes per path, whatever the number of steps.
 

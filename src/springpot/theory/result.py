@@ -47,7 +47,7 @@ MOMENTS = (
 OF_A_POINT = ("x_mean", "x_mean_square", "v_mean_square")
 """What there is of each of several masses, after its name."""
 OF_ENDS = ("elongation_mean", "elongation_mean_square")
-"""What there is of each part between two ends, where there are several masses."""
+"""What there is of each pair of masses with a part between them."""
 OF_A_WALL = ("impact_rate", "impact_speed_mean")
 NEVER_STRUCK = 0.0, math.nan, math.nan
 """Rate, mean and mean square speed of the impacts on a wall without any."""
@@ -110,12 +110,12 @@ def names_of_results(system: System) -> tuple[str, ...]:
 
 
 def names_of_moments(system: System) -> Sequence[str]:
-    """Names of the moments of the one mass, or of each of several and of the parts between them."""
+    """Names of the moments of the one mass, or of each of several and of the pairs with parts between them."""
     if len(system.points) == 1:
         return MOMENTS
     of_points = [f"{point}_{what}" for point in system.points for what in OF_A_POINT]
-    of_parts = [f"{name}_{what}" for name in system.coordinates.elongations for what in OF_ENDS]
-    return [*of_points, *of_parts]
+    of_pairs = [f"{pair}_{what}" for pair in system.coordinates.pairs for what in OF_ENDS]
+    return [*of_points, *of_pairs]
 
 
 def moments_of(

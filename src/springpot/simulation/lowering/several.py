@@ -318,12 +318,12 @@ def _check_covered(plan: Plan) -> None:
     for name, part in plan.system.named():
         if not isinstance(part, _COVERED):
             raise NotCoveredError(
-                f"{name} cannot be simulated in a system of several masses yet: {part.said} has no law for them."
+                f"{name} cannot be simulated in a system of several masses: {part.said} has no law for them. Leave it "
+                "out, or take one mass."
             )
         if isinstance(part, Barrier) and callable(part.restitution):
             raise NotCoveredError(
-                f"{name} has a restitution that depends on the speed, which several masses do not have yet: give a "
-                "number."
+                f"{name} has a restitution that depends on the speed, which several masses cannot have: give a number."
             )
 
 
@@ -583,11 +583,11 @@ def _readings(
         yield Reading(f"{point}_x_mean", {f"x of {point}": 1.0})
         yield Reading(f"{point}_x_mean_square", {f"x^2 of {point}": 1.0})
         yield Reading(f"{point}_v_mean_square", {f"v^2 of {point}": 1.0}, added=float(lack))
-    for name, part in system.named():
-        if isinstance(part, Element):
-            row = parts.gauged[place_of[name]]
-            yield Reading(f"{name}_elongation_mean", {f"u of {row}": 1.0})
-            yield Reading(f"{name}_elongation_mean_square", {f"u^2 of {row}": 1.0})
+    place = {tuple(row): place_of[name] for name, row in system.coordinates.elongations.items()}
+    for pair, g_of_pair in system.coordinates.pairs.items():
+        row = parts.gauged[place[tuple(g_of_pair)]]
+        yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
+        yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
     for name, part in system.named():
         if isinstance(part, Stop):
             yield Reading(f"{name}_impact_rate", {f"{name} impacts": 1.0}, "time")

@@ -238,12 +238,15 @@ class MotionOfSeveral(Motion):
     @property
     def unobserved(self) -> str:
         """Why there are no observers and levels."""
-        return f"it is there for one mass only yet, and the system has {len(self.system.points)}"
+        return (
+            f"it is for one mass, and the system has {len(self.system.points)}; of several there are means, mean "
+            "squares, impacts, powers and recorded paths"
+        )
 
     @property
     def from_rest(self) -> str:
         """Why a run starts from rest."""
-        return "" if self.is_thermal else "runs of several masses start from rest, but for those of thermal noise alone"
+        return "" if self.is_thermal else "a run of several masses starts from rest unless all noise is thermal"
 
     @cached_property
     def law(self) -> Any:
@@ -328,9 +331,12 @@ class MotionOfSeveral(Motion):
                     "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
             elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
+                two = np.count_nonzero(self.system.coordinates.elongations[name]) == 2
+                alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
                 found[name] = (
-                    f"{name} is lossy, and no white noise acts on what it holds apart: a smooth force lets them come "
-                    "to rest on each other after infinitely many impacts"
+                    f"{name} is lossy, and no white noise drives its two ends apart"
+                    f"{' (that of the ground moves both masses alike)' if two and alike else ''}: a smooth force lets "
+                    "them come to rest on each other after infinitely many impacts"
                 )
         return found
 
@@ -342,7 +348,7 @@ class MotionOfSeveral(Motion):
         if not self.modes.excited:
             return "without excitation the motion dies out"
         if free := self._unheld():
-            return f"nothing holds {listed(free)}, which no spring or wall keeps near the ground"
+            return f"no spring or wall keeps {listed(free)} near the ground"
         walls = self.system.of(Stop)
         lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
         damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)
@@ -463,7 +469,7 @@ def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float
     """A number for each point; 0 of those not named."""
     if not isinstance(given, Mapping):
         example = {points[0]: 0.01}
-        raise TypeError(f"{name} must be a dict of points and numbers, as {example}, not {shown(given)}.")
+        raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
     for point in given:
         if point not in points:
             near = meant(point, points) if isinstance(point, str) else ""

@@ -26,6 +26,7 @@ from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.adapted import Adapted
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
@@ -66,7 +67,7 @@ def doubts(
     of_the_step = [] if bounded else [*_about_step(simulation), *_about_window(simulation)]
     return [
         *_about_contact_tolerance(simulation, values),
-        *([say("uncountable_impacts", reason=reason)] if (reason := simulation.motion.uncountable) else []),
+        *_about_uncountable(simulation.motion),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
         *_about_energy(simulation, values, errors, rows),
@@ -155,6 +156,14 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
     force = abs(values.get("damping_force_mean", 0.0))
     if force > max(FAR_OFF * error, MOST_REMEMBERED * size):
         yield say("memory_of_start", share=per_cent(force / size), order=min(pot.order for pot in motion.springpots))
+
+
+def _about_uncountable(motion: Motion) -> Iterator[Message]:
+    """Of walls whose impacts have no rate, and what has one in their place."""
+    if reason := motion.uncountable:
+        counted = "slowest_counted_impact counts those that are faster"
+        soft = "Power and force of the wall are finite, and a Contact in its place has a finite impact rate"
+        yield say("uncountable_impacts", reason=reason, advice=soft if motion.unobserved else counted)
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:

@@ -559,11 +559,9 @@ def _of_points(system: System, seen: _Seen) -> dict[str, float]:
         found |= zip(names, seen.motion(at.push(point)), strict=True)
     means = np.array([found[f"{point}_x_mean"] for point in points])
     sizes = np.sqrt([found[f"{point}_x_mean_square"] for point in points])
-    for name, row in at.elongations.items():
-        ends = [point for point, g in zip(points, row, strict=True) if g]
+    for name, row in at.pairs.items():
         within = _ELONGATION * float(np.abs(row) @ sizes) ** 2
-        square = found[f"{ends[0]}_x_mean_square"] if len(ends) == 1 else seen.motion(row, within, velocity=False)[1]
-        of_ends = float(row @ means), square
+        of_ends = float(row @ means), seen.motion(row, within, velocity=False)[1]
         found |= {f"{name}_{what}": value for what, value in zip(OF_ENDS, of_ends, strict=True)}
     return found
 
