@@ -592,7 +592,7 @@ DRIVEN = thermal_pair()
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
         (
             {"initial_position": 0.1},
-            "initial_position must say of which masses it is, in Python as {'a': 0.01}, not 0.1.",
+            "initial_position must say of which masses it is, in Python as {'a': 0.01}",
         ),
         ({"initial_position": {"c": 0.1}}, "initial_position has 'c', which is no mass; there are a and b."),
         ({"initial_position": {"a": 1.0}}, "initial_position lies behind gap"),
