@@ -115,6 +115,7 @@ folder, study = Path(sys.argv[1]), sys.argv[2]
 run = sp.simulate(sp.Oscillator(), paths=64, duration=20.0, record=20)
 store = open_store(study)
 kept = run.save(folder / "kept.nc").read_bytes()
+sys.dont_write_bytecode = True  # Python would keep files of bytecode that are cut off
 resource.setrlimit(resource.RLIMIT_FSIZE, (700, 700))
 def fails(write, place, **more):
     try:

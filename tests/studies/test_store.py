@@ -420,6 +420,7 @@ import resource, sys
 from springpot.studies import read_study, run_study
 from tests.studies.samples import THEORY
 run_study(read_study(THEORY), sys.argv[1], threads=1)  # what is needed for it is loaded
+sys.dont_write_bytecode = True  # Python would keep files of bytecode that are cut off
 resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
 try:
     run_study(read_study({**THEORY, "axes": {"order": [0.25, 0.3], "coefficient": [0.3, 2.0]}}), sys.argv[1], threads=1)

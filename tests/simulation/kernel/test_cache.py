@@ -33,6 +33,7 @@ def twice(number):
 
 kernel = cached(numba.njit(twice))
 if sys.argv[1] == "limited":
+    sys.dont_write_bytecode = True  # Python would keep files of bytecode that are cut off
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 print(kernel(21), find_folder(kernel)[0] is not None)
 """
