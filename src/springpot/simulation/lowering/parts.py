@@ -48,7 +48,7 @@ from springpot.simulation.kernel.user_forces import user_force
 from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
 
-__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "wall_of"]
+__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "numbers_of", "wall_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -461,6 +461,11 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
     return whole, tuple(named)
 
 
+def numbers_of(contact: Contact) -> tuple[float, ...]:
+    """A contact as the kernels have it: where it is, the sign of its force, and its law."""
+    return contact.position, contact.inwards, contact.stiffness, contact.exponent, contact.dissipation
+
+
 def wall_of(total: Lowered, speed: float, spread: float, unit: float, step: float) -> Any:
     """The wall of the kernel.
 
@@ -498,13 +503,11 @@ def _soft(total: Lowered, rigid: walls.Pair, speed: float, step: float) -> walls
                 "which is the limit."
             )
         substeps = max(substeps, needed)
-    away = {"above": 1.0, "below": -1.0}
-    numbers = [(c.position, away[c.side], c.stiffness, c.exponent, c.dissipation) for _, c in total.contacts]
     return walls.Soft(
         max([rigid.low, *(c.position for _, c in total.contacts if c.side == "above")]),
         min([rigid.high, *(c.position for _, c in total.contacts if c.side == "below")]),
         rigid if total.barriers else walls.NoWall(0.0),
-        np.array(numbers).ravel(),
+        np.array([numbers_of(contact) for _, contact in total.contacts]).ravel(),
         substeps,
     )
 

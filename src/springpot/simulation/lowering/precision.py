@@ -48,7 +48,7 @@ def single_of(exact: Parts) -> Sweep:
 def with_arrays(part: Any, kind: type) -> Any:
     """The same part, and parts of it, with arrays of numbers of another precision."""
     if isinstance(part, np.ndarray):
-        return part.astype(kind)
+        return part.astype(kind) if part.dtype.kind == "f" else part
     return _each(part, lambda inner: with_arrays(inner, kind))
 
 

@@ -48,7 +48,8 @@ from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
-from springpot.simulation.lowering.parts import Lowered, Named, lower, thermal_noise
+from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
+from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
 from springpot.simulation.plan.plan import Plan
@@ -242,7 +243,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     at = np.array([place_of[name] for name, _ in walls], np.int64)
     jump, reduced = _jumps(g[at], masses)
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(totals, g, masses, [(n, name, contact) for n, name, contact in touched])]
+    dampers = [*_dampers(totals, g, masses, touched)]
     turned = np.array([each.row for each in dampers], np.int64)
     turn, _ = _jumps(g[turned], masses)
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
@@ -251,7 +252,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     row_begin, row_at, row = _sparse(g)
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
     source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, len(masses)))
-    inward = np.array([1.0 if wall.side == "above" else -1.0 for _, wall in walls])
+    inward = np.array([wall.inwards for _, wall in walls], float)
     numbers = (
         row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
@@ -261,7 +262,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
-        np.array([_numbers_of(contact) for _, _, contact in touched], float).ravel(),
+        np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
     )  # fmt: skip
 
     def of(kind: Any) -> kernel.Numbers:
@@ -287,7 +288,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         ),
         sweep=of(kind),
         exact=of(np.float64),
-        memories=replace_arrays(memories, kind),
+        memories=with_arrays(memories, kind),
         sources=_sources(given, kind),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
         units=units,
@@ -307,11 +308,6 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lacking = 0.25 * units.speed**2 * np.diag(solve @ brought) / masses
     return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
-
-
-def replace_arrays(parts: Any, kind: Any) -> Any:
-    """The same with floating-point arrays of another precision."""
-    return parts._make(part if part.dtype.kind == "i" else part.astype(kind) for part in parts)
 
 
 def _check_covered(plan: Plan) -> None:
@@ -458,11 +454,6 @@ def _dampers(
             mass = float(reduced[n])
             named = Named(name, lambda word, place, parts: None, 0, "nothing")
             yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
-
-
-def _numbers_of(contact: Contact) -> tuple[float, ...]:
-    away = 1.0 if contact.side == "above" else -1.0
-    return contact.position, away, contact.stiffness, contact.exponent, contact.dissipation
 
 
 @dataclass(frozen=True, eq=False)
