@@ -52,6 +52,19 @@ class Coordinates:
         return self._axis(second) - self._axis(first)
 
     @property
+    def numbers(self) -> dict[str, int]:
+        """The number of each part's row; parts between the same two ends, in the same order, share one.
+
+        Examples
+        --------
+        >>> g = {"mount": np.array([-1.0, 1.0]), "leg": np.array([1.0, 0.0]), "stop": np.array([-1.0, 1.0])}
+        >>> Coordinates(("a", "b"), np.ones(2), g, {}).numbers
+        {'mount': 0, 'leg': 1, 'stop': 0}
+        """
+        found: dict[tuple[float, ...], int] = {}
+        return {name: found.setdefault(tuple(row), len(found)) for name, row in self.elongations.items()}
+
+    @property
     def pairs(self) -> dict[str, Floats]:
         """The rows between two masses, each pair once, by the names of its ends in the order in which the first part
         between them has them.

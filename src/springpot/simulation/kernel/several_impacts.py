@@ -14,6 +14,7 @@ from springpot.simulation.kernel.forces import Cubic, Nonic, cubic, nonic
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64
 from springpot.simulation.kernel.restitution import Fixed, rebound
 from springpot.simulation.kernel.soft_contacts import force_of_contact
+from springpot.simulation.kernel.watching import show_impact
 
 __all__ = [
     "CUBIC", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "Numbers", "Size", "cubic_of", "energy_of", "fly",
@@ -142,7 +143,7 @@ def _given_along(size, q, x, struck):
 
 
 @njit(**LINKED)
-def fly(size, q, x, v, left, since, hits, limits, lane, weight):
+def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
 
     It begins at the time ``since`` after the middle between two kicks.  Before that middle the kick has given the
@@ -183,6 +184,8 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
         hits[at + 2 * LANES] += weight * closing * closing
         hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
         hits[at + 4 * LANES] += weight * q.reduced[struck] * change
+        if weight > 0.0:
+            show_impact(observers, struck, weight, closing, lane)
         events += 1
         if events == MOST_EVENTS:
             limits[lane] += 1.0
@@ -195,7 +198,7 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
 
 
 @njit(**LINKED)
-def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, after):
+def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, after, observers):
     """The drift of one lane again, in double precision and with impacts; how many there were.
 
     ``before`` and ``after`` the observation are the weights of its two halves.  Nothing is written where there was no
@@ -206,10 +209,10 @@ def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, aft
         x[i] = now_x[i * LANES + lane] + f64(s.before[i * LANES + lane])
         v[i] = now_v[i * LANES + lane] + f64(s.gained[i * LANES + lane])
         x[MOST_POINTS + i] = x[i]
-    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before)
+    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before, observers)
     for i in range(n):
         x[2 * MOST_POINTS + i], v[MOST_POINTS + i] = x[i], v[i]
-    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after)
+    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after, observers)
     if events == 0:
         return 0
     for i in range(n):

@@ -39,13 +39,13 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, several_dampers, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
@@ -160,10 +160,9 @@ class PartsOfSeveral:
         """Energies of the columns are those of all masses."""
         return 1.0
 
-    @property
-    def header(self) -> list[float]:
-        """There are no observers."""
-        return []
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -182,11 +181,6 @@ class PartsOfSeveral:
         return math.nan
 
     @property
-    def wall_position(self) -> float:
-        """Of a single wall, for observers."""
-        return math.nan
-
-    @property
     def wall(self) -> None:
         """The walls are rigid and have sums of their own."""
         return None
@@ -196,12 +190,13 @@ class PartsOfSeveral:
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows = given
-            if halved or observers.on_steps.size:
-                raise NotCoveredError("observers and levels of several masses are not there yet.")
+            if halved:
+                raise NotCoveredError("levels of several masses are not there yet.")
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, record, settings.record_every, stop, rows,
+                first, blocks, settings.steps, low, high, k0, k1, stream, observers,
+                record, settings.record_every, stop, rows,
             )  # fmt: skip
 
         return advance
@@ -232,8 +227,8 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     step = settings.step / units.time
     masses = coordinates.masses / unit_mass
     rows = _rows(plan, units, unit_mass, step)
-    place_of = {name: n for n, (_, names) in enumerate(rows) for name in names}
-    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, len(masses))
+    place_of = coordinates.numbers
+    totals, g = [row.total for row in rows], np.array([row.row for row in rows]).reshape(-1, len(masses))
     answers = np.array([answer_of(total, step) for total in totals])
     mass = np.diag(masses)
     solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
@@ -349,16 +344,13 @@ def _units(plan: Plan) -> tuple[Units, float]:
     return units, 2.0 ** round(float(np.log2(masses).mean()))
 
 
-def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[tuple[_Row, list[str]]]:
-    """The rows, each with all that lies on it, and the names of its parts."""
-    found: dict[tuple[float, ...], tuple[_Row, list[str]]] = {}
-    elongations = plan.system.coordinates.elongations
-    for name, part in plan.system.named():
-        if not isinstance(part, Element):
-            continue
-        row, names = found.setdefault(tuple(elongations[name]), (_Row(elongations[name]), []))
-        more = lower(part.per_mass(unit_mass), name, units, step)
-        found[tuple(elongations[name])] = _Row(row.row, row.total + more), [*names, name]
+def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]:
+    """The rows in the order of their numbers, each with all that lies on it."""
+    found: dict[int, _Row] = {}
+    coordinates, parts = plan.system.coordinates, dict(plan.system.named())
+    for name, number in coordinates.numbers.items():
+        row = found.setdefault(number, _Row(coordinates.elongations[name]))
+        found[number] = _Row(row.row, row.total + lower(parts[name].per_mass(unit_mass), name, units, step))
     return [*found.values()]
 
 
