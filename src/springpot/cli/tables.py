@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from springpot.cli.terminal import print_table
 from springpot.machine.faults import per_cent, with_error
-from springpot.problem.catalogue import unit_of
 
 if TYPE_CHECKING:
     from springpot.evidence.comparison import Gap
@@ -74,6 +73,8 @@ def _first_passages(answer: Mapping[str, Any]) -> list[str]:
 
 def _print_quantiles(answer: Mapping[str, Any]) -> None:
     """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
+    from springpot.problem.catalogue import unit_of
+
     names = [name.removesuffix("_quantile") for name in answer if name.endswith("_quantile")]
     units = {name: unit_of(f"{name}_quantile") or "s" for name in names}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
