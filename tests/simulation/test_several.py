@@ -583,11 +583,6 @@ DRIVEN = thermal_pair()
     ("given", "sentence"),
     [
         ({"rtol": 0.02}, "rtol cannot be given: it is for one mass, and the system has 2; of several there are means"),
-        ({"observables": {"y": lambda t, x, v: x}}, "observables cannot be given: it is for one mass"),
-        ({"distributions": True}, "distributions cannot be given"),
-        ({"spectrum": [1.0]}, "spectrum cannot be given"),
-        ({"first_passage": {"x": 1.0}}, "first_passage cannot be given"),
-        ({"slowest_counted_impact": 0.1}, "slowest_counted_impact cannot be given"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
         (

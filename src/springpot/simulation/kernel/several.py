@@ -426,6 +426,7 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
     for i in range(n):
         x[i], v[i] = start[path, i], start[path, n + i]
         x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
+        v[2 * MOST_POINTS + i] = q.constant[i]
     fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers)
     put_in(size, q, s, d, -1, x, v, lane)
     for i in range(n):
@@ -526,7 +527,7 @@ def several(
                     for lane in range(LANES):
                         if s.clear[lane] <= zero:
                             repair(
-                                size, exact, now_x, now_v, s, d, j, hits, limits, x, v, lane,
+                                size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
                 touch(size, q, s, d, j, hits, f64(weight), observers)

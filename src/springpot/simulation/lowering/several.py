@@ -248,8 +248,9 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
     source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, len(masses)))
     inward = np.array([wall.inwards for _, wall in walls], float)
+    smooth = np.array([float(each.is_smooth) for each in given])
     numbers = (
-        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
+        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, smooth, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
         np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
@@ -452,13 +453,15 @@ def _dampers(
 class _Given:
     """A source of excitation: its law in the kernel, its name, and the row on which it acts.
 
-    ``brought`` is the variance of what it brings anew within each step.
+    ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
+    steps are nearly alike.
     """
 
     named: Named
     law: Any
     row: Floats
     brought: float
+    is_smooth: bool
 
 
 def _excitation(
@@ -503,7 +506,8 @@ def _placed(given: Sequence[tuple[Named, Floats, float | None]]) -> Iterator[_Gi
         count[named.name] = count.get(named.name, 0) + 1
         own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
         law = named.make(word, place, 1)
-        yield _Given(own, law, row, _drawn(law) if brought is None else brought)
+        smooth = brought is None and not isinstance(law, sources.Poisson)
+        yield _Given(own, law, row, _drawn(law) if brought is None else brought, smooth)
         word, place = word + sources.WORDS, place + named.states
 
 
