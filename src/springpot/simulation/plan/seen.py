@@ -29,9 +29,10 @@ class Seen:
     names : dict
         The names of its results, by those of one mass: ``x``, ``v``, ``amplitude``, ``impact_speed``.
     number : int or None
-        In the order in which the kernel shows displacements: of the masses, then of the rows; None of impacts alone.
-    row : ndarray, shape (masses,)
-        By which it is made of the displacements of the masses.
+        In the order in which the kernel shows displacements: of the coordinates, then of other rows; None of impacts
+        alone.
+    row : ndarray, shape (coordinates,)
+        By which it is made of the coordinates.
     stop : str or None
         The wall or contact whose impacts belong to it; empty for all, None for none.
     place, side : float
@@ -66,12 +67,9 @@ def seen_of_several(system: System) -> tuple[Seen, ...]:
     1 {'x': 'b_x', 'v': 'b_v', 'impact_speed': 'floor_impact_speed'}
     3 {'x': 'a_b_elongation', 'impact_speed': 'gap_impact_speed'}
     """
-    points = [
-        Seen({"x": f"{point}_x", "v": f"{point}_v"}, number, row)
-        for number, (point, row) in enumerate(_points(system).items())
-    ]
-    pairs = [Seen({"x": f"{pair}_elongation"}, number, row) for pair, (number, row) in _pairs(system).items()]
-    found = [_at_walls(system, each) for each in (*points, *pairs)]
+    found = [_displacement(system, row, x=f"{point}_x", v=f"{point}_v") for point, row in _points(system).items()]
+    pairs = system.coordinates.pairs
+    found += [_displacement(system, row, x=f"{pair}_elongation") for pair, row in pairs.items()]
     there = {each.stop for each in found}
     others = [
         Seen({"impact_speed": f"{name}_impact_speed"}, None, stop=name) for name in system.stops if name not in there
@@ -90,40 +88,32 @@ def levels_of_several(system: System) -> dict[str, tuple[str, Seen]]:
     >>> [name for name, (quantity, _) in levels_of_several(pair).items() if quantity == "x"]
     ['a_x', 'b_x', 'spring_1_elongation', 'spring_2_elongation', 'a_b_elongation']
     """
-    coordinates, found = system.coordinates, dict[str, tuple[str, Seen]]()
-    for number, (point, row) in enumerate(_points(system).items()):
-        own = _at_walls(system, Seen({}, number, row))
+    found = dict[str, tuple[str, Seen]]()
+    for point, row in _points(system).items():
+        own = _displacement(system, row)
         found |= {f"{point}_{quantity}": (quantity, own) for quantity in ("x", "v", "distance", "speed")}
-    parts = {
-        name: (len(row) + coordinates.numbers[name], row) for name, row in coordinates.elongations.items()
-    } | _pairs(system)
-    for name, (number, row) in parts.items():
-        own = _at_walls(system, Seen({}, number, row))
+    for name, row in {**system.coordinates.elongations, **system.coordinates.pairs}.items():
+        own = _displacement(system, row)
         found |= {f"{name}_elongation": ("x", own), f"{name}_distance": ("distance", own)}
     return found
 
 
 def _points(system: System) -> dict[str, Floats]:
-    return dict(zip(system.points, np.eye(len(system.points)), strict=True))
+    return dict(zip(system.coordinates.points, system.coordinates.rows, strict=True))
 
 
-def _pairs(system: System) -> dict[str, tuple[int, Floats]]:
-    """Number and row of each pair."""
-    coordinates = system.coordinates
-    numbers = {tuple(row): coordinates.numbers[name] for name, row in coordinates.elongations.items()}
-    return {pair: (len(row) + numbers[tuple(row)], row) for pair, row in coordinates.pairs.items()}
-
-
-def _at_walls(system: System, seen: Seen) -> Seen:
+def _displacement(system: System, row: Floats, **names: str) -> Seen:
     """With the walls along its row: between which it is, and the impacts if there is one wall or contact."""
-    found, rows = [], system.coordinates.elongations
+    at, found = system.coordinates, []
     for name, part in system.stops.items():
-        sign = next((sign for sign in (1.0, -1.0) if np.array_equal(rows[name], sign * seen.row)), 0.0)
+        sign = next((sign for sign in (1.0, -1.0) if np.array_equal(at.elongations[name], sign * row)), 0.0)
         if sign:
             found.append((name, part, sign * part.position, sign * (1.0 if part.side == "above" else -1.0)))
     low = [place for _, part, place, side in found if isinstance(part, Barrier) and side > 0.0]
     high = [place for _, part, place, side in found if isinstance(part, Barrier) and side < 0.0]
-    seen = replace(seen, low=max(low, default=-math.inf), high=min(high, default=math.inf))
+    own = np.flatnonzero((at.rows[: len(at.names)] == row).all(axis=1))
+    number = int(own[0]) if own.size else len(at.names) + at.numbers[tuple(row.tolist())]
+    seen = Seen(names, number, row, low=max(low, default=-math.inf), high=min(high, default=math.inf))
     if len(found) != 1:
         return seen
     ((name, _, place, side),) = found
