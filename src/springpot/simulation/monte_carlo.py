@@ -199,13 +199,13 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         each and of the elongation of each pair.
     first_passage : dict
         Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
-        ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of
-        x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"``
-        (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem;
-        ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
-        f(t, x, v) and its level.  With several masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``,
-        and of a part or a pair ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Times count from the start of the window; from rest the window is the whole run if
-        left out.
+        ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of x -
+        reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"`` (m)
+        is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem; ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2)
+        / 2.  Any other name is an observable's, with a pair of a function f(t, x, v) and its level.  With several
+        masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``, and of a part or a pair
+        ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Times count from the start of the window; from
+        rest the window is the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of

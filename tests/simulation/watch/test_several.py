@@ -127,6 +127,11 @@ def test_results_are_in_datasets_files_and_pictures(thermal: Run, driven: Run, t
     again = sp.load_run(thermal.save(tmp_path / "run.nc"))
     assert again.estimates == thermal.estimates
     assert again.distributions["a_x"].counts.tobytes() == thermal.distributions["a_x"].counts.tobytes()
+    few = simulated(THERMAL, paths=2, duration=1.0, record=2)
+    few.save(tmp_path / "few.csv")
+    first, _, last = (tmp_path / "few_paths.csv").read_text().strip().partition("\n")
+    assert first.split(",")[:3] == ["time (s)", '"x of a', ' path 0 (m)"']
+    assert [float(each) for each in last.split("\n")[-1].split(",")[1:]] == few.record[:, -1].ravel().tolist()
     words = json.loads(driven.save(tmp_path / "run.json").read_text())
     assert words["b_x_spectrum"] == driven.spectra["b_x"].density.tolist()
     assert words["a_b_elongation_quantile"][4] == float(driven.distributions["a_b_elongation"].quantile(0.5)[0])
@@ -137,7 +142,7 @@ def test_results_are_in_datasets_files_and_pictures(thermal: Run, driven: Run, t
         assert axes.get_xlabel().startswith((name or "gap_impact_speed").replace("_", " "))
     axes = sp.figures.plot_spectrum(driven, theory=sp.theory.linear(DRIVEN), of="leg")
     assert np.array_equal(axes.lines[-1].get_ydata(), sp.theory.linear(DRIVEN).spectrum(FREQUENCIES, of="leg"))
-    with pytest.raises(ValueError, match="of must be one of a, b, spring_1, .*, not ''"):
+    with pytest.raises(ValueError, match=r"of must be one of a, b, spring_1, .*, not ''"):
         sp.figures.plot_density(thermal)
     with pytest.raises(ValueError, match="data holds no v of gap"):
         sp.figures.plot_density(thermal, "v", of="gap")
