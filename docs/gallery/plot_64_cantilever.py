@@ -3,8 +3,8 @@ How many modes of a cantilever matter where its tip strikes a stop
 ==================================================================
 
 A steel strip, 300 mm long, 20 mm wide and 1 mm thick, is clamped to a base that shakes. A rigid stop is 2 mm from its
-tip. :func:`~springpot.beam` gives the modes of the strip as masses, each with its own spring and dashpot, and the tip as
-a point: its displacement is the sum of those of the modes. The stop is a wall between the ground and the tip.
+tip. :func:`~springpot.beam` gives the modes of the strip as masses, each with its own spring and dashpot, and the tip
+as a point: its displacement is the sum of those of the modes. The stop is a wall between the ground and the tip.
 
 One mode holds 61 % of the mass that the base moves, and 97 % of the softness of the tip. Is it enough?
 """
@@ -86,8 +86,8 @@ plt.show()
 # 3 % of those with five, and the rate of hard impacts, those faster than 0.2 m/s, within 6 %.
 #
 # The rate of all impacts does not converge. Each mode makes the mass that an impact feels smaller,
-# :math:`1/\sum_n(\phi_n^2/m_n) = m/4N` at the tip, so that one impact becomes a burst of many: the tip is thrown back at
-# once, and the strip behind it presses it on the stop again. In a burst the tip may even come to rest there after
+# :math:`1/\sum_n(\phi_n^2/m_n) = m/4N` at the tip, so that one impact becomes a burst of many: the tip is thrown back
+# at once, and the strip behind it presses it on the stop again. In a burst the tip may even come to rest there after
 # impacts without end, which the simulation cuts short; a warning, silenced here, counts how often. For the same reason
 # the power that the stop takes falls with every mode: the strip keeps the energy in its fast modes. Which modes a real
 # stop excites depends on how long its contact lasts; a `Contact` in place of the wall says so.
