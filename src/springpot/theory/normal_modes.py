@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.parts import Springpot
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 
-__all__ = ["Modes", "modes"]
+__all__ = ["Modes", "free_motion", "mass_matrix", "modes", "stiffness_matrix"]
 
 FloatArray = NDArray[np.float64]
 
@@ -73,13 +72,8 @@ def modes(system: System) -> Modes:
     ([0.393454, 4.980481], 1.2)
     """
     at = checked_system(system).coordinates
-    parts = [(name, part) for name, part in system.named() if isinstance(part, Element)]
-    stiffness = at.sum_of({name: part.linear_stiffness + _of_order_0(part) for name, part in parts})
-    mass = np.diag(at.masses) + at.sum_of({name: part.inertia for name, part in parts})
-    root = np.linalg.inv(np.linalg.cholesky(mass))
-    squares, ways = np.linalg.eigh(root @ stiffness @ root.T)
+    squares, shapes = free_motion(mass_matrix(system), stiffness_matrix(system))
     squares[np.abs(squares) < 1e-14 * np.abs(squares).max()] = 0.0
-    shapes = root.T @ ways
     participations = shapes.T @ at.masses
     largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=0)[None, :], axis=0)[0]
     fed = np.abs(participations) > 1e-9 * np.sqrt(at.masses.sum())
@@ -89,6 +83,29 @@ def modes(system: System) -> Modes:
     return Modes(at.points, frequencies, shapes * signs, participations * signs)
 
 
-def _of_order_0(part: Element) -> float:
-    """The stiffness of a springpot that is a spring."""
-    return part.coefficient if isinstance(part, Springpot) and part.order == 0.0 else 0.0
+def mass_matrix(system: System) -> FloatArray:
+    """Of the masses, and of parts between them that have inertia."""
+    at = system.coordinates
+    inertia = at.sum_of({name: part.inertia for name, part in system.named() if isinstance(part, Element)})
+    return np.asarray(np.diag(at.masses) + inertia)
+
+
+def stiffness_matrix(system: System) -> FloatArray:
+    """Of the linear springs, and of the linear part of the others."""
+    elements = {name: part for name, part in system.named() if isinstance(part, Element)}
+    springs = {name: (*part.force_coefficients(), 0.0, 0.0)[1] for name, part in elements.items()}
+    return np.asarray(system.coordinates.sum_of(springs))
+
+
+def free_motion(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The squares of the frequencies, rising, and the shapes, in columns of unit modal mass.
+
+    Examples
+    --------
+    >>> squares, shapes = free_motion(np.diag([1.0, 4.0]), np.diag([9.0, 4.0]))
+    >>> squares.tolist(), np.abs(shapes).tolist()
+    ([1.0, 9.0], [[0.0, 1.0], [0.5, 0.0]])
+    """
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    squares, ways = np.linalg.eigh(root @ stiffness @ root.T)
+    return squares, root.T @ ways

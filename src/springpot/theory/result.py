@@ -105,7 +105,8 @@ def names_of_results(system: System) -> tuple[str, ...]:
     >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
-    of_walls = (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL)
+    of_a_wall = OF_A_WALL if len(system.points) == 1 else (*OF_A_WALL, "impact_speed_mean_square", "force_mean")
+    of_walls = (f"{wall}_{what}" for wall in system.stops for what in of_a_wall)
     return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 
