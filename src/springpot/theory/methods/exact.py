@@ -249,8 +249,8 @@ def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     Returns
     -------
     Exact, ExactLaw or ExactOfPoints
-        The first of the paper's problem, exact to about 1e-13 of the size of its moments; the second to about 1e-10; the
-        last of several masses, to about 1e-8.
+        The first of the paper's problem, exact to about 1e-13 of the size of its moments; the second to about 1e-10;
+        the last of several masses, to about 1e-8.
 
     Raises
     ------

@@ -37,9 +37,9 @@ from springpot.theory.numerics.simplices import cut, facets_on, integral, simpli
 from springpot.theory.result import (
     NEVER_STRUCK,
     OF_A_POINT,
+    OF_A_WALL_OF_SEVERAL,
     OF_ENDS,
     Moments,
-    NoConvergenceError,
     NoStationaryStateError,
     Result,
     moments_of_points,
@@ -50,8 +50,8 @@ __all__ = ["ExactOfPoints", "check_points_covered", "exact_of_points"]
 FloatArray = NDArray[np.float64]
 
 _REACH = (
-    "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with ThermalNoise, "
-    "or with white noise that is to the dashpots as noise of one temperature"
+    "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with "
+    "ThermalNoise, or with white noise that is to the dashpots as noise of one temperature"
 )
 _MOST = 3  # coordinates that are integrated over together
 _TOLERANCE, _ROUGH = 1e-8, 1e-2
@@ -106,8 +106,8 @@ def exact_of_points(system: System) -> ExactOfPoints:
     The density is exp(-U / kT).  The elongations with walls, contacts or nonlinear springs are the coordinates of a
     quadrature over simplices that are cut at walls and at the ends of contacts; the rest is normal, and independent of
     them in coordinates in which the linear springs do not couple both.  A wall at b is struck at the rate
-    p(b) sqrt(kT / 2 pi m), with p the density of its elongation and m the reduced mass of its two ends, and with the mean
-    force kT p(b).
+    p(b) sqrt(kT / 2 pi m), with p the density of its elongation and m the reduced mass of its two ends, and with the
+    mean force kT p(b).
 
     Examples
     --------
@@ -205,6 +205,15 @@ class _Law:
             found = found + potential.energy(y @ row + place)
         return np.asarray(found)
 
+    @property
+    def joined(self) -> NDArray[np.bool_]:
+        """Which coordinates a spring couples, or a nonlinear part or wall sees together."""
+        size = np.sqrt(np.abs(np.diag(self.stiffness)))
+        found = np.abs(self.stiffness) > _SMALL * np.outer(size, size)
+        for row in (*(row for row, _, _ in self.terms), *(row for row, _ in self.walls)):
+            found |= np.outer(row, row) != 0.0
+        return np.asarray(found)
+
     def on_plane(self, row: FloatArray, place: float) -> tuple[_Law, FloatArray, FloatArray] | None:
         """The law where ``row @ y`` is at a place, y = start + way @ s in its coordinates s; None if walls bar it."""
         start = row * place / float(row @ row)
@@ -245,8 +254,7 @@ def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
         return _Solved(-float(law.energy(point)[0]), np.zeros(0), np.zeros((0, 0)), means)
     held = _held(law)
     values, ways = np.linalg.eigh(held)
-    axes = ways / np.sqrt(values)
-    middle = np.linalg.solve(held, law.force)
+    middle, axes = np.asarray(np.linalg.solve(held, law.force)), np.asarray(ways / np.sqrt(values))
     for tolerance in (*[_ROUGH] * (_ROUNDS - 1), _TOLERANCE):
         simplices, least = _box(law, middle, axes)
 
@@ -270,7 +278,7 @@ def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
             axes @ covariance @ axes.T,
             moments[size + size * (size + 1) // 2 :],
         )
-        middle, axes = solved.mean, np.linalg.cholesky(solved.covariance)
+        middle, axes = solved.mean, np.asarray(np.linalg.cholesky(solved.covariance))
     return solved
 
 
@@ -333,49 +341,49 @@ def _box(law: _Law, middle: FloatArray, axes: FloatArray) -> tuple[FloatArray, f
 def _moments(system: System, temperatures: FloatArray) -> Moments:
     """The moments at some temperatures, each of points that no part joins to those of another one."""
     at = system.coordinates
-    elements = [(name, part, at.elongations[name]) for name, part in system.named() if isinstance(part, Element)]
-    hot = {name: float(temperatures[np.flatnonzero(row)[0]]) for name, _, row in elements}
+    bent = [(name, part, at.elongations[name]) for name, part in system.named() if _is_bent(part)]
+    hot = {name: float(temperatures[np.flatnonzero(row)[0]]) for name, _, row in bent}
     stiffness = stiffness_matrix(system) / temperatures[:, None]
-    force = sum((part.force * at.push(part.on) for part in system.of(Constant)), np.zeros(len(at.points)))
-    force = force / temperatures
-    bent = [(name, part, row) for name, part, row in elements if _is_bent(part)]
+    force = sum((part.force * at.push(part.on) for part in system.of(Constant)), 0.0 * temperatures) / temperatures
     rows = _independent([row for _, _, row in bent], len(at.points))
-    ways, rest, spread = _apart(stiffness, rows, at.points)  # x = ways y + rest (normal)
-    terms, walls = [], []
-    for name, part, row in bent:
-        if isinstance(part, Barrier):
-            walls.append((part.inwards * row @ ways, part.inwards * part.position))
-            continue
-        curve = [0.0, 0.0, *(k / hot[name] for k in part.force_coefficients()[2:])]
-        contacts = (replace(part, stiffness=part.stiffness / hot[name]),) if isinstance(part, Contact) else ()
-        terms.append((row @ ways, 0.0, Potential(tuple(curve), contacts)))
-    whole = _Law(ways.T @ stiffness @ ways, ways.T @ force, tuple(terms), tuple(walls))
-    mean, covariance, found = np.zeros(len(rows)), np.zeros((len(rows), len(rows))), {}
-    size = np.sqrt(np.abs(np.diag(whole.stiffness)))
-    joined = np.abs(whole.stiffness) > _SMALL * np.outer(size, size)
-    for row, *_ in (*terms, *walls):
-        joined |= np.outer(row, row) != 0.0
-    free = np.linalg.solve(mass_matrix(system), np.eye(len(at.points)))
-    for own in _groups(joined):
+    ways, rest, spread = _apart(stiffness, rows, at.points)  # x = ways y + rest z
+    seen = [(name, part, row @ ways) for name, part, row in bent]
+    whole = _Law(
+        ways.T @ stiffness @ ways,
+        ways.T @ force,
+        tuple((row, 0.0, _curve(part, hot[name])) for name, part, row in seen if not isinstance(part, Barrier)),
+        tuple((part.inwards * row, part.inwards * part.position) for _, part, row in seen if isinstance(part, Barrier)),
+    )
+    free = np.linalg.inv(mass_matrix(system))
+    mean, covariance = np.zeros(len(rows)), np.zeros((len(rows), len(rows)))
+    found: dict[str, float] = {}
+    for own in _groups(whole.joined):
+        here = [(name, part, row[own]) for name, part, row in seen if row[own].any()]
         if len(own) > _MOST:
-            parts = [name for name, _, row in bent if (row @ ways)[own].any()]
             raise NotCoveredError(
-                f"{_REACH}, where at most {_MOST} elongations depend on each other, not {len(own)}, of {listed(parts)}: "
-                "`simulate` starts from this law."
+                f"{_REACH}, where at most {_MOST} elongations depend on each other, not the {len(own)} of "
+                f"{listed([name for name, *_ in here])}: `simulate` starts from this law."
             )
-        law = whole.of_block(own)
-        stops = [(name, part, (row @ ways)[own]) for name, part, row in bent if name in system.stops]
-        stops = [(name, part, row) for name, part, row in stops if row.any()]
-        soft = [(name, part, row) for name, part, row in stops if isinstance(part, Contact)]
-        solved = _solved(law, [_push(part, row) for _, part, row in soft])
+        law, stops = whole.of_block(own), [each for each in here if each[0] in system.stops]
+        soft = {name: _push(part, row) for name, part, row in stops if isinstance(part, Contact)}
+        solved = _solved(law, [*soft.values()])
         mean[own], covariance[np.ix_(own, own)] = solved.mean, solved.covariance
-        pushes = dict(zip([name for name, *_ in soft], solved.means, strict=True))
+        pushes = dict(zip(soft, solved.means.tolist(), strict=True))
         for name, part, row in stops:
-            light = float(at.elongations[name] @ free @ at.elongations[name])
-            found |= _hits(name, hot[name], light, _density(law, solved, row, part.position), pushes.get(name))
-    still = rest @ (spread @ (rest.T @ force)) if rest.size else 0.0 * force
-    x_mean, x_spread = ways @ mean + still, ways @ covariance @ ways.T + rest @ spread @ rest.T
+            light, density = (
+                at.elongations[name] @ free @ at.elongations[name],
+                _density(law, solved, row, part.position),
+            )
+            found |= _hits(name, hot[name] * float(light), density, pushes.get(name, hot[name] * density))
+    x_mean = ways @ mean + rest @ spread @ (rest.T @ force)
+    x_spread = ways @ covariance @ ways.T + rest @ spread @ rest.T
     return moments_of_points(system, _of_points(system, x_mean, x_spread, np.diag(free) * temperatures) | found)
+
+
+def _curve(part: Any, hot: float) -> Potential:
+    """The energy over kT of a nonlinear spring without its linear part, or of a contact."""
+    contacts = (replace(part, stiffness=part.stiffness / hot),) if isinstance(part, Contact) else ()
+    return Potential((0.0, 0.0, *(k / hot for k in part.force_coefficients()[2:])), contacts)
 
 
 def _is_bent(part: Any) -> bool:
@@ -414,7 +422,7 @@ def _apart(stiffness: FloatArray, rows: FloatArray, points: Sequence[str]) -> tu
             loose = [point for point, share in zip(points, shares, strict=True) if share > 1e-6 * shares.max()]
             raise NoStationaryStateError(f"There is no stationary state: no spring pulls {listed(loose)} back.")
         ways = ways - rest @ np.linalg.solve(held, rest.T @ stiffness @ ways)
-    return ways, rest, np.linalg.inv(held)
+    return np.asarray(ways), np.asarray(rest), np.asarray(np.linalg.inv(held))
 
 
 def _density(law: _Law, solved: _Solved, row: FloatArray, place: float) -> float:
@@ -430,21 +438,19 @@ def _density(law: _Law, solved: _Solved, row: FloatArray, place: float) -> float
         return 0.0
 
 
-def _hits(wall: str, hot: float, light: float, density: float, push: float | None) -> dict[str, float]:
-    """Impacts on a wall or contact: kT, one over the reduced mass, the density there, and a contact's mean force."""
-    rate = density * math.sqrt(hot * light / (2.0 * math.pi))
-    hit = (rate, math.sqrt(0.5 * math.pi * hot * light), 2.0 * hot * light) if rate > 0.0 else NEVER_STRUCK
-    names = ("impact_rate", "impact_speed_mean", "impact_speed_mean_square")
-    force = hot * density if push is None else float(push)
-    return {f"{wall}_{what}": value for what, value in zip(names, hit, strict=True)} | {f"{wall}_force_mean": force}
+def _hits(wall: str, speed_square: float, density: float, force: float) -> dict[str, float]:
+    """Impacts on a wall or contact, from the mean square speed and the density of its elongation, and the force."""
+    rate = density * math.sqrt(speed_square / (2.0 * math.pi))
+    hit = (rate, math.sqrt(0.5 * math.pi * speed_square), 2.0 * speed_square) if rate > 0.0 else NEVER_STRUCK
+    return {f"{wall}_{what}": value for what, value in zip(OF_A_WALL_OF_SEVERAL, (*hit, force), strict=True)}
 
 
 def _of_points(system: System, mean: FloatArray, spread: FloatArray, v_square: FloatArray) -> dict[str, float]:
-    found = {}
-    for place, point in enumerate(system.points):
-        numbers = float(mean[place]), float(spread[place, place] + mean[place] ** 2), float(v_square[place])
+    found: dict[str, float] = {}
+    squares = np.diag(spread) + mean**2
+    for point, *numbers in zip(system.points, mean.tolist(), squares.tolist(), v_square.tolist(), strict=True):
         found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
     for pair, row in system.coordinates.pairs.items():
-        numbers = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2)
-        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, numbers, strict=True)}
+        of_ends = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2)
+        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, of_ends, strict=True)}
     return found
