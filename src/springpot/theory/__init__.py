@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from springpot.theory.normal_modes import Modes, modes
     from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
     from springpot.theory.solve import solve_all, solve_one
+    from springpot.theory.spectral_fatigue import Fatigue, fatigue
 
 __all__ = [
     "AmplitudeAveraging",
@@ -32,6 +33,7 @@ __all__ = [
     "Exact",
     "ExactLaw",
     "ExactOfPoints",
+    "Fatigue",
     "FokkerPlanck",
     "HalfCycles",
     "LinearResponse",
@@ -47,6 +49,7 @@ __all__ = [
     "averaging_amplitude",
     "envelope",
     "exact",
+    "fatigue",
     "fokker_planck",
     "half_cycles",
     "linear",
@@ -73,6 +76,7 @@ _PLACES = {
     "normal_modes": ("Modes", "modes"),
     "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
     "solve": ("solve_all", "solve_one"),
+    "spectral_fatigue": ("Fatigue", "fatigue"),
 }
 
 
