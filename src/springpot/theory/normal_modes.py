@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 
-__all__ = ["Modes", "free_motion", "mass_matrix", "modes", "stiffness_matrix"]
+__all__ = ["Modes", "free_motion", "modes", "stiffness_matrix"]
 
 FloatArray = NDArray[np.float64]
 
@@ -22,13 +22,14 @@ class Modes:
     Parameters
     ----------
     points : tuple of str
-        The names of the masses.
+        The names of the masses, and of other points.
     frequencies : ndarray, shape (modes,)
         In rad/s; 0 of motion that no spring holds, NaN of motion that springs push away.
     shapes : ndarray, shape (points, modes)
-        A column for each mode, Phi^T M Phi = 1.
+        A column for each mode; on the masses Phi^T M Phi = 1.
     participations : ndarray, shape (modes,)
-        Phi^T M 1, in kg^(1/2): what an acceleration of the ground feeds to each.
+        Phi^T M 1, in kg^(1/2): what an acceleration of the ground feeds to each.  Of masses that have participations
+        these are in place of the ones.
     """
 
     points: tuple[str, ...]
@@ -72,22 +73,15 @@ def modes(system: System) -> Modes:
     ([0.393454, 4.980481], 1.2)
     """
     at = checked_system(system).coordinates
-    squares, shapes = free_motion(mass_matrix(system), stiffness_matrix(system))
+    squares, shapes = free_motion(at.mass, stiffness_matrix(system))
     squares[np.abs(squares) < 1e-14 * np.abs(squares).max()] = 0.0
-    participations = shapes.T @ at.masses
+    participations = -shapes.T @ at.push("ground")
     largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=0)[None, :], axis=0)[0]
-    fed = np.abs(participations) > 1e-9 * np.sqrt(at.masses.sum())
+    fed = np.abs(participations) > 1e-9 * np.linalg.norm(participations)
     signs = np.where(np.where(fed, participations, largest) < 0.0, -1.0, 1.0)
     with np.errstate(invalid="ignore"):
         frequencies = np.sqrt(squares)
-    return Modes(at.points, frequencies, shapes * signs, participations * signs)
-
-
-def mass_matrix(system: System) -> FloatArray:
-    """Of the masses, and of parts between them that have inertia."""
-    at = system.coordinates
-    inertia = at.sum_of({name: part.inertia for name, part in system.named() if isinstance(part, Element)})
-    return np.asarray(np.diag(at.masses) + inertia)
+    return Modes(at.points, frequencies, at.rows @ shapes * signs, participations * signs)
 
 
 def stiffness_matrix(system: System) -> FloatArray:

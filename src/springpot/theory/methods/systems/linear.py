@@ -19,11 +19,13 @@ from springpot.problem.parts import (
     Dashpot,
     FractionalMaxwell,
     Harmonic,
+    Inerter,
     KanaiTajimiNoise,
     Mass,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
+    Point,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
@@ -59,7 +61,7 @@ class Companion:
     ----------
     coordinates : Coordinates
         Its points, from which the rows of its parts follow.
-    mass, stiffness, damping : float, or ndarray of shape (points, points)
+    mass, stiffness, damping : float, or ndarray of shape (coordinates, coordinates)
         Of springs and dashpots; numbers where there is one coordinate.
     elements : tuple
         Elements with memory: each has ``modulus(p)``.
@@ -69,7 +71,7 @@ class Companion:
     temperature : float
         kT of matched noise; 0 without.
     harmonics : tuple of Harmonic
-    force : float, or ndarray of shape (points,)
+    force : float, or ndarray of shape (coordinates,)
         Constant force.
     parametric : float
         Intensity of the noise that multiplies x.
@@ -348,7 +350,7 @@ class LinearResponse(Result):
         if self.companion.is_single:
             return _wide(self.spectrum(w)).astype(complex)  # type: ignore[no-any-return]
         _ = self.moments
-        found = _quadratic(self.companion, np.abs(w), np.eye(len(self.system.points)))
+        found = _quadratic(self.companion, np.abs(w), self.system.coordinates.rows)
         return np.asarray(np.where(_wide(w) < 0.0, found.conj(), found))
 
     def covariance(self, of: Literal["x", "v"] = "x") -> FloatArray:
@@ -390,9 +392,8 @@ class LinearResponse(Result):
         squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
         found, size = np.diag(squares), np.sqrt(squares)
         both = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
-        rows = np.zeros((len(both), len(points)))
-        for row, each in zip(rows, both, strict=True):
-            row[[*each]] = 0.5 / size[[*each]]  # the mean square is half of 1 + the correlation
+        shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ self.system.coordinates.rows
+        rows = np.array([shares[one] + shares[other] for one, other in both])  # mean squares: (1 + correlation) / 2
         motions = _Seen(self.companion).motions(rows, 1e-16, velocity=of == "v") if both else []
         for (one, other), (mean, x_square, v_square) in zip(both, motions, strict=True):
             half = x_square - mean**2 if of == "x" else v_square
@@ -492,16 +493,17 @@ def companion_of(system: System) -> Companion:
     unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Mass | Spring | PolynomialSpring | memory | sources | PoissonImpulses
+    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses
     check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = unit.coordinates
     elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
-    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.points)))
+    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.names)))
+    reduced: Any = (lambda matrix: matrix) if several else (lambda matrix: float(matrix[0, 0]))
     return Companion(
         coordinates=at,
-        mass=_reduced(np.diag(at.masses)),
-        stiffness=_reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
-        damping=_reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
+        mass=reduced(at.mass),
+        stiffness=reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
+        damping=reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
         elements=unit.of(Springpot, FractionalMaxwell, Maxwell),
         circuits=unit.of(PiezoelectricCircuit),
         noises=unit.of(*_NOISES),
@@ -513,11 +515,6 @@ def companion_of(system: System) -> Companion:
 
 
 check_covered = companion_of
-
-
-def _reduced(matrix: FloatArray) -> Any:
-    """A matrix, or the number itself of one coordinate."""
-    return float(matrix[0, 0]) if matrix.size == 1 else matrix
 
 
 def linear_moments(system: System, companion: Companion) -> Moments | str:
@@ -573,11 +570,11 @@ def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[floa
 def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     """The results of several masses."""
     at = system.coordinates
-    axes, pairs = np.eye(len(system.points)), at.pairs
+    pairs = at.pairs
     found: dict[str, float] = {}
-    for point, numbers in zip(system.points, seen.motions(axes), strict=True):
+    for point, numbers in zip(system.points, seen.motions(at.rows), strict=True):
         found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
-    rows = np.array([*pairs.values()]).reshape(-1, len(axes))
+    rows = np.array([*pairs.values()]).reshape(-1, len(at.masses))
     for pair, (mean, square, _) in zip(pairs, seen.motions_within(rows, velocity=False), strict=True):
         found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, (mean, square), strict=True)}
     return found
@@ -606,8 +603,8 @@ def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[
     if not still.any():
         return []
     root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    shapes = np.abs(root.T @ ways[:, still]).max(axis=1)
-    points = companion.coordinates.points
+    at = companion.coordinates
+    shapes, points = np.abs(at.rows @ root.T @ ways[:, still]).max(axis=1), at.points
     return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
 
 

@@ -152,7 +152,7 @@ def _unit(system: System) -> System:
 def _constant(unit: System) -> FloatArray:
     """Constant forces on the points."""
     at = unit.coordinates
-    return np.asarray(sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.points))))
+    return np.asarray(sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.masses))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +260,7 @@ class _Nearest:
     @property
     def bent(self) -> list[_Row]:
         """The rows of the state."""
-        return [row for row in self.rows if row.is_bent or len(self.force) == 1]
+        return [row for row in self.rows if row.is_bent or self.companion.is_single]
 
     def solved(self, system: System, unit: System) -> tuple[Companion, Moments | str, tuple[str, ...]]:
         """The linear system, its moments or why there are none, and warnings."""
@@ -295,7 +295,7 @@ class _Nearest:
             stiffness += row.along(stiff)
             damping += row.along(row.damping(place, x_spread, v_spread))
             left = left + pushed * row.g
-        if size == 1:
+        if self.companion.is_single:
             here = replace(self.companion, stiffness=float(stiffness[0, 0]), damping=float(damping[0, 0]), force=0.0)
         else:
             here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(size))
@@ -318,7 +318,7 @@ class _Nearest:
         """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
         size, bent = len(self.force), self.bent
         mean = np.zeros(size)
-        if size == 1:
+        if self.companion.is_single:
             forces = sum(np.pad(row.forces, (0, 10 - len(row.forces))) for row in self.rows) - self.force * _FIRST
             roots = polynomial.polyroots(np.trim_zeros(forces, "b"))
             mean[0] = float(min(roots, key=lambda root: abs(root.imag)).real) if roots.size else 0.0
@@ -329,7 +329,7 @@ class _Nearest:
             ratio = math.inf
             if moments is not None:
                 x, v = (np.sqrt(np.maximum([each[n] for each in moments], _NOTHING)) for n in (1, 2))
-                mean = mean - shift if size > 1 else mean
+                mean = mean if self.companion.is_single else mean - shift
                 own = float(np.exp(np.log(x).mean())) if bent else spread
                 ratio = own / spread
                 if abs(math.log(ratio)) < 0.1 or most < least * (1.0 + 1e-9):
@@ -374,13 +374,12 @@ class _Nearest:
 
 def _is_sparse(unit: System, here: Companion) -> bool:
     """Whether an impulse alone feeds in more than a tenth of the energy."""
-    impulses, size = unit.of(PoissonImpulses), len(here.coordinates.points)
-    mass = np.atleast_2d(here.mass)
-    moving = motions(here, [*np.eye(size)]) if impulses else ""
+    impulses, mass = unit.of(PoissonImpulses), np.atleast_2d(here.mass)
+    moving = motions(here, [*np.eye(len(mass))]) if impulses else ""
     if isinstance(moving, str):
         return False
     energy = float(np.diag(mass) @ [v_square for *_, v_square in moving])  # as much potential as kinetic
-    pushes = [here.push(part) if size > 1 else np.ones(1) for part in impulses]
+    pushes = [np.ones(1) if here.is_single else here.push(part) for part in impulses]
     fed = [0.5 * p.intensity * float(g @ np.linalg.solve(mass, g)) for p, g in zip(impulses, pushes, strict=True)]
     return any(each / energy > 0.1 * part.rate for each, part in zip(fed, impulses, strict=True))
 
