@@ -353,8 +353,8 @@ def check_single(system: System) -> None:
     """
     if len(points := system.points) > 1:
         raise NotCoveredError(
-            f"one mass is needed, and the system has {len(points)}, {listed(points)}: `simulate`, `explain`, and of theory "
-            "`exact`, `linear`, `linearization` and `modes` take several."
+            f"one mass is needed, and the system has {len(points)}, {listed(points)}: `simulate`, and theory's "
+            "`exact`, `linear`, `linearization` and `modes`, take several."
         )
 
 

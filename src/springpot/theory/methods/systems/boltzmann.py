@@ -18,9 +18,11 @@ from springpot.problem.parts import (
     Contact,
     Dashpot,
     FractionalMaxwell,
+    Inerter,
     Mass,
     Maxwell,
     PiezoelectricCircuit,
+    Point,
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
@@ -32,7 +34,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.normal_modes import mass_matrix, stiffness_matrix
+from springpot.theory.normal_modes import stiffness_matrix
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import (
     NEVER_STRUCK,
@@ -143,19 +145,20 @@ def check_points_covered(system: System) -> FloatArray | str:
     """kT at each point, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     memory = Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
     springs = Spring | PolynomialSpring | Constant | Barrier | Contact
-    kinds = Mass | springs | Dashpot | PolynomialDashpot | memory | ThermalNoise | WhiteNoise
+    kinds = Mass | Inerter | Point | springs | Dashpot | PolynomialDashpot | memory | ThermalNoise | WhiteNoise
     check_kinds(system, _REACH, kinds, linear=PolynomialDashpot)
     for name, part in system.named():
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
-    at, points = system.coordinates, system.points
+    at = system.coordinates
     elements = {name: part for name, part in system.named() if isinstance(part, Element)}
     damping = at.sum_of({name: part.linear_damping + _as_dashpot(part) for name, part in elements.items()})
     white = sum((p.intensity * np.outer(g, g) for p in system.of(WhiteNoise) for g in [at.push(p.on)]), 0.0 * damping)
     thermal = sum(noise.temperature for noise in system.of(ThermalNoise))
-    found = np.zeros(len(points))
-    for own in _groups(np.abs(at.sum_of(dict.fromkeys(elements, 1.0))) > 0.0):
-        here, block = [points[place] for place in own], np.ix_(own, own)
+    found = np.zeros(len(at.masses))
+    joined = sum((np.outer(np.abs(row), np.abs(row)) for row in at.elongations.values()), np.abs(at.mass))
+    for own in _groups(joined > 0.0):
+        here, block = [at.names[place] for place in own], np.ix_(own, own)
         remembers = [name for name, part in elements.items() if part.remembers and at.elongations[name][own].any()]
         if not remembers and not damping[block].any():
             return f"There is no stationary state: nothing dissipates the energy of {listed(here)}."
@@ -169,7 +172,7 @@ def check_points_covered(system: System) -> FloatArray | str:
         if np.abs(white[block] - hot * damping[block]).max() > _CLOSE * white[block].max():
             raise NotCoveredError(f"{_REACH}; the white noise of {listed(here)} is not.")
         found[own] += 0.5 * hot
-    if cold := [point for point, hot in zip(points, found, strict=True) if not hot > 0.0]:
+    if cold := [point for point, hot in zip(at.names, found, strict=True) if not hot > 0.0]:
         return f"There is no random stationary state: nothing excites the motion of {listed(cold)}."
     return found
 
@@ -345,8 +348,8 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
     hot = {name: float(temperatures[np.flatnonzero(row)[0]]) for name, _, row in bent}
     stiffness = stiffness_matrix(system) / temperatures[:, None]
     force = sum((part.force * at.push(part.on) for part in system.of(Constant)), 0.0 * temperatures) / temperatures
-    rows = _independent([row for _, _, row in bent], len(at.points))
-    ways, rest, spread = _apart(stiffness, rows, at.points)  # x = ways y + rest z
+    rows = _independent([row for _, _, row in bent], len(at.masses))
+    ways, rest, spread = _apart(stiffness, rows, at.names)  # x = ways y + rest z
     seen = [(name, part, row @ ways) for name, part, row in bent]
     whole = _Law(
         ways.T @ stiffness @ ways,
@@ -354,7 +357,7 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
         tuple((row, 0.0, _curve(part, hot[name])) for name, part, row in seen if not isinstance(part, Barrier)),
         tuple((part.inwards * row, part.inwards * part.position) for _, part, row in seen if isinstance(part, Barrier)),
     )
-    free = np.linalg.inv(mass_matrix(system))
+    v_spread = np.linalg.inv(at.mass) * temperatures
     mean, covariance = np.zeros(len(rows)), np.zeros((len(rows), len(rows)))
     found: dict[str, float] = {}
     for own in _groups(whole.joined):
@@ -370,14 +373,11 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
         mean[own], covariance[np.ix_(own, own)] = solved.mean, solved.covariance
         pushes = dict(zip(soft, solved.means.tolist(), strict=True))
         for name, part, row in stops:
-            light, density = (
-                at.elongations[name] @ free @ at.elongations[name],
-                _density(law, solved, row, part.position),
-            )
-            found |= _hits(name, hot[name] * float(light), density, pushes.get(name, hot[name] * density))
+            density, speed = _density(law, solved, row, part.position), hot[name] / at.reduced(at.elongations[name])
+            found |= _hits(name, speed, density, pushes.get(name, hot[name] * density))
     x_mean = ways @ mean + rest @ spread @ (rest.T @ force)
     x_spread = ways @ covariance @ ways.T + rest @ spread @ rest.T
-    return moments_of_points(system, _of_points(system, x_mean, x_spread, np.diag(free) * temperatures) | found)
+    return moments_of_points(system, _of_points(system, x_mean, x_spread, v_spread) | found)
 
 
 def _curve(part: Any, hot: float) -> Potential:
@@ -445,12 +445,13 @@ def _hits(wall: str, speed_square: float, density: float, force: float) -> dict[
     return {f"{wall}_{what}": value for what, value in zip(OF_A_WALL_OF_SEVERAL, (*hit, force), strict=True)}
 
 
-def _of_points(system: System, mean: FloatArray, spread: FloatArray, v_square: FloatArray) -> dict[str, float]:
+def _of_points(system: System, mean: FloatArray, spread: FloatArray, v_spread: FloatArray) -> dict[str, float]:
     found: dict[str, float] = {}
-    squares = np.diag(spread) + mean**2
-    for point, *numbers in zip(system.points, mean.tolist(), squares.tolist(), v_square.tolist(), strict=True):
+    at = system.coordinates
+    for point, row in zip(system.points, at.rows, strict=True):
+        numbers = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2), float(row @ v_spread @ row)
         found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
-    for pair, row in system.coordinates.pairs.items():
+    for pair, row in at.pairs.items():
         of_ends = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2)
         found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, of_ends, strict=True)}
     return found
