@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,11 @@ from numpy.typing import NDArray
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 
-__all__ = ["Modes", "free_motion", "modes", "stiffness_matrix"]
+__all__ = ["Modes", "free_motion", "modes", "stiffness_matrix", "unseen_mode"]
 
 FloatArray = NDArray[np.float64]
+
+_EQUAL = 1e-9  # frequencies that are one, and what a row sees of a mode that does not move it
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,3 +106,25 @@ def free_motion(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, Fl
     root = np.linalg.inv(np.linalg.cholesky(mass))
     squares, ways = np.linalg.eigh(root @ stiffness @ root.T)
     return squares, root.T @ ways
+
+
+def unseen_mode(squares: FloatArray, shapes: FloatArray, rows: Sequence[FloatArray]) -> float | None:
+    """The frequency of a mode of `free_motion` that stretches none of some rows; None if there is none.
+
+    Examples
+    --------
+    >>> motion = free_motion(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]))
+    >>> unseen_mode(*motion, [np.array([-1.0, 1.0])]), unseen_mode(*motion, [np.array([1.0, 0.0])])
+    (1.0, None)
+    """
+    seen = np.array(rows).reshape(len(rows), -1) @ shapes
+    seen = seen / np.linalg.norm(seen, axis=1)[:, None]
+    frequencies = np.sqrt(np.maximum(squares, 0.0))
+    start = 0
+    for stop in range(1, len(squares) + 1):
+        if stop == len(squares) or frequencies[stop] - frequencies[start] > _EQUAL * frequencies[stop]:
+            alike = seen[:, start:stop]  # of equal frequency: any sum of them is a mode
+            if np.linalg.matrix_rank(alike, tol=_EQUAL) < stop - start:
+                return float(frequencies[start])
+            start = stop
+    return None

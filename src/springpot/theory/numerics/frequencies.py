@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 _FAR = 45.0  # logarithms beyond the outermost frequencies, where exp(-45) of an integrand is left
 _POINTS = 4000
 _MOST_ERROR = 1e-7
-_NODES, _HALVINGS, _SETTLED = 20, 25, 1e-13
+_NODES, _HALVINGS, _MOST_PANELS, _SETTLED = 20, 25, 10_000, 1e-13
 _NARROW = "an integral over frequency did not settle: the resonance is too narrow, or too far off."
 _WIDTHS = (0.3, 1.0, 3.0, *(10.0**power for power in range(1, 13)))  # of a resonance, at which the integral is cut
 
@@ -146,11 +146,10 @@ def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], 
         left += errors[~open_].sum(axis=0)
         kept = np.tile(open_, 2)
         low, high, found = low[kept], high[kept], finer[kept]
-        if not open_.any():
+        if not open_.any() or len(found) > _MOST_PANELS:  # of nothing but rounding all would be halved for ever
             break
-    else:
-        done += found.sum(axis=0)
-        left += errors[open_].sum(axis=0)
+    done += found.sum(axis=0)
+    left += errors[open_].sum(axis=0)
     if not np.all(left <= np.maximum(_MOST_ERROR * done, within)):
         raise NoConvergenceError(_NARROW)
     return 2.0 * done

@@ -34,7 +34,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.normal_modes import stiffness_matrix
+from springpot.theory.normal_modes import free_motion, stiffness_matrix, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import (
     NEVER_STRUCK,
@@ -172,6 +172,10 @@ def check_points_covered(system: System) -> FloatArray | str:
         if np.abs(white[block] - hot * damping[block]).max() > _CLOSE * white[block].max():
             raise NotCoveredError(f"{_REACH}; the white noise of {listed(here)} is not.")
         found[own] += 0.5 * hot
+    seen = [at.elongations[name] for name, part in elements.items() if part.dissipates or _is_bent(part)]
+    free = unseen_mode(*free_motion(at.mass, stiffness_matrix(system)), seen)
+    if free is not None:
+        return f"There is no stationary state: nothing dissipates the energy of the mode at {free:.6g} rad/s."
     if cold := [point for point, hot in zip(at.names, found, strict=True) if not hot > 0.0]:
         return f"There is no random stationary state: nothing excites the motion of {listed(cold)}."
     return found

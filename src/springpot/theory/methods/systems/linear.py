@@ -38,6 +38,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integral, integrals, resonances
 from springpot.theory.result import OF_A_POINT, OF_ENDS, Moments, Result, moments_of, moments_of_points
 
@@ -48,7 +49,6 @@ Density = Callable[[float], float]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
-_EQUAL = 1e-9  # frequencies that are one, and what a damper sees of a mode that it does not damp
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
 
@@ -394,7 +394,7 @@ class LinearResponse(Result):
         both = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
         shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ self.system.coordinates.rows
         rows = np.array([shares[one] + shares[other] for one, other in both])  # mean squares: (1 + correlation) / 2
-        motions = _Seen(self.companion).motions(rows, 1e-16, velocity=of == "v") if both else []
+        motions = _Seen(self.companion).motions(rows, (1e-16, 1e-16), of == "v") if both else []
         for (one, other), (mean, x_square, v_square) in zip(both, motions, strict=True):
             half = x_square - mean**2 if of == "x" else v_square
             found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
@@ -587,44 +587,23 @@ def _endless(companion: Companion, static: Any) -> str:
         if not static > 0.0:
             return end("no spring pulls the mass back, so that it wanders without end")
         return "" if companion.dissipates else end("nothing dissipates energy")
-    squares, ways = np.linalg.eigh(companion.per_mass(static))
-    if loose := _loose(companion, squares, ways):
+    squares, shapes = free_motion(companion.mass, static)
+    if loose := _loose(companion.coordinates, squares, shapes):
         fate = "it wanders" if len(loose) == 1 else "they wander"
         return end(f"no spring pulls {listed(loose)} back, so that {fate} without end")
     if not companion.dissipates:
         return end("nothing dissipates energy")
-    free = _undamped(companion, squares, ways)
+    sizes, dashpots = np.linalg.eigh(companion.damping)
+    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
+    free = unseen_mode(squares, shapes, [*rows, *map(companion.row, companion.lossy)])
     return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
 
 
-def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[str]:
+def _loose(at: Coordinates, squares: FloatArray, shapes: FloatArray) -> list[str]:
     """The points that no spring pulls back."""
     still = squares <= _LOOSE * np.abs(squares).max()
-    if not still.any():
-        return []
-    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    at = companion.coordinates
-    shapes, points = np.abs(at.rows @ root.T @ ways[:, still]).max(axis=1), at.points
-    return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
-
-
-def _undamped(companion: Companion, squares: FloatArray, ways: FloatArray) -> float | None:
-    """The natural frequency of a mode that moves nothing which dissipates; None if there is none."""
-    sizes, dashpots = np.linalg.eigh(companion.damping)
-    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
-    rows += [companion.row(element) for element in companion.lossy]
-    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    seen = np.array(rows) @ root.T
-    seen = seen / np.linalg.norm(seen, axis=1)[:, None] @ ways
-    frequencies = np.sqrt(squares)
-    start = 0
-    for stop in range(1, len(squares) + 1):
-        if stop == len(squares) or frequencies[stop] - frequencies[start] > _EQUAL * frequencies[stop]:
-            alike = seen[:, start:stop]  # of equal frequency: any sum of them is a mode
-            if np.linalg.matrix_rank(alike, tol=_EQUAL) < stop - start:
-                return float(frequencies[start])
-            start = stop
-    return None
+    moved = np.abs(at.rows @ shapes[:, still]).max(axis=1, initial=0.0)
+    return [point for point, size in zip(at.points, moved, strict=True) if size > 1e-6 * moved.max()]
 
 
 class _Seen:
@@ -671,22 +650,26 @@ class _Seen:
         return integrals(together, self.cuts, np.broadcast_to(within, len(rows)))
 
     def motions(
-        self, rows: FloatArray, within: float | FloatArray = 0.0, velocity: bool = True
+        self, rows: FloatArray, within: tuple[Any, Any] = (0.0, 0.0), velocity: bool = True
     ) -> list[tuple[float, float, float]]:
-        """Mean and mean square of the displacement that each row sees, and mean square of its velocity if asked."""
+        """Mean and mean square of the displacement that each row sees, and mean square of its velocity if asked.
+
+        ``within`` are errors of the two mean squares that do not matter.
+        """
         own = self.companion
         x_noise = v_noise = np.zeros(len(rows))
         if own.noises:
-            x_noise = self.mean_squares(rows, own.groups, within=within)
-            v_noise = self.mean_squares(rows, own.groups, 1) if velocity else v_noise
+            x_noise = self.mean_squares(rows, own.groups, 0, within[0])
+            v_noise = self.mean_squares(rows, own.groups, 1, within[1]) if velocity else v_noise
         return [self._motion(*each) for each in zip(rows, x_noise.tolist(), v_noise.tolist(), strict=True)]
 
     def motions_within(self, rows: FloatArray, velocity: bool = True) -> list[tuple[float, float, float]]:
         """The same, where an elongation that never happens is known within a share of the motion of its ends."""
         if self.companion.is_single or not len(rows):
             return self.motions(rows, velocity=velocity)
-        sizes = np.sqrt([square for _, square, _ in self.motions(np.eye(rows.shape[1]), velocity=False)])
-        return self.motions(rows, _ELONGATION * (np.abs(rows) @ sizes) ** 2, velocity)
+        sizes = np.sqrt(np.array(self.motions(np.eye(rows.shape[1]), velocity=velocity))[:, 1:])
+        x, v = (_ELONGATION * (np.abs(rows) @ sizes) ** 2).T
+        return self.motions(rows, (x, v), velocity)
 
     def _motion(self, row: FloatArray, x_noise: float, v_noise: float) -> tuple[float, float, float]:
         own = self.companion

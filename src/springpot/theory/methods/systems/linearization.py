@@ -43,7 +43,7 @@ _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _WEIGHTS = _WEIGHTS / math.sqrt(2.0 * math.pi)
 _TOLERANCE = 1e-10
 _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond which it is said
-_NOTHING = 1e-300  # a mean square of what does not move
+_NOTHING = 1e-18  # of the largest mean square
 _EVEN = 1e-12
 _FIRST = np.eye(10)[0]
 _REPLACED = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol
@@ -249,8 +249,8 @@ def _without_nonlinear(unit: System) -> System:
 class _Nearest:
     """The search for the linear system whose own moments give its stiffness, damping and means.
 
-    Its state is the means of x, and for each row that is bent (of one mass, the one row) the logarithms of the standard
-    deviations of elongation and velocity.
+    Its state is the means of x, unless all are 0 by symmetry, and for each row that is bent (of one mass, the one row)
+    the logarithms of the standard deviations of elongation and velocity.
     """
 
     companion: Companion
@@ -262,6 +262,30 @@ class _Nearest:
         """The rows of the state."""
         return [row for row in self.rows if row.is_bent or self.companion.is_single]
 
+    def split(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The means of a state, and the standard deviations of each row, shape (rows, 2)."""
+        count = len(state) - 2 * len(self.bent)
+        mean = state[:count] if count else np.zeros(len(self.force))
+        return mean, np.exp(state[count:].reshape(2, -1)).T
+
+    def joined(self, mean: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+        """The state of means, and standard deviations of elongations and velocities."""
+        shifts = self.force.any() or any(any(row.forces[::2]) for row in self.rows)
+        return np.concatenate([mean if shifts else mean[:0], np.log(x), np.log(v)])
+
+    def sizes(self, here: Companion) -> tuple[FloatArray, FloatArray] | str:
+        """Standard deviations of elongations and velocities of a linear system; or why there are none.
+
+        Where an elongation never happens, it is a share of the largest motion, so that its logarithm is no noise.
+        """
+        axes = [] if here.is_single else [*np.eye(len(self.force))]
+        seen = motions(here, [*(row.g for row in self.bent), *axes])
+        if isinstance(seen, str):
+            return seen
+        squares = np.array(seen)[:, 1:]
+        x, v = np.sqrt(np.maximum(squares, _NOTHING * squares.max(axis=0))).T[:, : len(self.bent)]
+        return x, v
+
     def solved(self, system: System, unit: System) -> tuple[Companion, Moments | str, tuple[str, ...]]:
         """The linear system, its moments or why there are none, and warnings."""
         own = self.companion
@@ -271,13 +295,15 @@ class _Nearest:
         if not own.dissipates and not any(row.damping(0.0, 1e20, 1e20) > 0.0 for row in self.rows):
             return nothing, "There is no stationary state: nothing dissipates energy.", ()
         try:
-            state = optimize.root(self.missing, self.start(), method="hybr", options={"xtol": _TOLERANCE}).x
+            state = self.start()
+            if state.size:
+                state = optimize.root(self.missing, state, method="hybr", options={"xtol": _TOLERANCE}).x
         except NoStationaryStateError as unstable:
             return nothing, str(unstable), ()
         here, _ = self.at(state)
-        if not np.abs(self.missing(state)).max() < 1e-7 or not _is_sound(here):
+        if not np.abs(self.missing(state)).max(initial=0.0) < 1e-7 or not _is_sound(here):
             raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
-        mean = state[: len(self.force)]
+        mean, _ = self.split(state)
         force = here.stiffness * float(mean[0]) if here.is_single else here.stiffness @ mean  # which gives that mean
         found = linear_moments(system, replace(here, force=force))
         warnings = () if isinstance(found, str) else tuple(self.doubts(unit, here, state))
@@ -285,9 +311,8 @@ class _Nearest:
 
     def at(self, state: FloatArray) -> tuple[Companion, FloatArray]:
         """The linear system at a state, and how far its means are from the balance of forces."""
-        size, bent = len(self.force), self.bent
-        mean = state[:size]
-        spreads = dict(zip(map(id, bent), np.exp(state[size:].reshape(2, -1)).T, strict=True))
+        size, (mean, found) = len(self.force), self.split(state)
+        spreads = dict(zip(map(id, self.bent), found, strict=True))
         stiffness, damping, left = np.zeros((size, size)), np.zeros((size, size)), -self.force
         for row in self.rows:
             place, (x_spread, v_spread) = float(row.g @ mean), spreads.get(id(row), (0.0, 0.0))
@@ -304,15 +329,15 @@ class _Nearest:
     def missing(self, state: FloatArray) -> FloatArray:
         """What the linear system has beyond what the state says."""
         here, shift = self.at(state)
-        size, bent = len(self.force), self.bent
-        moments = motions(here, [row.g for row in bent])
-        if isinstance(moments, str):
+        sizes = self.sizes(here)
+        if isinstance(sizes, str):
             raise NoConvergenceError(
                 "statistical linearization found no solution: on the way nothing dissipates energy."
             )
-        found = 0.5 * np.log(np.maximum([[x for _, x, _ in moments], [v for _, _, v in moments]], _NOTHING)).ravel()
-        scale = math.exp(state[size : size + len(bent)].max()) if bent else max(np.abs(state).max(), 1e-300)
-        return np.asarray([*(shift / scale), *(found - state[size:])])
+        mean, spreads = self.split(state)
+        scale = spreads[:, 0].max() if len(spreads) else max(np.abs(mean).max(), 1e-300)
+        x, v = np.array(sizes) / spreads.T
+        return self.joined(shift / scale, x, v)
 
     def start(self) -> FloatArray:
         """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
@@ -325,39 +350,35 @@ class _Nearest:
         spread, least, most = 1.0, 0.0, math.inf
         shape = np.ones(len(bent))
         for _ in range(400):  # the spread at which the linear system has the spread itself
-            shift, moments = self.tried(mean, spread * shape)
+            shift, sizes = self.tried(mean, spread * shape)
             ratio = math.inf
-            if moments is not None:
-                x, v = (np.sqrt(np.maximum([each[n] for each in moments], _NOTHING)) for n in (1, 2))
+            if sizes is not None:
+                x, v = sizes
                 mean = mean if self.companion.is_single else mean - shift
-                own = float(np.exp(np.log(x).mean())) if bent else spread
+                own = float(x.max(initial=0.0)) or spread
                 ratio = own / spread
                 if abs(math.log(ratio)) < 0.1 or most < least * (1.0 + 1e-9):
-                    return np.concatenate([mean, np.log(x), np.log(v)])
+                    return self.joined(mean, x, v)
                 shape = x / own
             least, most = (spread, most) if ratio > 1.0 else (least, spread)
             step = min(max(math.sqrt(ratio), 0.05), 20.0) if math.isfinite(ratio) else 2.0
             spread = math.sqrt(least * most) if 0.0 < least < most < math.inf else spread * step
         raise NoConvergenceError("statistical linearization found no solution: no spread agrees with itself.")
 
-    def tried(
-        self, mean: FloatArray, spreads: FloatArray
-    ) -> tuple[FloatArray, list[tuple[float, float, float]] | None]:
-        """How far the means are off at some spreads, and the motions of the linear system; None if it is not held."""
+    def tried(self, mean: FloatArray, spreads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None]:
+        """How far the means are off at some spreads, and those of the linear system; None if it is not held."""
         stiff = [max(row.spring(float(row.g @ mean), s)[1], 1e-300) for row, s in zip(self.bent, spreads, strict=True)]
-        here, shift = self.at(np.concatenate([mean, np.log(spreads), np.log(spreads * np.sqrt(stiff))]))
+        here, shift = self.at(self.joined(mean, spreads, spreads * np.sqrt(stiff)))
         if not _is_sound(here):
             return shift, None
-        moments = motions(here, [row.g for row in self.bent])
-        if isinstance(moments, str):
-            raise NoStationaryStateError(moments)
-        return shift, moments
+        sizes = self.sizes(here)
+        if isinstance(sizes, str):
+            raise NoStationaryStateError(sizes)
+        return shift, sizes
 
     def doubts(self, unit: System, here: Companion, state: FloatArray) -> Iterator[str]:
         """Where x is far from Gaussian."""
-        size = len(self.force)
-        thermal, mean = bool(unit.of(ThermalNoise)), state[:size]
-        spreads = np.exp(state[size:].reshape(2, -1)).T
+        thermal, (mean, spreads) = bool(unit.of(ThermalNoise)), self.split(state)
         sides = []
         for row, (x_spread, v_spread) in zip(self.bent, spreads, strict=True):
             if any(row.forces[2:]):
