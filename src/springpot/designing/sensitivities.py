@@ -17,7 +17,7 @@ from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import known_word, shown
-from springpot.problem.system import System, check_single, checked_system
+from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.motions import motion_of
@@ -93,7 +93,6 @@ def sensitivity(
     True
     """
     system = checked_system(model, "model")
-    check_single(system)
     names = _checked_names(quantities)
     finite_number(change, "change", low=0.001, high=0.3)
     check_stationary(system, "sensitivity")
