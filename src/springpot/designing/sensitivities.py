@@ -190,11 +190,15 @@ def _by_monte_carlo(
         done += 1
         return found
 
-    base = simulated(numbers.system)
+    base, motion = simulated(numbers.system), motion_of(numbers.system)
     for name in names:
         known_word(name, base, "quantities", "must be among")
-    if motion_of(numbers.system).struck.crowded and any("impact_" in name for name in names):
+    if motion.struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
+    for name in names:
+        if math.isnan(base[name][0]):
+            why = f": {motion.uncountable}" if motion.uncountable and "impact_" in name else ""
+            said.append(f"{name} has no value for this model{why}.")
     derivatives = {}
     for name in numbers.values:
         sides = (
@@ -204,6 +208,8 @@ def _by_monte_carlo(
         found = []
         for quantity in names:
             found.append((math.nan, math.nan, math.nan))
+            if math.isnan(base[quantity][0]):
+                continue
             values = np.array([side[quantity][0] for side in (*sides, base)])
             if own is not None and ((values > 0.0).all() or (values < 0.0).all()):
                 found[-1] = _difference([side[quantity] for side in sides], own, step)

@@ -47,10 +47,11 @@ class MeasuredStatistics:
         correlated: the mean square of x with that of v, the impact rate with the mean of x.
     **measured : (value, error)
         Each statistic by the name that a result of `springpot.simulate` has (``x_mean``, ``x_mean_square``,
-        ``v_mean_square``, ``impact_rate``, ``impact_speed_mean``, ``<wall>_impact_rate``, ``<wall>_power``, ...), with
-        its standard error, in SI units.  Besides: ``x_rms``, ``v_rms``, ``impact_speed_rms`` (roots of mean squares),
-        ``x_standard_deviation``, and ``x_quantile``, ``v_quantile``, ``amplitude_quantile``, ``impact_speed_quantile``
-        as ``{probability: (value, error)}``.
+        ``v_mean_square``, ``impact_rate``, ``impact_speed_mean``, ``<wall>_impact_rate``, ``<wall>_power``, of several
+        masses ``<point>_x_mean_square``, ...), with its standard error, in SI units.  Besides: ``x_rms``, ``v_rms``,
+        ``impact_speed_rms``, ``<point>_x_rms``, ... (roots of mean squares), ``x_standard_deviation``,
+        and ``x_quantile``, ``v_quantile``, ``amplitude_quantile``, ``impact_speed_quantile`` as
+        ``{probability: (value, error)}``.
 
     Attributes
     ----------

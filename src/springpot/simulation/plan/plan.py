@@ -291,6 +291,7 @@ def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: 
         if given is not None:
             raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
         if motion.from_rest:
+            check_motion(motion, "start='stationary'")
             raise ValueError(f"start must be 'rest': {motion.from_rest}.")
         if derivative != "caputo":
             raise ValueError(
