@@ -130,8 +130,8 @@ def place_of(system: System, point: str | None, name: str = "at") -> int:
         return 0
     if point in points:
         return points.index(point)
-    which = f"must name one of the masses {listed(points, 'or')}" if len(points) > 1 else f"must be {points[0]!r}"
-    raise ValueError(f"{name} of the data {which}, not {point!r}.")
+    known = listed([repr(each) for each in points], "or")
+    raise ValueError(f"{name} of the data must be {known}, not {point!r}: the model has these masses.")
 
 
 def dynamic_stiffness(system: System, p: ComplexArray) -> ComplexArray:
