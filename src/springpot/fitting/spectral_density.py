@@ -28,8 +28,8 @@ from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = [
-    "Density", "correlations_of_bins", "displaced", "dynamic_stiffness", "folded", "held_by", "place_of", "response",
-    "seen_at", "windowed",
+    "Density", "correlations_of_bins", "displaced", "dynamic_stiffness", "folded", "held_by", "response",
+    "row_of", "windowed",
 ]  # fmt: skip
 
 ComplexArray = NDArray[np.complex128]
@@ -72,7 +72,7 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
-    own, place, coordinates = companion_of(system), place_of(system, at), system.coordinates
+    own, seen_by, coordinates = companion_of(system), row_of(system, at), system.coordinates
     noises = [
         (part, coordinates.forces[name])
         for name, part in system.named()
@@ -82,7 +82,8 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
     rough = [
         name for name, part in system.named()
-        if isinstance(part, WhiteNoise | PoissonImpulses) and not part.of_ground and coordinates.forces[name][place]
+        if isinstance(part, WhiteNoise | PoissonImpulses) and not part.of_ground
+        and seen_by @ coordinates.accelerations(coordinates.forces[name])
     ]  # fmt: skip
     if of == "a" and sampled and rough:
         raise NotCoveredError(
@@ -95,7 +96,7 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
     def density(frequency: FloatArray) -> FloatArray:
         w = np.atleast_1d(2.0 * np.pi * np.asarray(frequency, float))
         p, power = 1j * w.ravel(), {"x": 0, "v": 2, "a": 4}[of]
-        seen = seen_at(system, p, place)
+        seen = displaced(system, p, seen_by)
         found: Any = np.zeros(p.shape)
         for part, push in noises:
             spread = _filtered(part, w.ravel()) if isinstance(part, KanaiTajimiNoise) else part.density(w.ravel())
@@ -111,8 +112,8 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
     return density
 
 
-def place_of(system: System, point: str | None, name: str = "at") -> int:
-    """The number of a mass among those of a system; ``name`` is the argument that has it.
+def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:
+    """How a point moves with the coordinates; ``name`` is the argument that has it.
 
     Raises
     ------
@@ -122,20 +123,20 @@ def place_of(system: System, point: str | None, name: str = "at") -> int:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> place_of(System(Spring(1.0)), None)
-    0
+    >>> row_of(System(Spring(1.0)), None).tolist()
+    [1.0]
     """
     points = system.points
     if len(points) == 1 and point in (None, "mass"):
-        return 0
+        return np.ones(1)
     if point in points:
-        return points.index(point)
+        return system.coordinates.row(("ground", point))
     known = listed([repr(each) for each in points], "or")
-    raise ValueError(f"{name} of the data must be {known}, not {point!r}: the model has these masses.")
+    raise ValueError(f"{name} of the data must be {known}, not {point!r}.")
 
 
 def dynamic_stiffness(system: System, p: ComplexArray) -> ComplexArray:
-    """Force over displacement of all points, shape (n, points, points), at exp(p t).
+    """Force over displacement of all coordinates, shape (n, coordinates, coordinates), at exp(p t).
 
     Examples
     --------
@@ -150,13 +151,11 @@ def dynamic_stiffness(system: System, p: ComplexArray) -> ComplexArray:
     return np.asarray(found)
 
 
-def seen_at(system: System, p: ComplexArray, place: int) -> ComplexArray:
-    """The displacement of one point per force on each, shape (n, points)."""
-    return displaced(system, p, np.eye(len(system.points))[place])
-
-
 def displaced(system: System, p: ComplexArray, force: Any) -> ComplexArray:
-    """The displacements of all points under forces on them, shape (n, points)."""
+    """The displacements of all coordinates under forces on them, shape (n, coordinates).
+
+    Under the row of a point, they are what that point sees of forces on each.
+    """
     stiffness = dynamic_stiffness(system, p)
     if stiffness.shape[1] == 1:  # at a million frequencies
         return np.asarray(force / stiffness[..., 0])
@@ -165,13 +164,14 @@ def displaced(system: System, p: ComplexArray, force: Any) -> ComplexArray:
 
 
 def held_by(system: System, p: ComplexArray) -> ComplexArray:
-    """The forces of parts on each point where all points are moved alike against the ground, shape (n, points).
+    """The forces of parts where all is moved alike against the ground, shape (n, coordinates).
 
     They are what the ground's displacement does to the masses' own one.
     """
-    found = np.zeros((p.size, len(system.points)), complex)
+    alike = system.coordinates.participations
+    found = np.zeros((p.size, alike.size), complex)
     for row, modulus in _moduli(system, p):
-        found += modulus[:, None] * row * row.sum()
+        found += modulus[:, None] * row * float(row @ alike)
     return found
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
-from springpot.fitting.spectral_density import place_of
+from springpot.fitting.spectral_density import row_of
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     ColoredNoise,
@@ -142,11 +142,11 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
         )
     if of == "a" and any(part.inertia for part in system.of(Element)):
         raise NotCoveredError("an acceleration is covered where the mass is all of the inertia.")
-    return _assembled(own, of, place_of(system, at), _SLOWEST / duration, _FASTEST * math.pi / step)
+    return _assembled(own, of, row_of(system, at), _SLOWEST / duration, _FASTEST * math.pi / step)
 
 
-def _assembled(own: Companion, of: Of, place: int, slowest: float, fastest: float) -> StateSpace:
-    points = len(own.coordinates.points)
+def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fastest: float) -> StateSpace:
+    points = seen_by.size
     stiffness, damping = np.atleast_2d(own.stiffness), np.atleast_2d(own.damping)
     modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in own.circuits]
     for element in own.elements:
@@ -195,12 +195,12 @@ def _assembled(own: Companion, of: Of, place: int, slowest: float, fastest: floa
                 at += 2
     value, mean = np.zeros(size), 0.0
     if of == "x":
-        value[x] = np.linalg.solve(root, np.eye(points)[place])
-        mean = float(np.linalg.solve(stiffness, np.atleast_1d(own.force))[place])
+        value[x] = np.linalg.solve(root, seen_by)
+        mean = float(seen_by @ np.linalg.solve(stiffness, np.atleast_1d(own.force)))
     elif of == "v":
-        value[v] = light[:, place]
+        value[v] = light @ seen_by
     else:  # all forces of the parts
-        value[: 2 * points + len(modes)] = light[:, place] @ rates[v, : 2 * points + len(modes)]
+        value[: 2 * points + len(modes)] = (light @ seen_by) @ rates[v, : 2 * points + len(modes)]
     return StateSpace(rates, noise, value, mean)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
 from springpot.fitting.moduli import slopes_by_name
-from springpot.fitting.spectral_density import displaced, held_by, place_of, seen_at
+from springpot.fitting.spectral_density import displaced, held_by, row_of
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts import Mass
 from springpot.problem.parts.registration import Element, Slopes
@@ -49,10 +49,11 @@ def response_of(
     """
     companion_of(system)  # refuses what it does not cover
     p = np.asarray(2j * np.pi * frequency_hz, complex)
-    place, power = place_of(system, at), {"x": 0, "v": 1, "a": 2}[of]
-    seen = seen_at(system, p, place)
+    seen_by, power = row_of(system, at), {"x": 0, "v": 1, "a": 2}[of]
+    seen = displaced(system, p, seen_by)
     of_ground = on == "ground" and of == "a"  # of the mass itself: the ground moves the other ends of all parts but it
-    push = system.coordinates.push("ground" if on == "ground" else system.points[place_of(system, on, "on")])
+    alike = system.coordinates.participations
+    push = system.coordinates.push("ground") if on == "ground" else row_of(system, on, "on")
     force = held_by(system, p) if of_ground else np.broadcast_to(push, seen.shape)
     response = (seen * force).sum(axis=1)
     moved = displaced(system, p, force)
@@ -60,11 +61,11 @@ def response_of(
     for name, part in system.named():
         if isinstance(part, Element):
             row = system.coordinates.elongations[name]
-            change = (seen @ row) * (of_ground * row.sum() - moved @ row) / response
+            change = (seen @ row) * (of_ground * float(row @ alike) - moved @ row) / response
             slopes += [(number, slope * change) for number, slope in (*part.slopes(p), (part.inertia, p**2))]
         elif isinstance(part, Mass):
             own = system.points.index(part.at or system.points[0])
-            fed = 1.0 if on == "ground" and not of_ground else 0.0
+            fed = alike[own] if on == "ground" and not of_ground else 0.0
             slopes.append((part.value, -seen[:, own] * (p**2 * moved[:, own] + fed) / response))
     return np.asarray(response if of_ground else response * p**power), slopes
 
