@@ -73,7 +73,7 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
     own, seen_by, coordinates = companion_of(system), row_of(system, at), system.coordinates
-    noises = [
+    noises: list[tuple[Any, FloatArray]] = [
         (part, coordinates.forces[name])
         for name, part in system.named()
         if isinstance(part, Excitation) and not isinstance(part, Constant | ThermalNoise)
@@ -94,19 +94,19 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
     temperature = sum(noise.temperature for noise in system.of(ThermalNoise))
 
     def density(frequency: FloatArray) -> FloatArray:
-        w = np.atleast_1d(2.0 * np.pi * np.asarray(frequency, float))
-        p, power = 1j * w.ravel(), {"x": 0, "v": 2, "a": 4}[of]
+        w = 2.0 * np.pi * np.asarray(frequency, float).ravel()
+        p, power = np.asarray(1j * w, complex), w ** {"x": 0, "v": 2, "a": 4}[of]
         seen = displaced(system, p, seen_by)
         found: Any = np.zeros(p.shape)
         for part, push in noises:
-            spread = _filtered(part, w.ravel()) if isinstance(part, KanaiTajimiNoise) else part.density(w.ravel())
+            spread = _filtered(part, w) if isinstance(part, KanaiTajimiNoise) else part.density(w)
             if of == "a" and part.of_ground:  # of the mass itself
-                found = found + spread * np.abs((seen * held_by(system, p)).sum(axis=1)) ** 2
+                found = found + spread * np.abs(np.sum(seen * held_by(system, p), axis=1)) ** 2
             else:
-                found = found + spread * np.abs(seen @ push) ** 2 * w.ravel() ** power
+                found = found + spread * np.abs(seen @ push) ** 2 * power
         for name, row in coordinates.elongations.items() if temperature > 0.0 else ():
-            loss = np.imag(dict(system.named())[name].modulus(p)) / w.ravel()
-            found = found + temperature / np.pi * loss * np.abs(seen @ row) ** 2 * w.ravel() ** power
+            loss = np.imag(dict(system.named())[name].modulus(p)) / w
+            found = found + temperature / np.pi * loss * np.abs(seen @ row) ** 2 * power
         return np.asarray(4.0 * np.pi * found).reshape(np.shape(frequency))
 
     return density
