@@ -618,7 +618,6 @@ def test_an_interrupted_run_ends_with_130() -> None:
             process.kill()
     assert process.returncode == 130, err
     assert out == ""
-    first, last = err.splitlines()
-    assert first.startswith("springpot: this takes about ")
-    assert "1,000,000 paths of 1,000,000 steps" in first
+    *first, last = err.splitlines()  # none if the interrupt comes while the kernel is compiled
+    assert all(line.startswith("springpot: this takes about ") for line in first)
     assert last == "springpot: interrupted."

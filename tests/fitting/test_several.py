@@ -107,10 +107,12 @@ def test_a_record_gives_back_its_numbers() -> None:
 
 
 def test_statistics_of_points_give_back_their_numbers(tmp_path: Path) -> None:
+    """The 0.9 quantile of a normal displacement is at 1.2816 standard deviations."""
     linear = sp.theory.linear(model())
     lines = [f"a_x_rms (mm),{1e3 * linear.a_x_mean_square**0.5},15",
              f"b_v_mean_square (m2/s2),{linear.b_v_mean_square},0.05",
              f"a_b_elongation_rms (m),{linear.a_b_elongation_mean_square**0.5},0.01",
+             f"b_x_quantile_0.9 (m),{1.28155 * linear.b_x_mean_square**0.5},0.02",
              f"b_x_standard_deviation (m),{linear.b_x_mean_square**0.5},0.02"]  # fmt: skip
     (tmp_path / "s.csv").write_text("\n".join(["quantity,value,error", *lines]))
     assert near(sp.fit(FREE, sp.read_data(tmp_path / "s.csv"), paths=1024))

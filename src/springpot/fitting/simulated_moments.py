@@ -22,7 +22,7 @@ from springpot.simulation.paths.statistics import controlled
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.plan import Plan, check_motion, check_observed, plan_of
+from springpot.simulation.plan.plan import Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
@@ -100,8 +100,6 @@ def case_of(
     motion = _motion(model[0], named)
     settings, rough = _settings(motion, seed, threads)
     found = Case(*model, settings, rough)
-    if found.has_quantiles:
-        check_observed(motion, "a quantile")
     if settings.start == "rest":
         return found
     return replace(found, start=adapt(Plan(motion, settings), paths=_PILOT_PATHS, progress=check).adapted)
