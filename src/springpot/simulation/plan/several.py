@@ -42,6 +42,7 @@ from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
@@ -242,6 +243,36 @@ class MotionOfSeveral(Motion):
             f"it is for one mass, and the system has {len(self.system.points)}; of several there are means, mean "
             "squares, impacts, powers and recorded paths"
         )
+
+    @cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """Each mass, each pair, and the impacts on each wall."""
+        return seen_of_several(self.system)
+
+    @cached_property
+    def levels(self) -> dict[str, tuple[str, Seen]]:
+        """Displacements and velocities of the masses, and elongations of parts and pairs."""
+        return levels_of_several(self.system)
+
+    @cached_property
+    def arguments(self) -> dict[str, tuple[str, int]]:
+        """The same and the time."""
+        return {"t": ("t", 0)} | {
+            name: (quantity, seen.number or 0)
+            for name, (quantity, seen) in self.levels.items()
+            if quantity in ("x", "v")
+        }
+
+    def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
+        """Along the row of the displacement."""
+        names = self.system.coordinates.names
+        at_rest = dict(zip(names, self._nearest_to_rest(), strict=True))
+        places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
+        return float(seen.row @ places), float(seen.row @ speeds)
+
+    def intensity_of(self, seen: Seen) -> float:
+        """Of white noise and of that of dashpots at a temperature, along the row of the displacement."""
+        return self._intensity_along(seen.row)
 
     @property
     def from_rest(self) -> str:
@@ -470,12 +501,12 @@ def _least_forces(inward: Floats, least: Floats) -> Floats | None:
 def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
     """A number for each point; 0 of those not named."""
     if not isinstance(given, Mapping):
-        example = {points[0]: 0.01}
+        example = f"{ {points[0]: 0.01} }, in the command as {points[0]}=0.01"
         raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
     for point in given:
         if point not in points:
             near = meant(point, points) if isinstance(point, str) else ""
-            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}'}.")
+            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
     return {
         point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
         for point in points
