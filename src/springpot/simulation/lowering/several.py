@@ -41,11 +41,13 @@ from springpot.problem.parts import (
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, several_dampers, sources
+from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
@@ -242,6 +244,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
     at = np.array([place_of[name] for name, _ in walls], np.int64)
     jump, reduced = _jumps(g[at], masses)
+    rules = [rule_of(wall, name, units.speed) for name, wall in walls]
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(totals, g, masses, touched)]
     turned = np.array([each.row for each in dampers], np.int64)
@@ -257,7 +260,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
-        np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
+        *_restitutions(rules), jump.ravel(), (jump @ g.T).ravel(),
         reduced, mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
@@ -265,9 +268,9 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
     )  # fmt: skip
 
-    def of(kind: Any) -> kernel.Numbers:
-        return kernel.Numbers(kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers))
-
+    exact = kernel.Numbers(
+        step, 0.0, *numbers, chain_of([each for each in rules if not isinstance(each, Fixed | Power)])
+    )
     kind = np.dtype(_precision(plan, noises, given)).type
     fed = 0.5 * float(np.trace(noises @ np.diag(1.0 / masses) @ noises.T)) if len(noises) else 0.0
     left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
@@ -286,8 +289,8 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
             len(touched),
             int(memories.count.sum()),
         ),
-        sweep=of(kind),
-        exact=of(np.float64),
+        sweep=with_arrays(exact, kind)._replace(step=kind(step), zero=kind(0.0)),
+        exact=exact,
         memories=with_arrays(memories, kind),
         sources=_sources(given, kind),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
@@ -316,10 +319,6 @@ def _check_covered(plan: Plan) -> None:
             raise NotCoveredError(
                 f"{name} cannot be simulated in a system of several masses: {part.said} has no law for them. Leave it "
                 "out, or take one mass."
-            )
-        if isinstance(part, Barrier) and callable(part.restitution):
-            raise NotCoveredError(
-                f"{name} has a restitution that depends on the speed, which several masses cannot have: give a number."
             )
 
 
@@ -370,6 +369,22 @@ def _jumps(g: Floats, masses: Floats) -> tuple[Floats, Floats]:
     """Changes of the velocities per unit of change of each wall's, and the reduced masses."""
     reduced = 1.0 / (g**2 / masses).sum(axis=1)
     return reduced[:, None] * g / masses, reduced
+
+
+def _restitutions(rules: Sequence[Any]) -> tuple[npt.NDArray[np.int64], Floats]:
+    """The kind of each wall's rule, and its three numbers; the user's functions are numbered."""
+    kinds, numbers, own = [], list[tuple[float, ...]](), 0
+    for rule in rules:
+        match rule:
+            case Fixed():
+                kinds.append(several_impacts.FIXED)
+            case Power():
+                kinds.append(several_impacts.POWER)
+            case _:
+                kinds.append(several_impacts.RULE + own)
+                own += 1
+        numbers.append((*rule, 0.0, 0.0)[:3] if isinstance(rule, Fixed | Power) else (0.0,) * 3)
+    return np.array(kinds, np.int64), np.array(numbers, float).ravel()
 
 
 def start_of(plan: Plan) -> tuple[Floats, Floats]:

@@ -36,7 +36,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.registration import Element
-from springpot.problem.parts.walls import Stop, slow_restitution
+from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.motion import Motion, StruckWalls
@@ -514,8 +514,9 @@ def _scales(system: System, modes: Modes) -> Scales:
     largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
-    if lossy := [wall for wall in system.of(Barrier) if wall.dissipates]:
-        loss = max(1.0 - slow_restitution(wall) ** 2 for wall in lossy)
+    if lossy := [(part, modes.speed(row)) for part, row in elements if isinstance(part, Barrier) and part.dissipates]:
+        usual = (restitution_at(wall, math.sqrt(2.0) * speed) for wall, speed in lossy)
+        loss = max(1.0 - min(max(share, 0.0), 1.0) ** 2 for share in usual)
         energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
     spreads = [modes.spread(row) for row in np.eye(len(masses))]
     frequency = float(held.min()) if held.size else largest
