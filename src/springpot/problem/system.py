@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
 from springpot.problem.coordinates import Coordinates, Floats
 from springpot.problem.matrices import parts_of_matrices
-from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, ThermalNoise
+from springpot.problem.parts import Constant, Contact, Force, Mass, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
@@ -212,8 +212,9 @@ class System:
         for name, part in self.named():
             if isinstance(part, Element):
                 elongations[name] = found.row(part.between)
-            elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise):
-                forces[name] = found.push(getattr(part, "on", "mass"))
+            elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise):
+                ends = getattr(part, "between", None)
+                forces[name] = found.row(ends) if ends else found.push(getattr(part, "on", "mass"))
         return found
 
     @property
@@ -423,10 +424,8 @@ def _check_ends(system: System) -> None:
         if points.count(point) > 1:
             raise ValueError(f"{point} is the name of two masses: give one of them another name.")
     for name, part in system.named():
-        if isinstance(part, Element):
+        if isinstance(part, Element) or getattr(part, "between", None):
             _check_between(name, part, points)
-        elif isinstance(part, ParametricNoise) and len(points) > 1:
-            raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
         elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
     _check_pairs(system)
@@ -449,7 +448,7 @@ def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None
         raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
 
 
-def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
+def _check_between(name: str, part: Any, points: tuple[str, ...]) -> None:
     known = ("ground", *points)
     if part.between is None:
         if len(points) > 1:

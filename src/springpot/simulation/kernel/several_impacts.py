@@ -39,6 +39,8 @@ class Size(NamedTuple):
     sources: int  # other excitation
     dampers: int  # nonlinear ones
     contacts: int
+    shaken: int  # elongations that a noise multiplies
+    taps: int  # modes of memories whose mean square is kept
     modes: int  # of all memories
 
 
@@ -80,8 +82,11 @@ class Numbers(NamedTuple):
     cross: Any  # (dampers * rows,) change of the elongations' velocities per unit of change of its own
     contact_at: Any  # (contacts,) number of the elongation
     contact: Any  # (5 contacts,) as of `springpot.simulation.kernel.soft_contacts.Soft`
+    shaken_at: Any  # (shaken,) number of the elongation
+    shaken: Any  # (2 shaken,) as of `springpot.simulation.kernel.forces.Parametric`
     # chains of `springpot.simulation.kernel.several_laws`
     rules: Any  # of restitution
+    forces: Any
 
 
 @njit(**INLINE)
