@@ -148,8 +148,9 @@ def _read(simulation: Simulation, rows: Floats) -> Samples:
             found[reading.name] = float(values.mean()), values
         else:
             found[reading.name] = ratio(whole, column[reading.over])
+    damped = sum((factor * column[name] for name, factor in parts.damped.items()), np.zeros(len(rows)))
+    damped = damped / over["steps"] + parts.taken_at_once
     taken = {name: (column[f"{name} loss"], column[f"{name} momentum"]) for name in parts.struck}
-    damped = column["power"] / over["steps"] + parts.taken_at_once
     balance = _balance(parts, column, damped, taken, over["time"], 1.0)
     return _possible(simulation, found | {name: (float(values.mean()), values) for name, values in balance.items()})
 

@@ -143,6 +143,11 @@ class Parts:
         return ()
 
     @property
+    def damped(self) -> dict[str, float]:
+        """The column of the power of dampers and memory."""
+        return {"power": 1.0}
+
+    @property
     def struck(self) -> dict[str, str]:
         """Columns with the impacts of a wall alone: none."""
         return {}

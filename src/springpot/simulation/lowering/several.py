@@ -69,6 +69,8 @@ class PartsOfSeveral:
         Names in the columns.
     taps : tuple of Arm
         Circuits whose voltage is observed.
+    damped : dict
+        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
     law : BoltzmannOfSeveral or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     readings : tuple of Reading
@@ -93,6 +95,7 @@ class PartsOfSeveral:
     gauged: tuple[str, ...]
     walls: tuple[str, ...]
     taps: tuple[Arm, ...]
+    damped: Mapping[str, float]
     law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
@@ -225,7 +228,8 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     dampers = [*_dampers(totals, g, masses, touched)]
     shaken = [(n, step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
               for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
-    left = np.einsum("ei,ij,ej->e", g, solve, g)  # of the energy that a unit of impulse along a row brings, twice
+    brings = (g**2 / masses).sum(axis=1)  # twice the energy that a unit of impulse along a row brings to masses at rest
+    keep = np.einsum("ei,ij,ej->e", g, solve, g)  # what dampers and memory leave of it within the kick
     turned = np.array([each.row for each in dampers], np.int64)
     turn, _ = _jumps(g[turned], masses)
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
@@ -246,7 +250,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
         np.array([n for n, _, _ in shaken], np.int64),
-        np.array([[square, 0.5 * square * left[n]] for n, square, _ in shaken], float).ravel(),
+        np.array([[square, 0.5 * square * brings[n]] for n, square, _ in shaken], float).ravel(),
     )  # fmt: skip
     exact = kernel.Numbers(
         step,
@@ -288,8 +292,12 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         expected_power=power * fed,
         taken_at_once=power * (fed - kept),
         law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
-        named=(*(each.named for each in (*given, *dampers)), *(named for _, _, named in shaken)),
+        named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
         moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
+        damped={
+            "power": 1.0,
+            **{f"work of {named.name}": (1.0 - keep[n] / brings[n]) / settings.step for n, _, named in shaken},
+        },
         taps=taps,
         points=coordinates.points,
         gauged=tuple(f"row {n}" for n in range(len(rows))),
@@ -622,7 +630,7 @@ def _readings(
         delivered = {square: 1.0 / dict(system.named())[name].resistance for name, square in squares.items()}
         yield Reading("harvested_power", delivered, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
-        yield Reading("damping_power", {"power": 1.0}, added=parts.taken_at_once)
+        yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
     for point in parts.points:
         yield Reading(f"{point}_x_mean_end", {f"x_end of {point}": 1.0}, "one")
         yield Reading(f"{point}_x_mean_square_end", {f"x_end of {point}": 1.0}, "one", power=2)

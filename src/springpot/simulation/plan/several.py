@@ -24,9 +24,14 @@ from springpot.problem.parts import (
     Constant,
     Contact,
     Dashpot,
+    Force,
+    FractionalMaxwell,
     Friction,
     Harmonic,
     KanaiTajimiNoise,
+    Maxwell,
+    ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
@@ -207,14 +212,30 @@ def _alone(rows: Any) -> float:
 def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, bool]:
     if thermal := system.of(ThermalNoise):
         return np.full(len(rate), thermal[0].temperature), True
-    fed = np.zeros(len(rate))
-    for name, row in system.coordinates.forces.items():
-        part = next(part for own, part in system.named() if own == name)
-        fed += (row @ shapes) ** 2 * [_density(part, w) for w in frequency]
+    fed, coordinates, parts = np.zeros(len(rate)), system.coordinates, dict(system.named())
+    for name, row in coordinates.forces.items():
+        fed += (row @ shapes) ** 2 * [_density(parts[name], w) for w in frequency]
+    fed = _with_multiplied(system, frequency, rate, fed, shapes)
     # where nothing dissipates, what is fed in within a radian
     whole = float(fed.sum()) / (float(rate.sum()) if rate.sum() > 0.0 else max(float(frequency.max()), 1e-300))
     damped = rate > _UNDAMPED * frequency
     return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole), bool(fed.any())
+
+
+def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Floats, shapes: Floats) -> Floats:
+    """The power fed into each mode with that of noise which multiplies elongations, and so grows with the motion.
+
+    Where such noise feeds in more than is taken out, nothing of it is counted.
+    """
+    noises = [(name, part) for name, part in system.named() if isinstance(part, ParametricNoise)]
+    if not noises or not rate.all():
+        return fed
+    seen = np.array([(system.coordinates.elongations[name] @ shapes) ** 2 for name, _ in noises])
+    w = np.maximum(frequency, _RIGID * max(float(frequency.max()), 1e-300))
+    grows = 0.5 * (seen.T * [part.intensity for _, part in noises]) @ (seen / w**2)  # of power with each temperature
+    if not np.abs(np.linalg.eigvals(grows / rate[:, None])).max() < 1.0:
+        return fed
+    return np.asarray(rate * np.linalg.solve(np.diag(rate) - grows, fed))
 
 
 def _density(part: Any, w: float) -> float:
@@ -345,7 +366,7 @@ class MotionOfSeveral(Motion):
         """Why there is no stationary state; empty if there is one."""
         if self.recorded:
             return "a record has a beginning and an end"
-        if not self.modes.excited:
+        if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():
             return f"no spring or wall keeps {listed(free)} near the ground"
@@ -506,6 +527,8 @@ def _scales(system: System, modes: Modes) -> Scales:
         np.zeros((len(masses), len(masses))),
     )
     fastest.append(float(np.linalg.eigvals(dampers / masses[:, None]).real.max()))
+    arms = sum((_strength(part) * np.outer(row, row) for part, row in elements), np.zeros((len(masses), len(masses))))
+    fastest.append(math.sqrt(max(float(np.linalg.eigvals(arms / masses[:, None]).real.max()), 0.0)))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
     fastest += [
         _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
@@ -534,6 +557,18 @@ def _scales(system: System, modes: Modes) -> Scales:
         mean=0.0,
         guessed=True,
     )
+
+
+def _strength(part: Any) -> float:
+    """Stiffness of an arm or circuit at once, before it gives way."""
+    match part:
+        case Maxwell():
+            return float(part.stiffness)
+        case FractionalMaxwell():
+            return float(part.spring.stiffness)
+        case PiezoelectricCircuit():
+            return float(part.coupling**2 / part.capacitance)
+    return 0.0
 
 
 def _strongest_damping(part: Any, spread: float, speed: float) -> float:

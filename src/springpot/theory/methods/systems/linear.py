@@ -48,6 +48,7 @@ _REACH = "The linear theory covers linear springs, dampers, memory and circuits,
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _EQUAL = 1e-9  # frequencies that are one, and what a damper sees of a mode that it does not damp
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
+_GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
 
 
@@ -71,8 +72,11 @@ class Companion:
     harmonics : tuple of Harmonic
     force : float, or ndarray of shape (points,)
         Constant force.
-    parametric : float
-        Intensity of the noise that multiplies x.
+    parametric : tuple of ParametricNoise
+        Noises that multiply elongations.
+    multiplied : tuple of (ndarray, float)
+        What such noise is to several masses once its elongation is known: a row, and the intensity of white noise along
+        it.
     """
 
     coordinates: Coordinates
@@ -85,7 +89,8 @@ class Companion:
     temperature: float
     harmonics: tuple[Harmonic, ...]
     force: Any
-    parametric: float
+    parametric: tuple[ParametricNoise, ...]
+    multiplied: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
     def is_single(self) -> bool:
@@ -147,7 +152,7 @@ class Companion:
 
     def sources(self, w: float) -> list[tuple[FloatArray, float]]:
         """Each noise of several masses: its push, and its two-sided spectral density per rad/s."""
-        found = [(self.push(noise), noise.density(w)) for noise in self.noises]
+        found = [(push, density(w)) for push, density in self.groups]
         if not self.temperature > 0.0:
             return found
         hot = self.temperature / math.pi
@@ -164,7 +169,8 @@ class Companion:
         """The noises but matched noise: their pushes and densities, all in one of one coordinate."""
         if self.is_single:
             return [(np.ones(1), self.noise_density)] if self.noises else []
-        return [(self.push(noise), noise.density) for noise in self.noises]
+        white = [(row, _flat(intensity)) for row, intensity in self.multiplied]
+        return [*((self.push(noise), noise.density) for noise in self.noises), *white]
 
     @property
     def scales(self) -> list[float]:
@@ -206,6 +212,10 @@ class Companion:
     def lossy(self) -> list[Element]:
         """The elements and circuits that take energy."""
         return [each for each in (*self.elements, *self.circuits) if not isinstance(each, Springpot) or each.dissipates]
+
+
+def _flat(intensity: float) -> Density:
+    return lambda w: intensity / (2.0 * math.pi)
 
 
 def _wide(numbers: Any) -> Any:
@@ -315,7 +325,7 @@ class LinearResponse(Result):
         if not self.companion.is_single:
             return np.asarray(_quadratic(self.companion, w, row[None, :])[..., 0, 0].real)
         force = np.vectorize(self.companion.force_density, otypes=[float])(w)
-        force = force + self.companion.parametric * moments.x_mean_square / (2.0 * math.pi)
+        force = force + _intensity(self.companion) * moments.x_mean_square / (2.0 * math.pi)
         return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
 
     def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
@@ -453,7 +463,8 @@ def linear(system: System) -> LinearResponse:
     -----
     <x^2> = int S(w) / \\|D(w)\\|^2 dw and <v^2> with w^2.  A harmonic force F cos(nu t + phase) of random phase adds
     F^2 / (2 \\|D(nu)\\|^2).  x does not depend on the future of the noise xi2 that multiplies it, so that the force
-    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory.
+    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory; of several masses with their elongations, whose
+    mean squares solve a linear system.
 
     Examples
     --------
@@ -469,10 +480,13 @@ def linear(system: System) -> LinearResponse:
     """
     system = checked_system(system)
     companion = companion_of(system)
+    stationary = linear_moments(system, companion)
+    if isinstance(stationary, Moments) and companion.parametric and not companion.is_single:
+        companion = _known(_sprung(companion)) or companion
     return LinearResponse(
         method="linear",
         system=system,
-        stationary=linear_moments(system, companion),
+        stationary=stationary,
         assumptions=("None: this solves the linear equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
         is_exact=True,
@@ -508,7 +522,7 @@ def companion_of(system: System) -> Companion:
         temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
         harmonics=unit.of(Harmonic),
         force=force if several else float(force[0]),
-        parametric=sum(noise.intensity for noise in unit.of(ParametricNoise)),
+        parametric=unit.of(ParametricNoise),
     )
 
 
@@ -522,15 +536,16 @@ def _reduced(matrix: FloatArray) -> Any:
 
 def linear_moments(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
-    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
-    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
-    if statement := _endless(companion, static):
+    companion = _sprung(companion)
+    if statement := _endless(companion):
         return statement
-    if np.any(static != companion.stiffness):  # a springpot of order 0 is a spring
-        kept = tuple(e for e in companion.elements if e not in springs)
-        return linear_moments(system, replace(companion, stiffness=static, elements=kept))
+    if companion.parametric and not companion.is_single:
+        known = _known(companion)
+        if known is None:
+            return _GROWS
+        companion = known
     seen, power = _Seen(companion), 0.0
-    if companion.noises:
+    if companion.groups:
         power += seen.power(companion.groups)
     for force in companion.harmonics:
         power += seen.power_of_harmonic(force)
@@ -538,16 +553,37 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
     if not companion.is_single:
         return moments_of_points(system, _of_points(system, seen), harvested=power if harvests else None)
     x_mean, x_square, v_square = seen.motion(np.ones(1))
-    if companion.parametric > 0.0:
-        unit = [(np.ones(1), lambda w: 1.0 / (2.0 * math.pi))]
+    if companion.parametric:
+        unit = [(np.ones(1), _flat(1.0))]
         x_unit, v_unit = seen.mean_square(np.ones(1), unit), seen.mean_square(np.ones(1), unit, 1)
-        if not companion.parametric * x_unit < 1.0:
-            return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-        x_square = x_square / (1.0 - companion.parametric * x_unit)
-        fed = companion.parametric * x_square
+        if not _intensity(companion) * x_unit < 1.0:
+            return _GROWS
+        x_square = x_square / (1.0 - _intensity(companion) * x_unit)
+        fed = _intensity(companion) * x_square
         v_square += fed * v_unit
         power += fed * seen.power(unit)
     return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
+
+
+def _intensity(companion: Companion) -> float:
+    """Of the noise that multiplies x, of one mass."""
+    return sum(noise.intensity for noise in companion.parametric)
+
+
+def _known(companion: Companion) -> Companion | None:
+    """With the white noise that stands for noise which multiplies elongations; None where it feeds more than is taken.
+
+    Their mean squares are those without it, and what each such noise adds to each.
+    """
+    seen, rows = _Seen(companion), [companion.row(noise) for noise in companion.parametric]
+    alone = np.array([seen.motion(row, velocity=False)[1] for row in rows])
+    unit = np.array([[seen.mean_square(row, [(other, _flat(1.0))]) for other in rows] for row in rows])
+    intensity = np.array([noise.intensity for noise in companion.parametric])
+    added = unit * intensity
+    if not np.abs(np.linalg.eigvals(added)).max() < 1.0:
+        return None
+    squares = np.linalg.solve(np.eye(len(rows)) - added, alone)
+    return replace(companion, multiplied=tuple(zip(rows, (intensity * squares).tolist(), strict=True)))
 
 
 def _of_points(system: System, seen: _Seen) -> dict[str, float]:
@@ -566,9 +602,17 @@ def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     return found
 
 
-def _endless(companion: Companion, static: Any) -> str:
+def _sprung(companion: Companion) -> Companion:
+    """With a spring in place of each springpot of order 0."""
+    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
+    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
+    kept = tuple(e for e in companion.elements if e not in springs)
+    return replace(companion, stiffness=static, elements=kept) if springs else companion
+
+
+def _endless(companion: Companion) -> str:
     """Why there is no stationary state, in one sentence; empty if there is one."""
-    end = "There is no stationary state: {}.".format
+    static, end = companion.stiffness, "There is no stationary state: {}.".format
     if companion.is_single:
         if not static > 0.0:
             return end("no spring pulls the mass back, so that it wanders without end")
@@ -653,7 +697,7 @@ class _Seen:
             soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
             x_mean = float(soft @ own.force)
             x_square, v_square = own.temperature * float(soft @ row), own.temperature * float(light @ row)
-        if own.noises:
+        if own.groups:
             x_square += self.mean_square(row, own.groups, within=within)
             v_square += self.mean_square(row, own.groups, 1) if velocity else 0.0
         for force in own.harmonics:
