@@ -217,11 +217,11 @@ def response(w: Any, on: str) -> Any:
     return np.abs(np.linalg.solve(matrix, np.broadcast_to(force[:, None], (len(w), 2, 1)))[..., 0]) ** 2
 
 
-def linear_pair(*more: object) -> sp.System:
+def linear_pair(*more: object, **named: object) -> sp.System:
     ends = GROUND_A, A_B, GROUND_B
     return sp.System(
         *masses(a=1.0, b=0.5), *(sp.Spring(k, between=e) for k, e in zip((2.0, 1.0, 0.5), ends, strict=True)),
-        *(sp.Dashpot(c, between=e) for c, e in zip((0.2, 0.1, 0.1), ends, strict=True)), *more,
+        *(sp.Dashpot(c, between=e) for c, e in zip((0.2, 0.1, 0.1), ends, strict=True)), *more, **named,
     )  # fmt: skip
 
 
@@ -301,36 +301,6 @@ def test_the_restitution_is_what_was_asked(restitution: float) -> None:
     reduced = 1.0 / (1.0 + 1.0 / 0.5)
     assert run["gap_force_mean"].value / (reduced * closing) - 1.0 == pytest.approx(restitution, rel=1e-3)
     assert run["gap_power"].value == pytest.approx(0.5 * reduced * (1.0 - restitution**2) * square, abs=1e-12)
-
-
-@pytest.mark.parametrize("law", [sp.PowerRestitution(0.7, 0.5, 0.3), validation(lambda v: 0.9 / (1.0 + v))])
-def test_a_restitution_that_depends_on_the_speed_is_what_was_asked(law: Any) -> None:
-    """One impact: the velocities after it, momentum, and what the wall takes."""
-    pair = sp.System(*FREE, gap=sp.Barrier(-0.2, law, between=A_B))
-    run = sp.simulate(pair, paths=1, duration=1.0, step=0.01, window=(0.0, 1.0), record=1, **START)
-    v, closing, reduced = run.record[0, :, :, 1], 1.2, 1.0 / (1.0 + 1.0 / 0.3)
-    assert v[-1, 1] - v[-1, 0] == pytest.approx(law(closing) * closing, rel=1e-12)
-    assert np.ptp(v @ M) < 1e-15
-    assert run["gap_force_mean"].value == pytest.approx(reduced * (1.0 + law(closing)) * closing, rel=1e-12)
-    assert run["gap_power"].value == pytest.approx(0.5 * reduced * (1.0 - law(closing) ** 2) * closing**2, rel=1e-12)
-
-
-def test_walls_have_restitutions_of_their_own() -> None:
-    """A number, a power and two functions in one run: each takes what its own law says."""
-    walls = {"a": 0.8, "b": sp.PowerRestitution(0.7, 0.5, 0.3), "c": lambda v: 0.9 / (1.0 + v), "d": lambda v: 0.6}
-    system = sp.System(
-        *masses(**dict.fromkeys("abcd", 1.0)), *(sp.Spring(1.0, between=("ground", point)) for point in "abcd"),
-        **{f"at_{p}": sp.Barrier(0.0, law, "above", between=("ground", p)) for p, law in walls.items()},
-    )  # fmt: skip
-    run = sp.simulate(
-        system, paths=1, duration=2.0, step=0.01, window=(0.0, 2.0), initial_position=dict.fromkeys("abcd", 1.0)
-    )
-    for point, law in walls.items():
-        v = run[f"at_{point}_impact_speed_mean"].value
-        r = law(v) if callable(law) else law
-        assert v == pytest.approx(1.0, rel=1e-4)
-        assert run[f"at_{point}_force_mean"].value == pytest.approx(0.5 * (1.0 + r) * v, rel=1e-6)
-        assert run[f"at_{point}_power"].value == pytest.approx(0.25 * (1.0 - r**2) * v**2, rel=1e-6)
 
 
 def test_an_elastic_chain_keeps_its_energy() -> None:
@@ -418,8 +388,7 @@ def test_a_heavy_mass_that_is_held_is_the_ground() -> None:
     ("kind", "numbers"),
     [
         (sp.Friction, (0.2,)), (sp.PolynomialDashpot, ((0.1, 0.2, 0.1),)), (sp.VanDerPol, (0.3, 1.0)),
-        (sp.Contact, (-0.4, 30.0, 1.5, 0.2)), (sp.Barrier, (-0.5, sp.PowerRestitution(0.7, 0.5, 0.3))),
-        (sp.Maxwell, (1.0, 0.5)), (sp.FractionalMaxwell, (sp.Springpot(0.5, 1.0),
+        (sp.Contact, (-0.4, 30.0, 1.5, 0.2)), (sp.Maxwell, (1.0, 0.5)), (sp.FractionalMaxwell, (sp.Springpot(0.5, 1.0),
         sp.Spring(2.0))),
     ],
 )  # fmt: skip
@@ -635,17 +604,6 @@ def test_what_is_not_there_is_said(given: dict[str, Any], sentence: str) -> None
     with pytest.raises((NotCoveredError, ValueError, TypeError)) as fault:
         sp.simulate(DRIVEN, **given)
     assert sentence in str(fault.value)
-
-
-@pytest.mark.parametrize(
-    ("part", "sentence"),
-    [
-        (sp.PiezoelectricCircuit(0.1, 1.0, 1.0, between=A_B), "push cannot be simulated in a system of several masses"),
-    ],
-)
-def test_parts_without_a_law_are_named(part: Any, sentence: str) -> None:
-    with pytest.raises(NotCoveredError, match=sentence):
-        sp.simulate(three(sp.WhiteNoise(1.0, on="a"), push=part), paths=1, duration=1.0)
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def equation(system: System) -> Iterator[str]:
     excitations = [*_excitations(system)]
     for place, point in enumerate(system.points):
         left = [term for name, part in system.named() if (term := _term(system, name, part, place))]
-        pushes = [symbol for name, symbol, _ in excitations if system.coordinates.forces.get(name, _ONE)[place]]
+        pushes = [push for name, symbol, _ in excitations if (push := _push(system, name, symbol, place))]
         own = "m" if len(system.points) == 1 else f"{system.coordinates.masses[place]:.6g}"
         right = [symbol.replace("-m ", f"-{own} ") for symbol in pushes]
         sides = _some(left, ""), _some(right, " + ").replace("+ -", "- ") or "0"
@@ -97,6 +97,17 @@ def _term(system: System, name: str, part: Part, place: int) -> str:
         other = " + " if term.startswith(" - ") else " - "
         return _with_ends(other + term[len(other) :], _elongation(system, name))
     return f" - [{_with_ends(term, _elongation(system, name)).removeprefix(' + ').strip()}]"
+
+
+def _push(system: System, name: str, symbol: str, place: int) -> str:
+    """An excitation in the equation of one mass, if it is there; the other way round for a first end."""
+    at = system.coordinates
+    row = at.elongations.get(name, at.forces.get(name, _ONE))
+    if row[place] == 0.0:
+        return ""
+    if name in at.elongations:
+        return _with_ends(symbol, _elongation(system, name, math.copysign(1.0, row[place])))
+    return symbol if row[place] > 0.0 or symbol.startswith("-") else f"-{symbol}"
 
 
 def _elongation(system: System, name: str, sign: float = 1.0) -> str:
@@ -141,7 +152,8 @@ def _excitations(system: System) -> Iterator[tuple[str, str, str]]:
             continue
         if words := part.words(name, partial(_unit, system, part)):
             ground = ", acceleration of the ground" if part.of_ground else ""
-            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", words + ground
+            said = _with_ends(words, _elongation(system, name)) + ground
+            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", said
         else:
             yield name, part.term(), ""
 

@@ -624,10 +624,19 @@ def _curvature(part: Any, spread: float) -> float:
 
 
 def _creep_time(part: Any, row: Floats, system: System) -> float:
-    """Of a springpot or dashpot that is stronger than the springs along its row."""
-    if not isinstance(part, Springpot | Dashpot) or not part.coefficient > 0.0:
+    """Of what is, for slow motion, a springpot or dashpot that is stronger than the springs along its row."""
+    match part:
+        case Springpot() | FractionalMaxwell():
+            pot = part if isinstance(part, Springpot) else part.springpot
+            order, coefficient = pot.order, pot.coefficient
+        case Dashpot() | Maxwell():
+            order, coefficient = 1.0, part.coefficient
+        case PiezoelectricCircuit():
+            order, coefficient = 1.0, part.coupling**2 * part.resistance
+        case _:
+            return 0.0
+    if not coefficient > 0.0:
         return 0.0
-    order = part.order if isinstance(part, Springpot) else 1.0
     coordinates = system.coordinates
     stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in system.named() if isinstance(p, Element)})
     values, shapes = np.linalg.eigh(stiffness)
@@ -639,7 +648,7 @@ def _creep_time(part: Any, row: Floats, system: System) -> float:
         return 0.0
     reduced = 1.0 / float((row**2 / coordinates.masses).sum())
     frequency = math.sqrt(1.0 / (give * reduced))
-    if part.coefficient / reduced <= frequency ** (2.0 - order):
+    if coefficient / reduced <= frequency ** (2.0 - order):
         return 0.0
-    logarithm = math.log(part.coefficient * give) / order
+    logarithm = math.log(coefficient * give) / order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf
