@@ -8,17 +8,21 @@ from typing import Any
 import pytest
 
 import springpot as sp
-from tests.several import buildings, tuned
+from tests.several import buildings
 
 
-def test_elasticities_of_a_linear_system_add_up() -> None:
+def test_a_number_of_many_parts_has_the_sensitivity_of_all() -> None:
     """Under a noise of intensity q the motion is that of q / s^2 where all masses and forces of parts are s times."""
-    found = sp.sensitivity(tuned(), "frame_x_mean_square")
-    own = found.values["frame_x_mean_square"]
+    s = sp.free("s", 1.0, (0.1, 10.0))
+    model = sp.System(
+        sp.Mass(s, at="frame"), sp.Mass(0.05 * s, at="damper"), sp.Spring(s, between=("ground", "frame")),
+        sp.Spring(0.0464 * s, between=("frame", "damper")), sp.Springpot(0.5, 0.02 * s, between=("frame", "damper")),
+        sp.WhiteNoise(sp.free("q", 1.0, (0.1, 10.0)), on="frame"),
+    )  # fmt: skip
+    found = sp.sensitivity(model, "frame_damper_elongation_mean_square")
     assert found.method == "linear"
-    assert own["white_noise_intensity"] == pytest.approx(1.0, abs=1e-9)
-    scaled = sum(own[name] for name in own if name not in ("pot_order", "white_noise_intensity"))
-    assert scaled == pytest.approx(-2.0, abs=1e-4)
+    expected = {"s": pytest.approx(-2.0, abs=1e-5), "q": pytest.approx(1.0, abs=1e-9)}
+    assert found.values["frame_damper_elongation_mean_square"] == expected
 
 
 @pytest.mark.parametrize("mu", [0.01, 0.1])
