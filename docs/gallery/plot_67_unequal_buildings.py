@@ -80,7 +80,7 @@ taken = np.array([run["gap_power"].value * run.settings.duration for run in runs
 
 figure, (often, once) = plt.subplots(2, sharex=True, figsize=(6.6, 6.6), layout="constrained")
 bars(often, 100 * gaps, unequal, errors, size=4.0, color=COLORS["blue"], label="two unequal buildings, one ground")
-bars(often, 100 * gaps, equal, errors_of_equal, size=4.0, color=COLORS["vermilion"],
+bars(often, 100 * gaps, equal, errors_of_equal, size=4.0, color=COLORS["vermilion"], marker="s",
      label="shortcut: equal buildings, two grounds")  # fmt: skip
 often.set(ylabel="impacts per second", yscale="log", title="Kanai-Tajimi noise", ylim=(1e-3, 3.0))
 often.legend(frameon=False)
@@ -94,7 +94,6 @@ once.legend(*map(sum, zip(once.get_legend_handles_labels(), energy.get_legend_ha
 plt.show()
 
 # %%
-# For a narrow gap the shortcut is right by chance: its two grounds drive the buildings apart about as much as their
-# unequal periods do. Beyond 5 cm it misses half of the impacts and more, 0.045 against 0.082 per second at 6 cm and a
-# third of them at 8 cm. In the record there is one impact less, now and then, for each step of the gap, and none from
-# 10.4 cm on; the hardest impacts come first, so that the energy that they take does not fall as fast as their number.
+# Up to a gap of 2 cm the shortcut has the rate within 3 %. At 6 cm it has 0.045 impacts per second and not 0.082, and at
+# 8 cm a third. In the record there is no impact from a gap of 10.4 cm on; the energy that the impacts take falls more
+# slowly than their number, because a wider gap is struck harder.
