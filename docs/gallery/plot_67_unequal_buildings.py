@@ -94,6 +94,6 @@ once.legend(*map(sum, zip(once.get_legend_handles_labels(), energy.get_legend_ha
 plt.show()
 
 # %%
-# Up to a gap of 2 cm the shortcut has the rate within 3 %. At 6 cm it has 0.045 impacts per second and not 0.082, and at
-# 8 cm a third. In the record there is no impact from a gap of 10.4 cm on; the energy that the impacts take falls more
-# slowly than their number, because a wider gap is struck harder.
+# Up to a gap of 2 cm the shortcut has the rate within 3 %. At 6 cm it has 0.045 impacts per second and not 0.082, and
+# at 8 cm a third. In the record there is no impact from a gap of 10.4 cm on; the energy that the impacts take falls
+# more slowly than their number, because a wider gap is struck harder.
