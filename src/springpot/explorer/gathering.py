@@ -13,7 +13,7 @@ from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
-from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.warnings import doubts
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
@@ -23,6 +23,7 @@ __all__ = ["BINS", "Gathering", "growth_times"]
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
 AT_ONCE = 0.03  # s of work per call of `grow`
+SAMPLES, FINE = 400_000, 4000  # of all paths of several masses, and bins in which they are counted
 MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 
 Floats = npt.NDArray[np.float64]
@@ -60,6 +61,55 @@ def _growth_part() -> Any:
     return callback(ON_STEPS)(on_steps)
 
 
+class Sketched:
+    """Distributions of one mass, counted while the paths are simulated."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self.observers = (sketches(GROUP * simulation.settings.step * simulation.motion.scales.fastest_rate),)
+        self._counts = np.zeros((1, self.observers[0].initial.size))
+
+    def settings(self, _: int) -> dict[str, int]:
+        """How a number of paths is simulated."""
+        return {"record": 0}
+
+    def take(self, ensemble: Ensemble) -> None:
+        """Add more paths."""
+        self._counts[0] += ensemble.observed[0].sum(axis=0)
+
+    def distributions(self) -> dict[str, Distribution]:
+        """By name."""
+        return distributions_in(self._simulation, self._counts)
+
+
+class Sampled:
+    """Distributions of the displacements of several masses, from a few times of every path within the window."""
+
+    observers: tuple[Observer, ...] = ()
+
+    def __init__(self, simulation: Simulation) -> None:
+        settings, self._points = simulation.settings, simulation.plan.system.points
+        low, high = settings.window_steps
+        self._every = max(1, (high - low) * settings.paths // SAMPLES)
+        self._first, self._taken = -(-low // self._every), list[Floats]()
+
+    def settings(self, count: int) -> dict[str, int]:
+        """How a number of paths is simulated."""
+        return {"record": count, "record_every": self._every}
+
+    def take(self, ensemble: Ensemble) -> None:
+        """Add more paths."""
+        self._taken.append(ensemble.record[:, self._first :, :, 0].reshape(-1, len(self._points)).T)
+
+    def distributions(self) -> dict[str, Distribution]:
+        """By name."""
+        found = {}
+        for point, x in zip(self._points, np.concatenate(self._taken, axis=1), strict=True):
+            counts, edges = np.histogram(x, FINE)
+            found[f"{point}_x"] = Distribution("m", "m-1", edges, counts[None].astype(float))
+        return found
+
+
 class Gathering:
     """Paths of one problem, simulated a few blocks at a time.
 
@@ -68,8 +118,9 @@ class Gathering:
     Parameters
     ----------
     simulation : Simulation
-    speeds : float
+    speeds : float or None
         What v^2 is multiplied with in the mean over time of x^2 + speeds v^2: 1 / Omega^2 for <A^2>, 0 for <x^2>.
+        None of several masses, whose mean squares over time are not followed.
 
     Examples
     --------
@@ -84,16 +135,16 @@ class Gathering:
     True
     """
 
-    def __init__(self, simulation: Simulation, *, speeds: float = 0.0) -> None:
+    def __init__(self, simulation: Simulation, *, speeds: float | None = 0.0) -> None:
         self.simulation, settings = simulation, simulation.settings
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._sketch = sketches(GROUP * settings.step * simulation.motion.scales.fastest_rate)
-        self._counts = np.zeros((1, self._sketch.initial.size))
+        self._counting: Sketched | Sampled = (Sampled if simulation.motion.unobserved else Sketched)(simulation)
+        self._follows = speeds is not None
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
-        self._growth, self._speeds = Observer(_growth_part(), None, np.zeros(2 * BINS), per_path=False), speeds
+        self._growth, self._speeds = Observer(_growth_part(), None, np.zeros(2 * BINS), per_path=False), speeds or 0.0
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
         self._sums, self._squares, self._batches = np.zeros(BINS), np.zeros(BINS), 0
         self._blocks = 1
@@ -112,11 +163,12 @@ class Gathering:
         """Simulate a few more blocks, for about AT_ONCE seconds."""
         begun = time.perf_counter()
         count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
-        more = self.simulation.but(paths=count, record=0)
-        ensemble = more.advance(skipped=self.paths, observers=(self._sketch,))
+        more = self.simulation.but(paths=count, **self._counting.settings(count))
+        ensemble = more.advance(skipped=self.paths, observers=self._counting.observers)
         self._rows[self.paths : self.paths + count] = ensemble.rows
-        self._counts[0] += ensemble.observed[0].sum(axis=0)
-        self._watch_growth(count)
+        self._counting.take(ensemble)
+        if self._follows:
+            self._watch_growth(count)
         self.paths += count
         spent = time.perf_counter() - begun
         self.seconds += spent
@@ -146,10 +198,15 @@ class Gathering:
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
-        return distributions_in(self.simulation, self._counts)
+        return self._counting.distributions()
 
     def growth(self) -> tuple[Floats, Floats]:
-        """<x^2 + speeds v^2> in each of BINS of time, and its standard error (NaN while there is one block)."""
+        """<x^2 + speeds v^2> in each of BINS of time, and its standard error (NaN while there is one block).
+
+        Empty where it is not followed.
+        """
+        if not self._follows:
+            return np.zeros(0), np.zeros(0)
         n = self._batches
         mean = self._sums / n
         if n < 2:

@@ -203,7 +203,8 @@ def _is_the_spring(system: System, part: Part, place: int) -> bool:
 
 def _natural(system: System, part: Part, number: Number, place: int, size: Mapping[str, float]) -> float:
     """How large a number that is 0 would have to be for its part to matter: that of its unit of the whole motion."""
-    force = (1.0 if part.of_ground else system.inertia) * size["frequency"] ** 2 * size["length"]
+    mass = system.inertia if len(system.points) == 1 else float(system.coordinates.masses.mean())
+    force = (1.0 if part.of_ground else mass) * size["frequency"] ** 2 * size["length"]
     units = {"N": force, "m": size["length"], "s": 1.0 / size["frequency"]}
     words = powers_of(number.unit_of(True, place), part)
     return float(math.prod(units.get(base, 1.0) ** power for base, power in words))
@@ -252,9 +253,10 @@ def described_parts(system: System) -> list[dict[str, Any]]:
     --------
     >>> from springpot.problem.parts import Barrier, Spring
     >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
-    >>> wall["glyph"], wall["title"], wall["note"]
-    ('stop', 'barrier', 'wall, x ≤ b')
+    >>> wall["glyph"], wall["title"], wall["note"], wall["row"]
+    ('stop', 'barrier', 'wall, x ≤ b', [1.0])
     """
+    rows = system.coordinates.elongations
     return [
         {
             "name": name,
@@ -264,7 +266,8 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "linear": part.is_linear,
             "soft": isinstance(part, SoftStop),
             "title": name.replace("_", " "),
-            "note": _note(name, part),
+            "note": _note(system, name, part),
+            "row": rows[name].tolist() if name in rows else None,
             "side": getattr(part, "side", ""),
             "on": getattr(part, "on", ""),
         }
@@ -272,11 +275,15 @@ def described_parts(system: System) -> list[dict[str, Any]]:
     ]
 
 
-def _note(name: str, part: Part) -> str:
-    kind = kind_of(part)
+def _note(system: System, name: str, part: Part) -> str:
+    kind, several = kind_of(part), len(system.points) > 1
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
+    if several and (between := getattr(part, "between", None)):
+        words.append(" to ".join(between))
     if part.of_ground:
         words.append("of the ground")
+    elif several and (point := getattr(part, "on", "") or getattr(part, "at", "")):
+        words.append(f"on {point}" if hasattr(part, "on") else point)
     return ", ".join(words)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
+
+import numpy as np
 
 from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, papers_of
@@ -16,13 +18,21 @@ from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
-__all__ = ["labels", "opened_script", "paper_view", "sizes", "view_of"]
+__all__ = ["densities_of", "labels", "opened_script", "paper_view", "sizes", "view_of"]
 
 _DEVIATIONS = 4.5  # of x and v that are seen at first
 
 
-def opened_script(opened: Opened) -> str:
-    """A JavaScript module with what the page was opened with: its parts, their sliders, and examples.
+def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place: str | None = "") -> str:
+    """A JavaScript module with what the page shows: its parts, their sliders, and examples.
+
+    Parameters
+    ----------
+    opened : Opened
+    others : list of tuple of str
+        Places and names of other systems to choose from.
+    place : str or None
+        Where this one is; None if nothing was found where it should be.
 
     Examples
     --------
@@ -33,25 +43,32 @@ def opened_script(opened: Opened) -> str:
     seen = _seen(system)
     content = {
         "file": opened.file,
+        "place": place,
+        "systems": others,
         "writable": not system.with_functions,
         "heavy": system.has_mass,
         "sliders": [asdict(one) for one in sliders(system, seen["sizes"])],
         "parts": described_parts(system),
         **seen,
+        "points": [{"name": name, "title": _title(name)} for name in system.points],
+        "densities": [*densities_of(system)],
+        "followed": [*_followed(system)],
         "examples": [*examples(system, opened.file)],
     }
     return f"export const OPENED = {json.dumps(content)};\n"
 
 
 def view_of(system: System) -> dict[str, Any]:
-    """The equation of a system, how far it moves, the columns of its table, and what the paper's problem adds."""
+    """The equations of a system, how far it moves, the columns of its tables, and what the paper's problem adds."""
     from springpot.evidence.explanation import equation
 
-    return {"equation": [*equation(system)], **_seen(system)}
+    lines, masses = [*equation(system)], len(system.points)
+    several = [f"{masses} masses: {listed([*map(_title, system.points)])}"] * (masses > 1)
+    return {"equation": [*several, *lines[masses * (masses > 1) :]], "equations": lines[:masses], **_seen(system)}
 
 
 def _seen(system: System) -> dict[str, Any]:
-    return {"sizes": sizes(system), "paper": paper_view(system), "quantities": [*_quantities(system)]}
+    return {"sizes": sizes(system), "paper": paper_view(system), "groups": [*_groups(system)]}
 
 
 def paper_view(system: System) -> dict[str, Any] | None:
@@ -75,34 +92,98 @@ def paper_view(system: System) -> dict[str, Any] | None:
     return None
 
 
-def sizes(system: System) -> dict[str, float]:
-    """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
+def sizes(system: System) -> dict[str, Any]:
+    """How far and how fast the masses move, roughly: what the pictures show before there are numbers.
+
+    ``of`` has the places and speeds of each of what the page can follow.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring, WhiteNoise
+    >>> ends = ("ground", "a"), ("a", "b")
+    >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=pair) for pair in ends))
+    >>> len(sizes(pair)["of"])  # of a, b, and b less a
+    3
+    """
     from springpot.simulation.plan.motions import motion_of
 
-    motion, potential = motion_of(system), system.potential
-    law = motion.law
-    spread, speed = math.sqrt(law.variance), math.sqrt(law.temperature)
-    low, high = law.mean - _DEVIATIONS * spread, law.mean + _DEVIATIONS * spread
-    return {
-        "frequency": motion.scales.frequency,
-        "length": math.sqrt(law.variance + law.mean**2),
-        "low": max(low, potential.low),
-        "high": min(high, potential.high),
-        "fastest": _DEVIATIONS * speed,
-    }
+    motion = motion_of(system)
+    rows, scales = [np.array(one["row"]) for one in _followed(system)], motion.scales
+    if len(rows) == 1:
+        law, potential = motion.law, system.potential
+        found = [_size(law.mean, math.sqrt(law.variance), math.sqrt(law.temperature), potential.low, potential.high)]
+        length = math.sqrt(law.variance + law.mean**2)
+    else:
+        found = [_size(0.0, motion.modes.spread(row), motion.modes.speed(row)) for row in rows]
+        length = scales.length
+    return {"frequency": float(scales.frequency), "length": length, "of": found}
+
+
+def _size(
+    mean: float, spread: float, speed: float, least: float = -math.inf, most: float = math.inf
+) -> dict[str, float]:
+    low, high = mean - _DEVIATIONS * spread, mean + _DEVIATIONS * spread
+    return {"low": max(low, least), "high": min(high, most), "fastest": _DEVIATIONS * speed}
+
+
+def _followed(system: System) -> Iterator[dict[str, Any]]:
+    """What the charts can show: the one mass, or each of several and each two with a part between them.
+
+    ``name`` is how the names of its results begin, ``row`` what it takes of each displacement.
+    """
+    coordinates, points = system.coordinates, system.points
+    if len(points) == 1:
+        yield {"name": "", "title": "", "row": [1.0], "pair": False}
+        return
+    for point in points:
+        yield {"name": f"{point}_", "title": _title(point), "row": coordinates.push(point).tolist(), "pair": False}
+    for pair, row in coordinates.pairs.items():
+        first, second = (points[int(place)] for place in (np.argmin(row), np.argmax(row)))
+        title = f"{_title(first)} to {_title(second)}"
+        yield {"name": f"{pair}_elongation_", "title": title, "row": row.tolist(), "pair": True}
+
+
+def densities_of(system: System) -> Iterator[str]:
+    """The quantities whose densities are drawn, in the order in which they are sent."""
+    if len(system.points) == 1:
+        yield from ("x", "v", "amplitude", "impact_speed")
+    else:
+        yield from (f"{point}_x" for point in system.points)
+
+
+def _groups(system: System) -> Iterator[dict[str, Any]]:
+    """The tables of results: what stands in front of the names of a row, and the columns that follow it.
+
+    Of one mass there is one, with a row of all methods; of several one of the masses, and one of what is between them.
+    """
+    rows = [(one["name"], one["title"], one["pair"]) for one in _followed(system)]
+    for pair, head, columns in (
+        (False, "mass", [*_quantities(system)]),
+        (True, "between", [("rms", "elongation rms"), ("mean", "mean elongation")]),
+    ):
+        own = [(name, title) for name, title, is_pair in rows if is_pair == pair]
+        if own:
+            yield {"head": head if len(rows) > 1 else "method", "rows": own, "columns": columns}
 
 
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
     """The columns of the table of methods."""
+    if len(system.points) > 1:
+        yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_rms", "v rms"))
+        return
     yield from (("amplitude_mean_square", "⟨A²⟩") for _ in papers_of(system))
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
     walls = [*system.stops]
     if walls:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
-        yield from ((f"{name}_impact_rate", f"rate, {name.replace('_', ' ')}") for name in walls)
+        yield from ((f"{name}_impact_rate", f"rate, {_title(name)}") for name in walls)
     if system.of(PiezoelectricCircuit):
         yield "harvested_power", "harvested"
+
+
+def _title(name: str) -> str:
+    return name.replace("_", " ")
 
 
 _ALL = {"input_power": "fed in by all excitations", "harvested_power": "delivered by the circuits"}
@@ -128,7 +209,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
-    titles = {name: name.replace("_", " ") for name in system.names}
+    titles = {name: _title(name) for name in system.names}
     dampers = [titles[name] for name, part in system.named() if "damping" in part.powers]
     fed = [name for name, part in system.named() if {"fed", "input"} & {*part.powers}]
     if dampers:
