@@ -81,7 +81,7 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
         plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
         found = simulation_of(plan).advance()
         counted = found.rows[:, COLUMNS.index("impacts")].sum()
-        marked = sum(marks(system, plan.settings.step, *path.T)[0].size for path in found.record)
+        marked = sum(marks(system, plan.settings.step, *path.T[:, None])[0].size for path in found.record)
         assert counted > 1000
         assert abs(marked / counted - 1.0) < 0.02
 
@@ -112,10 +112,10 @@ def test_a_path_is_shown_once_and_whole() -> None:
             assert (len(walls), len(voltages)) == (len(hits), 0)
             assert path == 0
             assert end == settings.duration
-            times.append(begin + spacing * np.arange(len(here)))
-            x.append(here)
+            times.append(begin + spacing * np.arange(here.shape[1]))
+            x.append(here[0])
             struck.append(hits)
     time = np.concatenate(times)
     np.testing.assert_allclose(np.diff(time), np.diff(time)[0])
-    np.testing.assert_array_equal(np.concatenate(x), shown.x[:: round(np.diff(time)[0] / settings.step)])
+    np.testing.assert_array_equal(np.concatenate(x), shown.x[0, :: round(np.diff(time)[0] / settings.step)])
     np.testing.assert_allclose(np.concatenate(struck), (shown.impacts + 0.5) * settings.step)

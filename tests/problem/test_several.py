@@ -11,7 +11,6 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.evidence.comparison import compare
-from springpot.explorer.question import Opened
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
@@ -362,7 +361,6 @@ DOORS = {
         {"name": "pair", "system": FREE, "methods": ["linear"], "axes": {"parts.dashpot.coefficient": [0.1, 0.2]}}
     ),
     "template of a study": lambda: of_system(FREE, "pair.toml"),
-    "page": lambda: Opened(FREE),
     "comparison": lambda: compare(FREE),
     "atlas": lambda: sp.atlas(FREE),
     "paper": lambda: sp.Dimensionless.of(FREE),

@@ -131,8 +131,6 @@ def _gaussian(answer: Any, name: str) -> Callable[[Floats], Floats] | None:
     return lambda place: normal(place - mean, variance)
 
 
-
-
 def growth(
     system: System, answers: Mapping[str, Any], times: Floats, *, from_rest: bool
 ) -> dict[str, list[float | None]]:

@@ -176,7 +176,8 @@ class Player:
 
     def due(self) -> list[npt.ArrayLike]:
         """The part to be shown next: (begin, spacing, path, end of the path), x, v of one mass after the
-        other, times and speeds of impacts, the numbers of the walls that were struck, and the present voltages of the circuits.
+        other, times and speeds of impacts, the numbers of the walls that were struck, and the present voltages of the
+        circuits.
 
         The speed of an impact on a wall that the mass strikes from below is negative.  Empty if there is no new sample.
         """

@@ -52,7 +52,6 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
         **seen,
         "points": [{"name": name, "title": _title(name)} for name in system.points],
         "densities": [*densities_of(system)],
-        "followed": [*_followed(system)],
         "examples": [*examples(system, opened.file)],
     }
     return f"export const OPENED = {json.dumps(content)};\n"
@@ -68,7 +67,12 @@ def view_of(system: System) -> dict[str, Any]:
 
 
 def _seen(system: System) -> dict[str, Any]:
-    return {"sizes": sizes(system), "paper": paper_view(system), "groups": [*_groups(system)]}
+    return {
+        "sizes": sizes(system),
+        "paper": paper_view(system),
+        "followed": [*_followed(system)],
+        "groups": [*_groups(system)],
+    }
 
 
 def paper_view(system: System) -> dict[str, Any] | None:
