@@ -70,8 +70,8 @@ def test_a_shown_path_is_a_path_of_the_run() -> None:
     for number in range(3):
         shown = record(simulation, number)
         assert shown.path == 64 * number
-        np.testing.assert_array_equal(shown.x, run.record[shown.path, :, 0])
-        np.testing.assert_array_equal(shown.v, run.record[shown.path, :, 1])
+        np.testing.assert_array_equal(shown.x[0], run.record[shown.path, :, 0])
+        np.testing.assert_array_equal(shown.v[0], run.record[shown.path, :, 1])
 
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:

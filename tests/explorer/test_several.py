@@ -122,7 +122,7 @@ def test_the_words_of_parts_say_where_they_are() -> None:
     system = chain()
     parts = {part["name"]: part for part in described_parts(system)}
     assert parts["stop"]["note"] == "wall, x ≥ b, b to c"
-    assert parts["stop"]["row"] == [0.0, -1.0, 1.0, 0.0]
+    assert parts["stop"]["ends"] == (1, 2)
     assert parts["left_noise"]["note"] == "white noise, on a"
     assert parts["mass_2"]["note"] == "b"
     said = {name: (words, unit) for name, words, unit in labels(system, [*possible_results(system)])}

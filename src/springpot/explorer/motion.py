@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import lfilter
 
+from springpot.explorer.ends import rows_of
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
@@ -60,7 +60,7 @@ class Motion:
     @property
     def steps(self) -> int:
         """Number of steps."""
-        return self.x.shape[1] - 1
+        return int(self.x.shape[1]) - 1
 
 
 def blocks(settings: Settings) -> int:
@@ -92,14 +92,7 @@ def record(simulation: Simulation, number: int) -> Motion:
     states = single.advance(skipped=number * LANES).record[0]
     x, v = states.reshape(len(states), -1, 2).T.copy()
     found = marks(system, step, x, v)
-    return Motion(number * LANES, step, x, v, *found, _rows(system, Stop), voltages(system, step, x))
-
-
-def _rows(system: System, kind: type[Any]) -> Floats:
-    """What each part of a kind sees of the displacements of the masses."""
-    rows = system.coordinates.elongations
-    found = [rows[name] for name, part in system.named() if isinstance(part, kind)]
-    return np.array(found).reshape(-1, len(system.points))
+    return Motion(number * LANES, step, x, v, *found, rows_of(system, Stop), voltages(system, step, x))
 
 
 def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
@@ -108,7 +101,7 @@ def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArra
     They are numbered in the order of the parts; for marks only.
     """
     walls = system.of(Stop)
-    found = [_struck(wall, step, row @ x, row @ v) for wall, row in zip(walls, _rows(system, Stop), strict=True)]
+    found = [_struck(wall, step, row @ x, row @ v) for wall, row in zip(walls, rows_of(system, Stop), strict=True)]
     steps = np.concatenate([np.zeros(0, np.intp), *found])
     numbers = np.repeat(np.arange(len(walls)), [one.size for one in found])
     order = np.argsort(steps, kind="stable")
@@ -136,7 +129,7 @@ def voltages(system: System, step: float, x: Floats) -> Floats:
     array([[0., 2., 2.]])
     """
     circuits = system.of(PiezoelectricCircuit)
-    found = _rows(system, PiezoelectricCircuit) @ x
+    found = rows_of(system, PiezoelectricCircuit) @ x
     for row, circuit in zip(found, circuits, strict=True):
         decay = step / circuit.time
         gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay

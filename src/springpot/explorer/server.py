@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
 from starlette.datastructures import Headers
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -181,8 +181,12 @@ def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
         loading.cancel()
         engine.close()
 
-    async def page(_: Request) -> FileResponse:
-        return FileResponse(STATIC / "index.html")
+    def page(request: Request) -> Response:
+        if not (place := request.query_params.get(PLACE, "")):
+            return FileResponse(STATIC / "index.html")
+        known = place if engine.shelf.has(place) else "none"
+        whole = (STATIC / "index.html").read_text(encoding="utf-8")
+        return HTMLResponse(whole.replace("/opened.js", f"/opened.js?{PLACE}={known}"))
 
     def script(place: str, text: Callable[[Request], str]) -> Route:
         return Route(place, lambda request: Response(text(request), media_type="text/javascript"))

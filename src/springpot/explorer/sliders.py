@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from springpot.explorer.ends import ends_of
 from springpot.machine.arguments import Free
 from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
 from springpot.problem.parts import RecordedExcitation
@@ -249,14 +250,16 @@ def _raised(power: int) -> str:
 def described_parts(system: System) -> list[dict[str, Any]]:
     """Each part with its name, its kind, how it is drawn, and what is chosen in it: for headings and the picture.
 
+    Its ends are the numbers of points, -1 of the ground.
+
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring
     >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
-    >>> wall["glyph"], wall["title"], wall["note"], wall["row"]
-    ('stop', 'barrier', 'wall, x ≤ b', [1.0])
+    >>> wall["glyph"], wall["title"], wall["note"], wall["ends"]
+    ('stop', 'barrier', 'wall, x ≤ b', (-1, 0))
     """
-    rows = system.coordinates.elongations
+    ends = ends_of(system)
     return [
         {
             "name": name,
@@ -267,7 +270,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "soft": isinstance(part, SoftStop),
             "title": name.replace("_", " "),
             "note": _note(system, name, part),
-            "row": rows[name].tolist() if name in rows else None,
+            "ends": ends.get(name),
             "side": getattr(part, "side", ""),
             "on": getattr(part, "on", ""),
         }

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from springpot.explorer.ends import GROUND, row_of, rows_of
 from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.sliders import described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts import PiezoelectricCircuit
+from springpot.problem.parts import Barrier, PiezoelectricCircuit
 from springpot.problem.system import System
 
 __all__ = ["densities_of", "labels", "opened_script", "paper_view", "sizes", "view_of"]
@@ -24,7 +25,7 @@ _DEVIATIONS = 4.5  # of x and v that are seen at first
 
 
 def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place: str | None = "") -> str:
-    """A JavaScript module with what the page shows: its parts, their sliders, and examples.
+    """A script with what the page shows: its parts, their sliders, and examples.
 
     Parameters
     ----------
@@ -36,8 +37,8 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
 
     Examples
     --------
-    >>> opened_script(Opened())[:42]
-    'export const OPENED = {"file": "", "writab'
+    >>> opened_script(Opened())[:41]
+    'globalThis.OPENED = {"file": "", "place":'
     """
     system = opened.system
     seen = _seen(system)
@@ -50,20 +51,25 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
         "sliders": [asdict(one) for one in sliders(system, seen["sizes"])],
         "parts": described_parts(system),
         **seen,
-        "points": [{"name": name, "title": _title(name)} for name in system.points],
+        "points": [
+            {"name": name, "title": _title(name), "massive": number < len(system.coordinates.masses)}
+            for number, name in enumerate(system.points)
+        ],
         "densities": [*densities_of(system)],
         "examples": [*examples(system, opened.file)],
     }
-    return f"export const OPENED = {json.dumps(content)};\n"
+    return f"globalThis.OPENED = {json.dumps(content)};\n"
 
 
 def view_of(system: System) -> dict[str, Any]:
     """The equations of a system, how far it moves, the columns of its tables, and what the paper's problem adds."""
     from springpot.evidence.explanation import equation
 
-    lines, masses = [*equation(system)], len(system.points)
-    several = [f"{masses} masses: {listed([*map(_title, system.points)])}"] * (masses > 1)
-    return {"equation": [*several, *lines[masses * (masses > 1) :]], "equations": lines[:masses], **_seen(system)}
+    lines, masses = [*equation(system)], system.coordinates.names
+    if len(masses) > 1:
+        title = f"{len(masses)} masses: {listed([*map(_title, masses)])}"
+        return {"equation": [title, *lines[len(masses) :]], "equations": lines[: len(masses)], **_seen(system)}
+    return {"equation": lines, "equations": [], **_seen(system)}
 
 
 def _seen(system: System) -> dict[str, Any]:
@@ -112,39 +118,50 @@ def sizes(system: System) -> dict[str, Any]:
     from springpot.simulation.plan.motions import motion_of
 
     motion = motion_of(system)
-    rows, scales = [np.array(one["row"]) for one in _followed(system)], motion.scales
-    if len(rows) == 1:
-        law, potential = motion.law, system.potential
-        found = [_size(law.mean, math.sqrt(law.variance), math.sqrt(law.temperature), potential.low, potential.high)]
-        length = math.sqrt(law.variance + law.mean**2)
-    else:
-        found = [_size(0.0, motion.modes.spread(row), motion.modes.speed(row)) for row in rows]
-        length = scales.length
-    return {"frequency": float(scales.frequency), "length": length, "of": found}
+    rows = [np.array(one["row"]) for one in _followed(system)]
+    found = [motion.seen(row @ system.coordinates.rows) for row in rows]
+    return {
+        "frequency": float(motion.scales.frequency),
+        "length": max(math.hypot(mean, spread) for mean, spread, _ in found),
+        "of": [
+            {
+                "low": max(mean - _DEVIATIONS * spread, low),
+                "high": min(mean + _DEVIATIONS * spread, high),
+                "fastest": _DEVIATIONS * speed,
+            }
+            for (mean, spread, speed), (low, high) in zip(found, _limits(system, rows), strict=True)
+        ],
+    }
 
 
-def _size(
-    mean: float, spread: float, speed: float, least: float = -math.inf, most: float = math.inf
-) -> dict[str, float]:
-    low, high = mean - _DEVIATIONS * spread, mean + _DEVIATIONS * spread
-    return {"low": max(low, least), "high": min(high, most), "fastest": _DEVIATIONS * speed}
+def _limits(system: System, rows: Sequence[Any]) -> Iterator[tuple[float, float]]:
+    """Between which rigid walls each row stays."""
+    walls = list(zip(system.of(Barrier), rows_of(system, Barrier), strict=True))
+    for row in rows:
+        along = [wall if (own == row).all() else wall.mirrored() for wall, own in walls if (abs(own) == abs(row)).all()]
+        yield (
+            max((wall.position for wall in along if wall.side == "above"), default=-math.inf),
+            min((wall.position for wall in along if wall.side == "below"), default=math.inf),
+        )
 
 
 def _followed(system: System) -> Iterator[dict[str, Any]]:
-    """What the charts can show: the one mass, or each of several and each two with a part between them.
+    """What the charts can show: the one mass, or each point of several and each two with a part between them.
 
-    ``name`` is how the names of its results begin, ``row`` what it takes of each displacement.
+    ``name`` is how the names of its results begin, ``row`` what it takes of the displacement of each point.
     """
-    coordinates, points = system.coordinates, system.points
+    points = system.points
     if len(points) == 1:
         yield {"name": "", "title": "", "row": [1.0], "pair": False}
         return
-    for point in points:
-        yield {"name": f"{point}_", "title": _title(point), "row": coordinates.push(point).tolist(), "pair": False}
-    for pair, row in coordinates.pairs.items():
-        first, second = (points[int(place)] for place in (np.argmin(row), np.argmax(row)))
+    for number, point in enumerate(points):
+        yield {
+            "name": f"{point}_", "title": _title(point), "row": row_of(system, (GROUND, number)).tolist(), "pair": False
+        }  # fmt: skip
+    for first, second in system.coordinates.linked:
+        row = row_of(system, (points.index(first), points.index(second))).tolist()
         title = f"{_title(first)} to {_title(second)}"
-        yield {"name": f"{pair}_elongation_", "title": title, "row": row.tolist(), "pair": True}
+        yield {"name": f"{first}_{second}_elongation_", "title": title, "row": row, "pair": True}
 
 
 def densities_of(system: System) -> Iterator[str]:

@@ -138,6 +138,10 @@ class Motion:
         """The law of x at the guessed temperature."""
         return self.guess or guessed_law(self.system)
 
+    def seen(self, row: Any) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of what a row of numbers sees of the motion, about."""
+        return self.law.mean, math.sqrt(self.law.variance), math.sqrt(self.law.temperature)
+
     @property
     def low(self) -> float:
         """The lower wall, or -inf."""

@@ -311,6 +311,10 @@ class MotionOfSeveral(Motion):
         """At the guessed size of the motion."""
         return modes_of(self.system)
 
+    def seen(self, row: Floats) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of what a row of numbers sees of the motion, about."""
+        return 0.0, self.modes.spread(row), self.modes.speed(row)
+
     @property
     def uncountable(self) -> str:
         """Why the impacts on some walls cannot be counted."""

@@ -16,7 +16,8 @@ export function element(g, { draw, order, arm, curved, aside = 0, coils = 12 }, 
     // an arm is a spring in series with what remembers or damps
     const begin = arm ? from + 0.45 * (to - from) : from;
     if (arm) spring(g, from, begin, y, 0.7 * size, false, coils);
-    if (draw === "springpot") springpot(g, begin, to, y, order, size, aside);
+    if (draw === "inerter") inerter(g, from, to, y, size, aside);
+    else if (draw === "springpot") springpot(g, begin, to, y, order, size, aside);
     else dashpot(g, begin, to, y, size, aside);
   }
 }
@@ -85,6 +86,27 @@ function dashpot(g, from, to, y, size, aside) {
   g.lineTo(middle - half, y + tall);
   g.moveTo(middle + half, y);
   g.lineTo(to, y);
+  g.stroke();
+}
+
+// a wheel that turns as its ends move apart
+function inerter(g, from, to, y, size, aside) {
+  const middle = (from + to) / 2 + aside * (to - from), radius = 11 * size;
+  g.beginPath();
+  g.moveTo(from, y);
+  g.lineTo(to, y);
+  g.stroke();
+  g.beginPath();
+  g.arc(middle, y, radius, 0, 7);
+  g.fillStyle = palette.panel;
+  g.fill();
+  g.stroke();
+  g.beginPath();
+  const turn = (to - from) / 20;
+  for (const angle of [turn, turn + Math.PI / 2]) {
+    g.moveTo(middle - radius * Math.cos(angle), y - radius * Math.sin(angle));
+    g.lineTo(middle + radius * Math.cos(angle), y + radius * Math.sin(angle));
+  }
   g.stroke();
 }
 

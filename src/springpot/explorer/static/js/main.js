@@ -9,7 +9,7 @@ import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, addDensityCards, curvesShown, legend, makePanels, saidOf } from "./panels.js";
 import { Phase } from "./phase.js";
 import { showPinned, snapshot } from "./pinned.js";
-import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, isRecorded, isSeveral, isSoft, isThermal, linksOf, notDrawn, orderOf, wallsOf } from "./problem.js";
+import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, isRecorded, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
 import { makePartsCard, showEquation, showEquations } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
@@ -233,7 +233,7 @@ const unitsOf = () => ({ length: unitOf("x", state), speed: unitOf("v", state) }
 function drawMotion() {
   const { values, walls, reach } = view, bounds = boundsOf(reach[0]), { length } = unitsOf();
   const hidden = scene.draw({ walls, reach, links: linksOf(values), circuits: circuitsOf(values), unit: length, bounds, rms: rmsSpeeds() });
-  const far = [outOfView(hidden, (position) => `${short(position * length.factor)} ${length.name}`), notDrawn.length ? `Not drawn: ${notDrawn.join(", ")}` : ""].filter(Boolean).join(" · ");
+  const far = outOfView(hidden, (position) => `${short(position * length.factor)} ${length.name}`);
   element("out-of-view").textContent = far;
   element("out-of-view").hidden = !far;
   const time = track.now.t ?? 0, [since, until] = view.timeWindow();

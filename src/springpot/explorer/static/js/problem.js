@@ -1,7 +1,6 @@
 // What the page was opened with, and what of it is drawn: walls, elements, excitations, circuits.
 
-// which system it is stands in the address
-export const { OPENED } = await import(`/opened.js${location.search}`);
+export const { OPENED } = globalThis; // of another script
 
 // sliders by name
 export const PARAMETERS = Object.fromEntries(OPENED.sliders.map((one) => [one.name, one]));
@@ -29,25 +28,19 @@ export const orderOf = (values, paper) => values?.[ORDERS[0]] ?? paper?.order;
 
 // rigid walls and soft contacts, in the order of the parts: lower ones keep what they see of the motion above them
 export function wallsOf(values) {
-  return of(WALL).filter(({ name }) => !values.without.includes(name)).map(({ name, title, soft, side, row }, number) => ({
-    number, part: name, name: title, lower: side === "above", soft, row, ends: endsOf(row), sign: 1,
+  return of(WALL).filter(({ name }) => !values.without.includes(name)).map(({ name, title, soft, side, ends }, number) => ({
+    number, part: name, name: title, lower: side === "above", soft, ends, sign: 1,
     position: values[`${name}-position`], restitution: restitutionOf(name, values),
   }));
 }
 
 // those that limit one combination of the displacements, as seen along it
 export function wallsAlong(walls, row) {
-  const same = (wall, sign) => wall.row.every((g, i) => g === sign * row[i]);
+  const same = ({ ends }, sign) => row.every((g, i) => sign * g === (ends[1] === i) - (ends[0] === i));
   return walls.flatMap((wall) => (same(wall, 1) ? [wall] : same(wall, -1) ? [{ ...wall, lower: !wall.lower, position: -wall.position, sign: -1 }] : []));
 }
 
-// the numbers of the two masses of a part, -1 for the ground; null of what has no two ends
-export const GROUND = -1;
-function endsOf(row) {
-  const places = row?.flatMap((g, i) => (g ? [i] : [])) ?? [], unit = places.every((i) => Math.abs(row[i]) === 1);
-  if (!unit || !places.length || places.length > 2) return null;
-  return places.length === 1 ? [GROUND, places[0]] : row[places[0]] + row[places[1]] === 0 ? places : null;
-}
+export const GROUND = -1; // among the numbers of the points at which a part ends
 
 // a number, or that of a law of the speed; 0 where the law is a function that only the server knows
 function restitutionOf(name, values) {
@@ -55,19 +48,17 @@ function restitutionOf(name, values) {
   return (speed) => value("") ?? (value("-speed") ? Math.min(1, value("-restitution") * (speed / value("-speed")) ** -value("-exponent")) : 0);
 }
 
-const ELEMENTS = ["spring", "springpot", "springpot arm", "dashpot", "dashpot arm", "friction"];
-const CONNECTED = of(...ELEMENTS, WALL).map((part) => ({ ...part, ends: endsOf(part.row) }));
-const sameEnds = (a, b) => a[0] === b[0] && a[1] === b[1];
+const CONNECTED = OPENED.parts.filter(({ ends }) => ends);
+const sameEnds = (a, b) => (a[0] === b[0] && a[1] === b[1]) || (a[0] === b[1] && a[1] === b[0]);
 
 // what connects two masses, or one with the ground: of each two ends at most four rows are drawn
 export function linksOf(values) {
   const links = [];
-  for (const { ends } of CONNECTED) if (ends && !links.some((link) => sameEnds(link.ends, ends))) links.push({ ends });
+  for (const { ends } of CONNECTED) if (!links.some((link) => sameEnds(link.ends, ends))) links.push({ ends: [Math.min(...ends), Math.max(...ends)] });
   return links.map(({ ends }) => ({ ends, elements: elementsOf(values, ends), rubs: between(ends, "friction").length > 0 }));
 }
 
-const between = (ends, ...glyphs) => CONNECTED.filter((part) => glyphs.includes(part.glyph) && part.ends && sameEnds(part.ends, ends));
-export const notDrawn = CONNECTED.filter(({ ends, glyph }) => !ends && ELEMENTS.includes(glyph)).map(({ title }) => title);
+const between = (ends, ...glyphs) => CONNECTED.filter((part) => glyphs.includes(part.glyph) && sameEnds(part.ends, ends));
 
 function elementsOf(values, ends) {
   const found = (...glyphs) => between(ends, ...glyphs);
@@ -77,7 +68,7 @@ function elementsOf(values, ends) {
     ...(springs.length ? [{ draw: "spring", curved: springs.some(({ linear }) => !linear) }] : []),
     ...found("springpot").map((part) => ({ draw: "springpot", order: values[orderNumber(part)] })), ...arms,
     ...found("dashpot").slice(0, 1).map(() => ({ draw: "dashpot" })), ...found("dashpot arm").slice(0, 1).map(() => ({ draw: "dashpot", arm: true })),
-    ...rubbing,
+    ...found("inerter").slice(0, 1).map(() => ({ draw: "inerter" })), ...rubbing,
   ];
   // where there are many, their marks stand beside each other
   return rows.slice(0, 4).map((one, i, all) => ({ ...one, aside: all.length > 2 ? (i % 2 ? -0.13 : 0.13) : 0 }));

@@ -13,7 +13,8 @@ const LAST = POINTS.length - 1;
 
 // as its second end sees it
 function oriented(wall) {
-  return wall.row[wall.ends[1]] > 0 ? wall : { ...wall, lower: !wall.lower, position: -wall.position };
+  const [first, second] = wall.ends;
+  return first < second ? wall : { ...wall, ends: [second, first], lower: !wall.lower, position: -wall.position };
 }
 
 export class Scene {
@@ -30,7 +31,7 @@ export class Scene {
   // returns the walls that are too far away
   draw(shown) {
     const g = this.canvas.clear(), W = this.canvas.width, { links, circuits, unit, bounds, rms } = shown, narrow = W < 520;
-    const walls = shown.walls.filter(({ ends }) => ends).map(oriented);
+    const walls = shown.walls.map(oriented);
     const place = layout(W, { ...shown, walls }), { size, scale, floor, homes } = place;
     const X = homes.map((home) => (value) => home + scale * value);
     const stop = isSeveral ? null : walls.find((wall) => wall.lower && !wall.soft); // which the lines of a path may pass
@@ -53,8 +54,9 @@ export class Scene {
     });
     for (const link of links) this.link(g, link, at, place);
     at.forEach((left, i) => {
-      g.fillStyle = palette.mass;
-      g.strokeStyle = palette.panel;
+      const { massive } = POINTS[i]; // or moves as a combination of masses
+      g.fillStyle = massive ? palette.mass : palette.panel;
+      g.strokeStyle = massive ? palette.panel : palette.mass;
       g.lineWidth = 2;
       rounded(g, left, MIDDLE - size / 2, size, size, 8);
       g.fill();
