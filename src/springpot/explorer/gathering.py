@@ -13,7 +13,7 @@ from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
-from springpot.simulation.paths.simulation import Ensemble, Simulation
+from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.warnings import doubts
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
@@ -23,7 +23,6 @@ __all__ = ["BINS", "Gathering", "growth_times"]
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
 AT_ONCE = 0.03  # s of work per call of `grow`
-SAMPLES, FINE = 400_000, 4000  # of all paths of several masses, and bins in which they are counted
 MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
 
 Floats = npt.NDArray[np.float64]
@@ -61,55 +60,6 @@ def _growth_part() -> Any:
     return callback(ON_STEPS)(on_steps)
 
 
-class Sketched:
-    """Distributions of one mass, counted while the paths are simulated."""
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._simulation = simulation
-        self.observers = (sketches(GROUP * simulation.settings.step * simulation.motion.scales.fastest_rate),)
-        self._counts = np.zeros((1, self.observers[0].initial.size))
-
-    def settings(self, _: int) -> dict[str, int]:
-        """How a number of paths is simulated."""
-        return {"record": 0}
-
-    def take(self, ensemble: Ensemble) -> None:
-        """Add more paths."""
-        self._counts[0] += ensemble.observed[0].sum(axis=0)
-
-    def distributions(self) -> dict[str, Distribution]:
-        """By name."""
-        return distributions_in(self._simulation, self._counts)
-
-
-class Sampled:
-    """Distributions of the displacements of several masses, from a few times of every path within the window."""
-
-    observers: tuple[Observer, ...] = ()
-
-    def __init__(self, simulation: Simulation) -> None:
-        settings, self._points = simulation.settings, simulation.plan.system.points
-        low, high = settings.window_steps
-        self._every = max(1, (high - low) * settings.paths // SAMPLES)
-        self._first, self._taken = -(-low // self._every), list[Floats]()
-
-    def settings(self, count: int) -> dict[str, int]:
-        """How a number of paths is simulated."""
-        return {"record": count, "record_every": self._every}
-
-    def take(self, ensemble: Ensemble) -> None:
-        """Add more paths."""
-        self._taken.append(ensemble.record[:, self._first :, :, 0].reshape(-1, len(self._points)).T)
-
-    def distributions(self) -> dict[str, Distribution]:
-        """By name."""
-        found = {}
-        for point, x in zip(self._points, np.concatenate(self._taken, axis=1), strict=True):
-            counts, edges = np.histogram(x, FINE)
-            found[f"{point}_x"] = Distribution("m", "m-1", edges, counts[None].astype(float))
-        return found
-
-
 class Gathering:
     """Paths of one problem, simulated a few blocks at a time.
 
@@ -140,7 +90,10 @@ class Gathering:
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._counting: Sketched | Sampled = (Sampled if simulation.motion.unobserved else Sketched)(simulation)
+        self._seen = [seen for seen in simulation.motion.seen if "x" in seen.names and "v" in seen.names]
+        apart = GROUP * settings.step * simulation.motion.scales.fastest_rate
+        self._sketches = tuple(sketches(seen, apart) for seen in self._seen)
+        self._counts = [np.zeros((1, sketch.initial.size)) for sketch in self._sketches]
         self._follows = speeds is not None
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
@@ -163,10 +116,11 @@ class Gathering:
         """Simulate a few more blocks, for about AT_ONCE seconds."""
         begun = time.perf_counter()
         count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
-        more = self.simulation.but(paths=count, **self._counting.settings(count))
-        ensemble = more.advance(skipped=self.paths, observers=self._counting.observers)
+        more = self.simulation.but(paths=count, record=0)
+        ensemble = more.advance(skipped=self.paths, observers=self._sketches)
         self._rows[self.paths : self.paths + count] = ensemble.rows
-        self._counting.take(ensemble)
+        for counts, counted in zip(self._counts, ensemble.observed, strict=True):
+            counts[0] += counted.sum(axis=0)
         if self._follows:
             self._watch_growth(count)
         self.paths += count
@@ -198,7 +152,9 @@ class Gathering:
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
-        return self._counting.distributions()
+        every = zip(self._sketches, self._seen, self._counts, strict=True)
+        found = (distributions_in(self.simulation, *each) for each in every)
+        return {name: distribution for one in found for name, distribution in one.items()}
 
     def growth(self) -> tuple[Floats, Floats]:
         """<x^2 + speeds v^2> in each of BINS of time, and its standard error (NaN while there is one block).

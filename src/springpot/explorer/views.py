@@ -8,15 +8,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
-from springpot.explorer.ends import GROUND, row_of, rows_of
+from springpot.explorer.ends import GROUND, row_of
 from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.sliders import described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts import Barrier, PiezoelectricCircuit
+from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
 __all__ = ["densities_of", "labels", "opened_script", "paper_view", "sizes", "view_of"]
@@ -118,31 +116,19 @@ def sizes(system: System) -> dict[str, Any]:
     from springpot.simulation.plan.motions import motion_of
 
     motion = motion_of(system)
-    rows = [np.array(one["row"]) for one in _followed(system)]
-    found = [motion.seen(row @ system.coordinates.rows) for row in rows]
+    found = [(seen, *motion.size_of(seen)) for seen in motion.seen if "x" in seen.names]
     return {
         "frequency": float(motion.scales.frequency),
-        "length": max(math.hypot(mean, spread) for mean, spread, _ in found),
+        "length": max(math.hypot(mean, spread) for _, mean, spread, _ in found),
         "of": [
             {
-                "low": max(mean - _DEVIATIONS * spread, low),
-                "high": min(mean + _DEVIATIONS * spread, high),
+                "low": max(mean - _DEVIATIONS * spread, seen.low),
+                "high": min(mean + _DEVIATIONS * spread, seen.high),
                 "fastest": _DEVIATIONS * speed,
             }
-            for (mean, spread, speed), (low, high) in zip(found, _limits(system, rows), strict=True)
+            for seen, mean, spread, speed in found
         ],
     }
-
-
-def _limits(system: System, rows: Sequence[Any]) -> Iterator[tuple[float, float]]:
-    """Between which rigid walls each row stays."""
-    walls = list(zip(system.of(Barrier), rows_of(system, Barrier), strict=True))
-    for row in rows:
-        along = [wall if (own == row).all() else wall.mirrored() for wall, own in walls if (abs(own) == abs(row)).all()]
-        yield (
-            max((wall.position for wall in along if wall.side == "above"), default=-math.inf),
-            min((wall.position for wall in along if wall.side == "below"), default=math.inf),
-        )
 
 
 def _followed(system: System) -> Iterator[dict[str, Any]]:

@@ -41,13 +41,13 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, several_dampers, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
@@ -168,10 +168,9 @@ class PartsOfSeveral:
         """Energies of the columns are those of all masses."""
         return 1.0
 
-    @property
-    def header(self) -> list[float]:
-        """There are no observers."""
-        return []
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -190,11 +189,6 @@ class PartsOfSeveral:
         return math.nan
 
     @property
-    def wall_position(self) -> float:
-        """Of a single wall, for observers."""
-        return math.nan
-
-    @property
     def wall(self) -> None:
         """The walls are rigid and have sums of their own."""
         return None
@@ -204,12 +198,13 @@ class PartsOfSeveral:
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows = given
-            if halved or observers.on_steps.size:
-                raise NotCoveredError("observers and levels of several masses are not there yet.")
+            if halved:
+                raise NotCoveredError("levels of several masses are not there yet.")
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, record, settings.record_every, stop, rows,
+                first, blocks, settings.steps, low, high, k0, k1, stream, observers,
+                record, settings.record_every, stop, rows,
             )  # fmt: skip
             record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 
@@ -241,8 +236,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     step = settings.step / units.time
     mass, many = coordinates.mass / unit_mass, len(coordinates.names)
     rows = _rows(plan, units, unit_mass, step)
-    place_of = {name: n for n, (_, names) in enumerate(rows) for name in names}
-    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, many)
+    totals, g = [row.total for row in rows], np.array([row.row for row in rows]).reshape(-1, many)
     answers = np.array([answer_of(total, step) for total in totals])
     reduced = 1.0 / (g * unit_mass * coordinates.accelerations(g)).sum(axis=1)
     jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
@@ -250,7 +244,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     memories, near, history = _memories(totals, scheme, step, settings)
     noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
-    at = np.array([place_of[name] for name, _ in walls], np.int64)
+    at = np.array([coordinates.numbers[tuple(coordinates.elongations[name])] for name, _ in walls], np.int64)
     jump = jumps[at]
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(totals, reduced, touched)]
@@ -263,8 +257,9 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
     source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, many))
     inward = np.array([wall.inwards for _, wall in walls], float)
+    smooth = np.array([float(each.is_smooth) for each in given])
     numbers = (
-        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
+        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, smooth, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
         np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
@@ -320,7 +315,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lack = unit_mass * coordinates.accelerations(solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", coordinates.rows, lack, coordinates.rows)
-    return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
+    return replace(whole, readings=tuple(_readings(plan, whole, lacking)))
 
 
 def _check_covered(plan: Plan) -> None:
@@ -362,19 +357,14 @@ def _units(plan: Plan) -> tuple[Units, float]:
     return units, 2.0 ** round(float(np.log2(masses).mean()))
 
 
-def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[tuple[_Row, list[str]]]:
-    """The rows of points that are no coordinates, then those of parts; with all that lies on each, and the names."""
-    at = plan.system.coordinates
-    found: dict[tuple[float, ...], tuple[_Row, list[str]]] = {}
-    for point, row in zip(at.points[len(at.names) :], at.rows[len(at.names) :], strict=True):
-        found.setdefault(tuple(row), (_Row(row), []))[1].append(f"at {point}")
-    elongations = at.elongations
-    for name, part in plan.system.named():
-        if not isinstance(part, Element):
-            continue
-        row, names = found.setdefault(tuple(elongations[name]), (_Row(elongations[name]), []))
+def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]:
+    """The rows in the order of their numbers, each with all that lies on it."""
+    at, parts = plan.system.coordinates, dict(plan.system.named())
+    found = {row: _Row(np.array(row)) for row in at.numbers}
+    for name, elongation in at.elongations.items():
+        row, part = found[tuple(elongation)], parts[name]
         more = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
-        found[tuple(elongations[name])] = _Row(row.row, row.total + more), [*names, name]
+        found[tuple(elongation)] = _Row(row.row, row.total + more)
     return [*found.values()]
 
 
@@ -469,13 +459,15 @@ def _dampers(
 class _Given:
     """A source of excitation: its law in the kernel, its name, and the row on which it acts.
 
-    ``brought`` is the variance of what it brings anew within each step.
+    ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
+    steps are nearly alike.
     """
 
     named: Named
     law: Any
     row: Floats
     brought: float
+    is_smooth: bool
 
 
 def _excitation(
@@ -520,7 +512,8 @@ def _placed(given: Sequence[tuple[Named, Floats, float | None]]) -> Iterator[_Gi
         count[named.name] = count.get(named.name, 0) + 1
         own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
         law = named.make(word, place, 1)
-        yield _Given(own, law, row, _drawn(law) if brought is None else brought)
+        smooth = brought is None and not isinstance(law, sources.Poisson)
+        yield _Given(own, law, row, _drawn(law) if brought is None else brought, smooth)
         word, place = word + sources.WORDS, place + named.states
 
 
@@ -567,9 +560,7 @@ def _precision(plan: Plan, noises: Floats, given: Sequence[_Given]) -> str:
     return "float32" if single else "float64"
 
 
-def _readings(
-    plan: Plan, parts: PartsOfSeveral, lacking: Floats, place_of: Mapping[str, int], g: Floats
-) -> Iterator[Reading]:
+def _readings(plan: Plan, parts: PartsOfSeveral, lacking: Floats) -> Iterator[Reading]:
     """Every result but the balance of energy.
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
@@ -579,14 +570,14 @@ def _readings(
     white noise.
     """
     system, at = plan.system, plan.system.coordinates
-    for point, lack in zip(at.points, lacking, strict=True):
-        letters, of = ("xv", point) if point in at.names else ("uw", parts.gauged[place_of[f"at {point}"]])
+    gauged = dict(zip(at.numbers, parts.gauged, strict=True))
+    for point, own, lack in zip(at.points, at.rows.tolist(), lacking, strict=True):
+        letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
         yield Reading(f"{point}_x_mean", {f"{letters[0]} of {of}": 1.0})
         yield Reading(f"{point}_x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
         yield Reading(f"{point}_v_mean_square", {f"{letters[1]}^2 of {of}": 1.0}, added=float(lack))
-    place = {tuple(row): place_of[name] for name, row in at.elongations.items()}
-    for pair, g_of_pair in at.pairs.items():
-        row = parts.gauged[place[tuple(g_of_pair)]]
+    for pair, own_row in at.pairs.items():
+        row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
         yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
     for name, part in system.named():

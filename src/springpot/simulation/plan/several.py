@@ -42,6 +42,7 @@ from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
@@ -243,6 +244,36 @@ class MotionOfSeveral(Motion):
             "squares, impacts, powers and recorded paths"
         )
 
+    @cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """Each mass, each pair, and the impacts on each wall."""
+        return seen_of_several(self.system)
+
+    @cached_property
+    def levels(self) -> dict[str, tuple[str, Seen]]:
+        """Displacements and velocities of the masses, and elongations of parts and pairs."""
+        return levels_of_several(self.system)
+
+    @cached_property
+    def arguments(self) -> dict[str, tuple[str, int]]:
+        """The same and the time."""
+        return {"t": ("t", 0)} | {
+            name: (quantity, seen.number or 0)
+            for name, (quantity, seen) in self.levels.items()
+            if quantity in ("x", "v")
+        }
+
+    def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
+        """Along the row of the displacement."""
+        names = self.system.coordinates.names
+        at_rest = dict(zip(names, self._nearest_to_rest(), strict=True))
+        places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
+        return float(seen.row @ places), float(seen.row @ speeds)
+
+    def intensity_of(self, seen: Seen) -> float:
+        """Of white noise and of that of dashpots at a temperature, along the row of the displacement."""
+        return self._intensity_along(seen.row)
+
     @property
     def from_rest(self) -> str:
         """Why a run starts from rest."""
@@ -311,9 +342,9 @@ class MotionOfSeveral(Motion):
         """At the guessed size of the motion."""
         return modes_of(self.system)
 
-    def seen(self, row: Floats) -> tuple[float, float, float]:
-        """Mean, deviation and deviation of the velocity of what a row of numbers sees of the motion, about."""
-        return 0.0, self.modes.spread(row), self.modes.speed(row)
+    def size_of(self, seen: Seen) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of a displacement, about."""
+        return 0.0, self.modes.spread(seen.row), self.modes.speed(seen.row)
 
     @property
     def uncountable(self) -> str:
