@@ -88,7 +88,7 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
 
 def test_growth_is_the_mean_over_recorded_paths() -> None:
     gathering = gathered(LOSSY, speeds=FREQUENCY**-2, paths=256, seed=3, start="rest")
-    mean, error = gathering.growth()
+    mean, error = (found[0] for found in gathering.growth())
     times = growth_times(gathering.simulation.plan)
     run = sp.simulate(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / FREQUENCY) ** 2).mean(axis=0)

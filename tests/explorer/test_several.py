@@ -12,7 +12,9 @@ import pytest
 
 import springpot as sp
 from springpot.explorer.answers import solve, table
+from springpot.explorer.ends import followed
 from springpot.explorer.examples import examples
+from springpot.explorer.gathering import BINS, growth_times
 from springpot.explorer.motion import Player, marks, record
 from springpot.explorer.protocol import Problem
 from springpot.explorer.question import Opened, question_of
@@ -64,7 +66,7 @@ def test_the_systems_of_the_shelf_have_all_that_the_page_shows(place: str) -> No
 @UNSTEADY
 def test_numbers_and_densities_of_an_ensemble_are_those_of_the_run() -> None:
     system = chain()
-    ours = gathered(system, speeds=None, paths=192, seed=4, **SHORT)
+    ours = gathered(system, paths=192, seed=4, **SHORT)
     run = sp.simulate(system, paths=192, seed=4, distributions=True, **SHORT)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, {name: run[name].value for name in run})
@@ -74,7 +76,22 @@ def test_numbers_and_densities_of_an_ensemble_are_those_of_the_run() -> None:
     assert found.keys() >= {*densities_of(system)}
     for name, distribution in found.items():
         np.testing.assert_array_equal(distribution.counts.sum(axis=0), run.distributions[name].counts.sum(axis=0))
-    assert ours.growth()[0].size == 0
+    mean, error = ours.growth()
+    assert mean.shape == error.shape == (len([*followed(system)]), BINS)
+
+
+@UNSTEADY
+def test_growth_is_the_mean_over_recorded_paths() -> None:
+    """Of each mass, and of what is between two."""
+    given: dict[str, Any] = {"paths": 128, "seed": 3, "duration": 20.0}
+    ours, run = gathered(PAIR, **given), sp.simulate(PAIR, record=128, **given)
+    mean, _ = ours.growth()
+    times, x = growth_times(ours.simulation.plan), run.record[:, 1:, :, 0]
+    squares = (np.stack([x[..., 0], x[..., 1], x[..., 1] - x[..., 0]]) ** 2).mean(axis=1)
+    edges = np.concatenate([[0.0], 0.5 * (times[1:] + times[:-1]), [np.inf]])
+    for at in (BINS // 2, BINS - 1):
+        begin, end = np.searchsorted(run.time[1:], edges[at : at + 2])
+        np.testing.assert_allclose(mean[:, at], squares[:, begin:end].mean(axis=1), rtol=0.05)
 
 
 @UNSTEADY
@@ -234,7 +251,7 @@ def test_four_masses_are_drawn_and_move(page: Tab) -> None:
 def test_a_density_of_each_mass_and_what_one_mass_has_is_hidden(page: Tab) -> None:
     cards = page.page.locator("#densities [data-chart]")
     assert cards.locator("h3").all_inner_texts() == [*POINTS]
-    for hidden in ("[data-chart=growth]", ".of-paper", ".fit-ask", "#start"):
+    for hidden in (".of-paper", ".fit-ask", "#start"):
         assert not any(one.is_visible() for one in page.page.locator(hidden).all())
     assert page.page.get_by_text("Fits on this page are for systems of one mass.").is_visible()
     assert len(page.page.locator("#equations p").all()) == 4

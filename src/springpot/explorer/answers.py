@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
+from springpot.explorer.ends import followed
 from springpot.explorer.question import papers_of
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
@@ -133,17 +134,26 @@ def _gaussian(answer: Any, name: str) -> Callable[[Floats], Floats] | None:
 
 def growth(
     system: System, answers: Mapping[str, Any], times: Floats, *, from_rest: bool
-) -> dict[str, list[float | None]]:
-    """<A^2> of the paper's problem, or <x^2> of another, of each method at these times from rest.
+) -> dict[str, dict[str, list[float | None]]]:
+    """<A^2> of the paper's problem, or <x^2> of all that is followed in another, of each method at times from rest.
 
-    A method without a transient has its stationary value.  Without a stationary state averaging still has the growing
-    response.
+    By the names of what is followed, and of the methods.  A method without a transient has its stationary value.
+    Without a stationary state averaging still has the growing response.
     """
     papers = papers_of(system)
+    if len(system.points) > 1:
+        return {
+            name: {
+                method: [plain_number(answer.numbers[f"{name}mean_square" if pair else f"{name}x_mean_square"])]
+                * times.size
+                for method, answer in answers.items()
+            }
+            for name, pair in ((one["name"], one["pair"]) for one in followed(system))
+        }
     moment = "amplitude_mean_square" if papers else "x_mean_square"
     curves = {name: [plain_number(getattr(answer, moment))] * times.size for name, answer in answers.items()}
     if not from_rest:
-        return curves
+        return {"": curves}
     for name, answer in answers.items():
         if hasattr(answer, f"{moment}_at"):
             with suppress(*_UNKNOWN):
@@ -152,7 +162,7 @@ def growth(
         with suppress(NotCoveredError):
             growing: Any = METHODS[name].solve(system)
             curves[name] = plain(growing.mean_square(times))
-    return curves
+    return {"": curves}
 
 
 def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:

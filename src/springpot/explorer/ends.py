@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
-__all__ = ["GROUND", "ends_of", "row_of", "rows_of"]
+__all__ = ["GROUND", "ends_of", "followed", "row_of", "rows_of", "titled"]
 
 GROUND = -1
 
@@ -50,3 +53,33 @@ def rows_of(system: System, kind: type[Element]) -> npt.NDArray[np.float64]:
     ends = ends_of(system)
     found = [row_of(system, ends[name]) for name, part in system.named() if isinstance(part, kind)]
     return np.array(found).reshape(-1, len(system.points))
+
+
+def followed(system: System) -> Iterator[dict[str, Any]]:
+    """What the charts can show: the one mass, or each point of several and each two with a part between them.
+
+    ``name`` is how the names of its results begin, ``row`` what it takes of the displacement of each point.
+    """
+    points = system.points
+    if len(points) == 1:
+        yield {"name": "", "title": "", "row": [1.0], "pair": False}
+        return
+    for number, point in enumerate(points):
+        yield {
+            "name": f"{point}_", "title": titled(point), "row": row_of(system, (GROUND, number)).tolist(), "pair": False
+        }  # fmt: skip
+    for first, second in system.coordinates.linked:
+        row = row_of(system, (points.index(first), points.index(second))).tolist()
+        title = f"{titled(first)} to {titled(second)}"
+        yield {"name": f"{first}_{second}_elongation_", "title": title, "row": row, "pair": True}
+
+
+def titled(name: str) -> str:
+    """A name as the page writes it.
+
+    Examples
+    --------
+    >>> titled("left_wall")
+    'left wall'
+    """
+    return name.replace("_", " ")

@@ -90,11 +90,6 @@ class Question:
         return "rest" if self.asked.start == "rest" else default_start(self.motion)[0]
 
     @property
-    def is_followed(self) -> bool:
-        """Whether the mean square over the time from the start on is shown: of one mass."""
-        return len(self.system.points) == 1
-
-    @property
     def speeds(self) -> float:
         """What v^2 counts in the mean square over time: <A^2> of the paper's problem, <x^2> of any other."""
         return sum(paper.natural_frequency**-2 for paper in self.papers)

@@ -214,8 +214,6 @@ class Session:
         self._post("theory", **await think(answers.table, system, found, statements))
         await engine.kernel_ready.wait()
         self._post("status", theory=True, kernel=True)
-        if not question.is_followed:
-            return
         from springpot.explorer.gathering import growth_times
         from springpot.simulation.plan.plan import plan_of
 
@@ -247,8 +245,7 @@ class Session:
             with stopping() as check:
                 plan = await self._pilots.take(adapt, plan, progress=check)
         simulation = await engine.simulate(simulation_of, plan)
-        speeds = question.speeds if question.is_followed else None
-        growing = await engine.simulate(Gathering, simulation, speeds=speeds)
+        growing = await engine.simulate(Gathering, simulation, speeds=question.speeds)
         await asyncio.gather(self._show(question, growing), self._gather(question, growing))
 
     async def _compiled(self, system: System) -> None:
@@ -344,7 +341,7 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
     for name in densities_of(growing.simulation.plan.system):
         found = distributions.get(name)
         densities += ([], []) if found is None else found.density(HISTOGRAM_BINS)[:2]
-    return report, densities, list(growing.growth())
+    return report, densities, [one for both in zip(*growing.growth(), strict=True) for one in both]
 
 
 def _finite(numbers: dict[str, float]) -> dict[str, float | None]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from springpot.explorer.ends import GROUND, row_of
+from springpot.explorer.ends import followed, titled
 from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.sliders import described_parts, sliders, written
@@ -50,7 +50,7 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
         "parts": described_parts(system),
         **seen,
         "points": [
-            {"name": name, "title": _title(name), "massive": number < len(system.coordinates.masses)}
+            {"name": name, "title": titled(name), "massive": number < len(system.coordinates.masses)}
             for number, name in enumerate(system.points)
         ],
         "densities": [*densities_of(system)],
@@ -65,7 +65,7 @@ def view_of(system: System) -> dict[str, Any]:
 
     lines, masses = [*equation(system)], system.coordinates.names
     if len(masses) > 1:
-        title = f"{len(masses)} masses: {listed([*map(_title, masses)])}"
+        title = f"{len(masses)} masses: {listed([*map(titled, masses)])}"
         return {"equation": [title, *lines[len(masses) :]], "equations": lines[: len(masses)], **_seen(system)}
     return {"equation": lines, "equations": [], **_seen(system)}
 
@@ -74,7 +74,7 @@ def _seen(system: System) -> dict[str, Any]:
     return {
         "sizes": sizes(system),
         "paper": paper_view(system),
-        "followed": [*_followed(system)],
+        "followed": [*followed(system)],
         "groups": [*_groups(system)],
     }
 
@@ -131,25 +131,6 @@ def sizes(system: System) -> dict[str, Any]:
     }
 
 
-def _followed(system: System) -> Iterator[dict[str, Any]]:
-    """What the charts can show: the one mass, or each point of several and each two with a part between them.
-
-    ``name`` is how the names of its results begin, ``row`` what it takes of the displacement of each point.
-    """
-    points = system.points
-    if len(points) == 1:
-        yield {"name": "", "title": "", "row": [1.0], "pair": False}
-        return
-    for number, point in enumerate(points):
-        yield {
-            "name": f"{point}_", "title": _title(point), "row": row_of(system, (GROUND, number)).tolist(), "pair": False
-        }  # fmt: skip
-    for first, second in system.coordinates.linked:
-        row = row_of(system, (points.index(first), points.index(second))).tolist()
-        title = f"{_title(first)} to {_title(second)}"
-        yield {"name": f"{first}_{second}_elongation_", "title": title, "row": row, "pair": True}
-
-
 def densities_of(system: System) -> Iterator[str]:
     """The quantities whose densities are drawn, in the order in which they are sent."""
     if len(system.points) == 1:
@@ -163,7 +144,7 @@ def _groups(system: System) -> Iterator[dict[str, Any]]:
 
     Of one mass there is one, with a row of all methods; of several one of the masses, and one of what is between them.
     """
-    rows = [(one["name"], one["title"], one["pair"]) for one in _followed(system)]
+    rows = [(one["name"], one["title"], one["pair"]) for one in followed(system)]
     for pair, head, columns in (
         (False, "mass", [*_quantities(system)]),
         (True, "between", [("rms", "elongation rms"), ("mean", "mean elongation")]),
@@ -184,13 +165,9 @@ def _quantities(system: System) -> Iterator[tuple[str, str]]:
     if walls:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
-        yield from ((f"{name}_impact_rate", f"rate, {_title(name)}") for name in walls)
+        yield from ((f"{name}_impact_rate", f"rate, {titled(name)}") for name in walls)
     if system.of(PiezoelectricCircuit):
         yield "harvested_power", "harvested"
-
-
-def _title(name: str) -> str:
-    return name.replace("_", " ")
 
 
 _ALL = {"input_power": "fed in by all excitations", "harvested_power": "delivered by the circuits"}
@@ -216,7 +193,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
-    titles = {name: _title(name) for name in system.names}
+    titles = {name: titled(name) for name in system.names}
     dampers = [titles[name] for name, part in system.named() if "damping" in part.powers]
     fed = [name for name, part in system.named() if {"fed", "input"} & {*part.powers}]
     if dampers:

@@ -154,7 +154,10 @@ on("densities", ({ arrays }) => {
   setBounds(view);
   drawnChanged();
 });
-on("grown", ({ arrays: [mean, error] }) => { view.grown = { mean, error }; dirty.add("growth"); });
+on("grown", ({ arrays }) => {
+  view.grown = Object.fromEntries(view.followed.map(({ name }, i) => [name, { mean: arrays[2 * i], error: arrays[2 * i + 1] }]));
+  dirty.add("growth");
+});
 on("motion", ({ arrays }) => {
   const hits = track.take(arrays);
   if (hits) for (const hit of track.hits.slice(-Math.min(hits, 4))) scene.flash(hit);
@@ -276,7 +279,8 @@ function drawNumbers() {
 function showPaper() {
   const { paper } = state;
   for (const one of document.querySelectorAll(".of-paper")) one.hidden = !paper;
-  element("growth-head").textContent = paper ? "μ(t) = ⟨A²⟩ after the start" : "⟨x²⟩ after the start";
+  const { pair, title } = view.seen;
+  element("growth-head").textContent = paper ? "μ(t) = ⟨A²⟩ after the start" : pair ? `⟨elongation²⟩ from ${title} after the start` : `⟨x²⟩${title ? ` of ${title}` : ""} after the start`;
   element("phase-note").textContent = [paper ? "Dashed: the ring of amplitude √⟨A²⟩, A² = x² + v²/Ω²." : "", !view.seen.walls.length ? "" : isSoft ? "Shaded, behind the dashed line: in the soft contact." : "Shaded: behind a wall."].filter(Boolean).join(" ");
   if (paper) {
     const wall = paper.wall === null ? "no wall" : `wall at ${short(paper.wall)} √(q/Ω³), restitution r = ${short(paper.restitution)}`;

@@ -17,7 +17,7 @@ const SLACK = 1.06;
 
 const quantity = (view, what, name) => () => { const { factor, name: unit } = unitOf(name, view.state); return { what, factor, unit }; };
 const timeAxis = (view) => () => { const { factor, name: unit } = unitOf("time", view.state); return { what: timeName(view), factor, unit }; };
-const muAxis = (view) => () => quantity(view, view.state.paper ? "μ" : "⟨x²⟩", "amplitude_mean_square")();
+const muAxis = (view) => () => quantity(view, view.state.paper ? "μ" : view.seen?.pair ? "⟨elongation²⟩" : "⟨x²⟩", "amplitude_mean_square")();
 const timeName = (view) => (view.state.si ? "t" : "Ωt");
 const timeOf = (view, t) => t * unitOf("time", view.state).factor;
 
@@ -33,7 +33,7 @@ export function makePanels(view, element, { onOrder }) {
   panels.traceX = trace(view, element("trace-x"), "x", () => (small() === 170 ? 150 : 182));
   panels.traceV = trace(view, element("trace-v"), "v", () => (small() === 170 ? 150 : 182));
   for (const name of Object.keys(DENSITIES)) panels[name] = density(view, element(`density-${name}`), name, small);
-  if (!isSeveral) panels.growth = growth(view, element("growth"), () => 250);
+  panels.growth = growth(view, element("growth"), () => 250);
   panels.curve = curve(view, element("curve"), () => 250, onOrder);
   return panels;
 }
@@ -210,7 +210,7 @@ function growth(view, host, height) {
     xRange: (u, low, high) => [0, high ?? 1],
     readout: (t, i) => {
       if (i === null || !view.growth) return [];
-      const { factor } = muAxis(view)(), { grown } = view;
+      const { factor } = muAxis(view)(), grown = view.grown?.[view.chosen];
       const measured = grown ? withError(grown.mean[i] * factor, grown.error[i] * factor) : "–";
       return [[timeName(view), timeOf(view, chart.data[0][i])], ["Monte Carlo", measured], ...methodsAt(chart, i, 4, NAMES, factor)];
     },
@@ -232,17 +232,14 @@ function growth(view, host, height) {
   chart.update = () => {
     const times = view.growth?.times ?? [0, 1], none = times.map(() => null);
     // times come with the curves: those of an older question are not this ensemble's
-    const grown = !view.old.growth && view.grown?.mean.length === times.length ? view.grown : null;
+    const own = view.grown?.[view.chosen], grown = !view.old.growth && own?.mean.length === times.length ? own : null;
     const error = (sign) => (grown ? Array.from(grown.mean, (m, i) => m + sign * 2 * (grown.error[i] || 0)) : none);
-    const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[method] : null) ?? none);
+    const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[view.chosen]?.[method] : null) ?? none);
     chart.set([times, error(1), error(-1), grown ? Array.from(grown.mean) : none, ...lines]);
   };
   chart.columns = () => {
-    const methods = Object.keys(view.growth?.methods ?? {});
-    return [
-      ["t", view.growth?.times ?? []], ["monte_carlo", [...(view.grown?.mean ?? [])]],
-      ["monte_carlo_se", [...(view.grown?.error ?? [])]], ...methods.map((m) => [m, view.growth.methods[m]]),
-    ];
+    const { mean = [], error = [] } = view.grown?.[view.chosen] ?? {}, methods = Object.entries(view.growth?.methods[view.chosen] ?? {});
+    return [["t", view.growth?.times ?? []], ["monte_carlo", [...mean]], ["monte_carlo_se", [...error]], ...methods];
   };
   return chart;
 }

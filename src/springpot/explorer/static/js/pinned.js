@@ -12,12 +12,12 @@ export function snapshot({ state, measured, densities, theory, growth, grown }) 
     densities: Object.fromEntries(Object.entries(densities ?? {}).map(([name, { edges, density }]) => [
       name, { edges: [...edges], density: [...density], range: ends(theory?.places[name]) ?? ends(edges) ?? [0, 1] },
     ])),
-    times: [...(growth?.times ?? [])], mean: [...(grown?.mean ?? [])],
+    times: [...(growth?.times ?? [])], means: Object.fromEntries(Object.entries(grown ?? {}).map(([name, { mean }]) => [name, [...mean]])),
   };
 }
 
 export const pinnedDensity = (view, name) => view.pin?.densities[name];
-export const pinnedGrowth = (view) => view.pin;
+export const pinnedGrowth = ({ pin, chosen }) => (pin?.means[chosen] ? { times: pin.times, mean: pin.means[chosen] } : null);
 export function pinnedMarker(view) {
   const { pin } = view;
   if (!pin) return null;
