@@ -14,6 +14,7 @@ import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.ends import followed
 from springpot.explorer.examples import examples
+from springpot.explorer.fitting import fitted
 from springpot.explorer.gathering import BINS, growth_times
 from springpot.explorer.motion import Player, marks, record
 from springpot.explorer.protocol import Problem
@@ -21,6 +22,7 @@ from springpot.explorer.question import Opened, question_of
 from springpot.explorer.shelf import GALLERY, MOST_FILES, Shelf, chain, pounding
 from springpot.explorer.sliders import changed, described_parts, numbers, sliders
 from springpot.explorer.views import densities_of, labels, sizes, view_of
+from springpot.fitting.reading import data_of
 from springpot.problem.catalogue import possible_results
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
@@ -146,6 +148,16 @@ def test_a_copied_program_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "linear: {'a_x_mean'" in capsys.readouterr().out
 
 
+def test_numbers_are_fitted_to_the_response_of_a_mass() -> None:
+    hertz = np.linspace(0.1, 1.5, 40)
+    response = sp.theory.linear(PAIR).frequency_response(2.0 * np.pi * hertz, of="b", on="a")
+    lines = (f"{f},{h.real},{h.imag}" for f, h in zip(hertz, response, strict=True))
+    text = "\n".join(["# at = b", "# on = a", "frequency_hz,real_m/N,imaginary_m/N", *lines])
+    start = changed(PAIR, {"spring_2-stiffness": 5.0})
+    found = fitted(start, ["spring_2-stiffness"], data_of(text, "b.csv"))
+    assert found["values"][0]["value"] == pytest.approx(4.0, rel=1e-6)
+
+
 def test_a_shelf_keeps_some_files_and_says_what_is_wrong_with_others() -> None:
     shelf = Shelf(Opened(PAIR, "pair.toml"))
     assert next(iter(shelf.listed())) == ("", "pair.toml")
@@ -251,9 +263,8 @@ def test_four_masses_are_drawn_and_move(page: Tab) -> None:
 def test_a_density_of_each_mass_and_what_one_mass_has_is_hidden(page: Tab) -> None:
     cards = page.page.locator("#densities [data-chart]")
     assert cards.locator("h3").all_inner_texts() == [*POINTS]
-    for hidden in (".of-paper", ".fit-ask", "#start"):
+    for hidden in (".of-paper", "#start"):
         assert not any(one.is_visible() for one in page.page.locator(hidden).all())
-    assert page.page.get_by_text("Fits on this page are for systems of one mass.").is_visible()
     assert len(page.page.locator("#equations p").all()) == 4
     assert page.page.locator("#equation").inner_text().startswith("4 masses: a, b, c and d")
 
