@@ -220,7 +220,7 @@ BAD = [
     (lambda: sp.Constant(1.0, on="ground"), ValueError, "on must be the name of a mass here, not 'ground'"),
     (lambda: sp.Force(lambda t, x, v: -x, on="ground"), ValueError, "on must be the name of a mass here"),
     (lambda: sp.WhiteNoise.from_psd(1.0, "g2/Hz", on="a"), ValueError, "on must be left out with a density in g2/Hz"),
-    (lambda: sp.System(*HELD, sp.ParametricNoise(0.1)), ValueError, "multiplies the displacement of one mass"),
+    (lambda: sp.System(*HELD, sp.ParametricNoise(0.1)), ValueError, "parametric_noise must say between which masses"),
     (
         lambda: sp.System(*HELD, sp.Barrier(0.2, side="above", between=LINK), sp.Barrier(0.1, between=LINK)),
         ValueError,
