@@ -22,6 +22,7 @@ from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
+from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
@@ -103,12 +104,12 @@ class Parts:
         exact, sweep = self.of_kernel()
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows = given
+            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             low, high = settings.window_steps
             kernel.block(
                 exact, sweep, self.memory, self.drive, self.start._replace(states=states), self.tapped,
                 self.frequency**2, first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows,
+                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
             )  # fmt: skip
 
         return advance
