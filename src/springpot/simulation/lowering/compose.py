@@ -73,6 +73,8 @@ class Parts:
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     mass : float
         By which energies of the columns are multiplied.
+    states_of_sources : int
+        Numbers that the forces keep for each path.
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -90,6 +92,7 @@ class Parts:
     tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     law: BoltzmannLaw | None = None
     mass: float = 1.0
+    states_of_sources: int = 0
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -249,6 +252,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
+        states_of_sources=sum(force.states for force in beside.forces),
     )
 
 
