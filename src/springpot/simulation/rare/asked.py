@@ -41,14 +41,16 @@ UNITS = {
 }  # fmt: skip
 """Quantities that can be asked, and the units of their levels."""
 
+SPACING = 0.05  # of kept states, in units of the mean square of v
+
 _FIRST = len(HEADER)
 _FREQUENCY = HEADER.index("frequency")
 _TERMS = 12  # of the potential beside the quadratic one
 # constants; then arrays with a number for each lane: the marks, and the potential of the moment
 (
-    _PLACED, _SIGN, _COSINE, _SINE, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK, _HALF, _COUNT,
-    _COEFFICIENTS,
-) = range(_FIRST, _FIRST + 15)  # fmt: skip
+    _PLACED, _SIGN, _COSINE, _SINE, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK, _BEGIN, _HALF,
+    _COUNT, _COEFFICIENTS,
+) = range(_FIRST, _FIRST + 16)  # fmt: skip
 _MARKS = _COEFFICIENTS + _TERMS
 _MOST = _MARKS + LANES
 _BY_HALF = _MOST + LANES
@@ -69,12 +71,18 @@ class Asked:
         Its array, without the header, holds the marks from ``marks`` on.
     spacing : float
         By which the coordinate must rise before a state is kept again.
+    duration : float
+        The time that counts, in s.
+    target : float
+        The coordinate that a path has, about, when it exceeds the last level.
     """
 
     name: str
     levels: Floats
     observer: Observer
     spacing: float
+    duration: float
+    target: float
 
     @property
     def marks(self) -> slice:
@@ -92,7 +100,8 @@ def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float, l
     sign : float
         1 if levels of x or v are exceeded upwards, -1 downwards.
     low, high : int
-        The first step that counts, and the step after the last one.
+        The first step that counts, and the step after the last one; the coordinate counts in the whole window of the
+        run, which may begin sooner.
     """
     motion, units = plan.motion, parts.units
     phase = 0.5 * parts.frequency * parts.scheme.step
@@ -130,13 +139,16 @@ def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float, l
     if name == "x" and math.isfinite(behind):
         put(_BEHIND, energy(behind))
         put(_LEFT, _share_left(motion, "above" if sign > 0.0 else "below"))
+    put(_BEGIN, low)
     put(_HALF, low + (high - low) // (2 * GROUP) * GROUP)
     put(_COUNT, len(energy.beyond))
     put(_COEFFICIENTS, energy.beyond)
     initial = np.concatenate([constants, np.full(MARKS * LANES, -np.inf), np.zeros(LANES)])
     on_steps, on_impacts = _compiled()
     observer = Observer(on_steps, on_impacts if name == "impact_speed" else None, initial, per_path=True)
-    return Asked(name, kernels, observer, 0.05 * motion.law.temperature / units.speed**2)
+    target = _target(plan, name, float(levels[-1])) / units.speed**2
+    spacing = SPACING * motion.law.temperature / units.speed**2
+    return Asked(name, kernels, observer, spacing, (high - low) * plan.settings.step, target)
 
 
 @dataclass(frozen=True)
@@ -170,6 +182,33 @@ def _share_left(motion: Motion, side: str) -> float:
     """Of the energy, by an impact at a usual speed on the wall with the motion on this side of it."""
     wall = next(wall for wall in motion.unit.of(Barrier) if wall.side == side)
     return restitution_at(wall, math.sqrt(motion.law.temperature)) ** 2
+
+
+def _target(plan: Plan, name: str, level: float) -> float:
+    """The coordinate at a level, in m^2/s^2."""
+    motion, system = plan.motion, plan.system
+    more = system.resonance**2 - system.natural_frequency**2 if system.stiffness > 0.0 else 0.0
+
+    def potential(x: Floats) -> Floats:
+        return system.potential.energy(x) + 0.5 * more * x * x
+
+    def height(end: float) -> float:
+        return float(potential(np.linspace(start, end, 257)).max())
+
+    start, (mean, spread, _) = float(plan.settings.initial_position), motion.size_of(motion.seen[0])
+    if name == "x":
+        return height(level)
+    if name == "distance":
+        return min(height(end) for end in (-level, level) if motion.low <= end <= motion.high)
+    if name == "amplitude":
+        return 0.5 * (system.resonance * level) ** 2
+    if name == "energy":
+        return level
+    if name == "impact_speed":
+        places = np.array([stop.position for stop in motion.touched.values()])
+    else:
+        places = np.clip(mean + spread * np.linspace(-6.0, 6.0, 257), motion.low, motion.high)
+    return 0.5 * level**2 + float(potential(places).min())
 
 
 @cache
@@ -218,6 +257,9 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
                     value = push * out + (0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0)
                     most = array[_MOST + lane]
                     array[_MOST + lane] = value if value > most else most
+        if n < array[_BEGIN]:
+            for lane in range(LANES):
+                array[_MOST + lane] = -np.inf
         if n < array[_HALF]:
             for lane in range(LANES):
                 array[_BY_HALF + lane] = array[_MOST + lane]

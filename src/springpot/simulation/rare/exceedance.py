@@ -30,6 +30,7 @@ __all__ = ["Exceedance", "exceedance"]
 
 Floats = npt.NDArray[np.float64]
 
+EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # relaxation times before the time that counts, of a stationary start: the tail feels a percent of x^2
 REPETITIONS = 32  # first ones: fewer do not tell their own spread
 PLAIN_PATHS, SPLIT_PATHS = 64, 256  # of a repetition
@@ -216,7 +217,7 @@ def exceedance(
     plan = _settled(plan)
     if plan.settings.start == "stationary":
         plan = adapt(plan)
-    simulation = simulation_of(plan)
+    simulation = simulation_of(_split_early(plan))
     found = []
     for number, (name, (numbers, sign)) in enumerate(wanted.items()):
         own = Clock(clock.left / (len(wanted) - number))
@@ -287,12 +288,23 @@ def _settled(plan: Plan) -> Plan:
     settings, motion = plan.settings, plan.motion
     steps = -(-settings.steps // GROUP) * GROUP
     step, ahead = settings.duration / steps, 0
-    if settings.start == "stationary" and not motion.is_thermal:
-        ahead = math.ceil(SETTLED * motion.scales.relaxation_time / (GROUP * step)) * GROUP
+    if settings.start == "stationary":
+        ahead = math.ceil((EARLY if motion.is_thermal else SETTLED) * motion.scales.relaxation_time / (GROUP * step)) * GROUP
     if steps + ahead > MOST_STEPS:
         raise ValueError(f"duration and {ahead * step:.3g} s before it, in which the motion settles, take too many steps.")
     whole = (ahead + steps) * step
     return plan.but(step=step, duration=whole, window=(ahead * step, whole))
+
+
+def _split_early(plan: Plan) -> Plan:
+    """The plan whose window begins before the time that counts: a path that is high then has come from somewhere.
+
+    If it could not branch sooner, all that is rare would come from the few paths that are highest at that time.
+    """
+    settings = plan.settings
+    group = GROUP * settings.step
+    early = math.ceil(EARLY * plan.motion.scales.relaxation_time / group) * group if settings.window[0] > 0.0 else 0.0
+    return plan.but(window=(max(0.0, settings.window[0] - early), settings.window[1]))
 
 
 class _Search:
@@ -393,9 +405,8 @@ class _Search:
         with np.errstate(divide="ignore", invalid="ignore"):
             wide = np.exp(t * error / p)
             low, high = np.where(p > 0.0, p / wide, 0.0), np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound(t))
-            begin, end = self.simulation.settings.window
-            rate = -2.0 / (end - begin) * np.log((1.0 - p) / (1.0 - half.mean(axis=0)))
-            rate_error = 2.0 / (end - begin) * self._error(whole - half) / (1.0 - p)
+            rate = -2.0 / self.asked.duration * np.log((1.0 - p) / (1.0 - half.mean(axis=0)))
+            rate_error = 2.0 / self.asked.duration * self._error(whole - half) / (1.0 - p)
         return dict(zip(_COLUMNS, (p, error, low, high, rate, rate_error), strict=True))
 
     def _bound(self, t: float) -> float:

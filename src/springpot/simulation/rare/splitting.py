@@ -4,8 +4,8 @@ Each repetition has so many paths.  Again and again the half of them with the sm
 branches of the others: each copies another path up to the first kept state above that level, and goes on from there
 with noise of its own, to the end of the run.  What a replaced path had reached counts with its weight, and the weight
 of those that are left is multiplied by the share that survived: so the mean over the repetitions of every probability
-is right, whatever the coordinate, the number of paths, the spacing of kept states and the iteration after which it ends
-(Cerou and Guyader, "Adaptive multilevel splitting for rare event analysis", Stoch. Anal. Appl. 25, 2007; Brehier,
+is right, whatever the coordinate, the number of paths, the spacing of kept states and the last level of the coordinate,
+if it is fixed beforehand: an end that depends on what the paths have reached beyond the level would favor them (Cerou and Guyader, "Adaptive multilevel splitting for rare event analysis", Stoch. Anal. Appl. 25, 2007; Brehier,
 Gazeau, Goudenege, Lelievre and Rousset, "Unbiasedness of some generalized adaptive multilevel splitting algorithms",
 Ann. Appl. Probab. 26, 2016).  Ties are replaced together.  A repetition all of whose paths are to be replaced has died
 out: it keeps what it has counted, and its zero counts.
@@ -40,7 +40,6 @@ Floats = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 
 REPLACED = 0.5  # share of the paths that is replaced in an iteration
-ENOUGH = 0.25  # share of the paths beyond the last level, with which a repetition ends
 MOST_ITERATIONS = 200
 ROWS_OF_A_PATH = 64  # kept states, on average: those that wait for a branch
 ROWS_OF_A_CALL = 256  # of each path, most
@@ -128,10 +127,10 @@ def repetitions(
     living = np.empty(paths, np.int64)
     for generation in itertools.count(1):
         found = Tally(gone + counted(there), weights.copy(), iterations.copy(), work, complete=True)
-        going &= np.count_nonzero(ends[:, :, 1] > levels[-1], axis=1) < ENOUGH * paths
+        at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
+        going &= at < asked.target
         if not going.any() or generation > MOST_ITERATIONS:
             return found
-        at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
         replaced = (ends[:, :, 0] <= at[:, None]) & going[:, None]
         gone += counted(replaced)
         left = np.count_nonzero(replaced, axis=1)
