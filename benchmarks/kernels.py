@@ -188,7 +188,8 @@ def _block(parts: Parts) -> Callable[[], None]:
     def run(count: int = steps) -> None:
         block(
             exact, sweep, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
-            parts.stiffness, 0, 1, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows, NO_BRANCHES,
+            parts.stiffness, 0, 1, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
+            NO_BRANCHES,
         )  # fmt: skip
 
     run(GROUP)

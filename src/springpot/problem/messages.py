@@ -224,8 +224,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "uneven_repetitions": Kind(
         _RARE,
-        "the repetitions of {name} differ much ({spread:.1f} times their mean, the largest has {most} of their sum), so "
-        "that its probability may be larger than its error says: there may be ways to the level that few of them found.",
+        "the repetitions of {name} differ by {spread:.1f} times their mean, and the largest has {most} of their sum: "
+        "the probability may be larger than its error says, for there may be ways to the level that few of them found.",
         "Use a smaller rtol, or a longer max_time.",
     ),
     "rare_not_known": Kind(

@@ -3,7 +3,7 @@
 ``simulate`` takes the arguments; ``plan/`` checks and completes them, with the rates and times of the motion;
 ``lowering/`` turns the plan into the arguments of the compiled ``kernel/``; ``paths/`` advances blocks of paths, which
 ``watch/`` observes; ``estimate/`` turns their sums into values and errors, with the stationary start; ``result/`` holds
-the run and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.
+the run and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.  ``exceedance`` of ``rare/`` splits paths.
 
 The names below are loaded at first use, so that commands start fast.
 """

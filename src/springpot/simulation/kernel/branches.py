@@ -85,7 +85,7 @@ def closed(branches: Any, row: Any) -> Any:
 
 
 def may_be_crowded(branches: Any) -> Any:
-    """Compiled code only: whether the company of a path may decide how its impacts are found, which shows in its bits."""
+    """Compiled code only: whether the lanes beside a path may decide how its impacts are found, and so its bits."""
     raise NotImplementedError
 
 

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -48,8 +48,8 @@ _FREQUENCY = HEADER.index("frequency")
 _TERMS = 12  # of the potential beside the quadratic one
 # constants; then arrays with a number for each lane: the marks, and the potential of the moment
 (
-    _PLACED, _SIGN, _COSINE, _SINE, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK, _BEGIN, _HALF,
-    _COUNT, _COEFFICIENTS,
+    _PLACED, _SIGN, _COSINE, _SINE, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK, _BEGIN,
+    _HALF, _COUNT, _COEFFICIENTS,
 ) = range(_FIRST, _FIRST + 16)  # fmt: skip
 _MARKS = _COEFFICIENTS + _TERMS
 _MOST = _MARKS + LANES
@@ -65,6 +65,8 @@ class Asked:
     Attributes
     ----------
     name : str
+    given : ndarray
+        The levels, in the user's units, in the order of rarity.
     levels : ndarray
         Of the mark that the observer keeps, in the kernel's units: a path exceeds a level if its mark does.
     observer : Observer
@@ -78,6 +80,7 @@ class Asked:
     """
 
     name: str
+    given: Floats
     levels: Floats
     observer: Observer
     spacing: float
@@ -90,8 +93,8 @@ class Asked:
         return slice(_MARKS, _MARKS + MARKS * LANES)
 
 
-def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float, low: int, high: int) -> Asked:
-    """The quantity of this name.
+def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float) -> Asked:
+    """The quantity of this name, in the window of the plan; the coordinate counts in that of the run.
 
     Parameters
     ----------
@@ -99,11 +102,8 @@ def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float, l
         In the user's units, in the order of rarity.
     sign : float
         1 if levels of x or v are exceeded upwards, -1 downwards.
-    low, high : int
-        The first step that counts, and the step after the last one; the coordinate counts in the whole window of the
-        run, which may begin sooner.
     """
-    motion, units = plan.motion, parts.units
+    motion, units, (low, high) = plan.motion, parts.units, plan.settings.window_steps
     phase = 0.5 * parts.frequency * parts.scheme.step
     root = SHIFT * math.sqrt(motion.intensity * plan.settings.step) / units.speed
     scale = {"m": units.length, "m s-1": units.speed, "m2 s-2": units.speed**2}[UNITS[name]]
@@ -148,7 +148,7 @@ def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float, l
     observer = Observer(on_steps, on_impacts if name == "impact_speed" else None, initial, per_path=True)
     target = _target(plan, name, float(levels[-1])) / units.speed**2
     spacing = SPACING * motion.law.temperature / units.speed**2
-    return Asked(name, kernels, observer, spacing, (high - low) * plan.settings.step, target)
+    return Asked(name, levels, kernels, observer, spacing, (high - low) * plan.settings.step, target)
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def _target(plan: Plan, name: str, level: float) -> float:
     def height(end: float) -> float:
         return float(potential(np.linspace(start, end, 257)).max())
 
-    start, (mean, spread, _) = float(plan.settings.initial_position), motion.size_of(motion.seen[0])
+    start, (mean, spread, _) = float(cast(float, plan.settings.initial_position)), motion.size_of(motion.seen[0])
     if name == "x":
         return height(level)
     if name == "distance":
@@ -214,7 +214,7 @@ def _target(plan: Plan, name: str, level: float) -> float:
 @cache
 def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
     @callback(ON_STEPS)
-    def on_steps(x, v, step, n, low, high, array):
+    def on_steps(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
         if n < low:
             return
         sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
@@ -265,7 +265,7 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
                 array[_BY_HALF + lane] = array[_MOST + lane]
 
     @callback(ON_IMPACTS)
-    def on_impacts(count, speed, lane, array):
+    def on_impacts(count: float, speed: float, lane: int, array: Any) -> None:
         energy = array[_STRUCK] + 0.5 * speed * speed
         if energy > array[_MARKS + lane]:
             array[_MARKS + lane] = energy

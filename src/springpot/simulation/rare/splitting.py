@@ -5,10 +5,13 @@ branches of the others: each copies another path up to the first kept state abov
 with noise of its own, to the end of the run.  What a replaced path had reached counts with its weight, and the weight
 of those that are left is multiplied by the share that survived: so the mean over the repetitions of every probability
 is right, whatever the coordinate, the number of paths, the spacing of kept states and the last level of the coordinate,
-if it is fixed beforehand: an end that depends on what the paths have reached beyond the level would favor them (Cerou and Guyader, "Adaptive multilevel splitting for rare event analysis", Stoch. Anal. Appl. 25, 2007; Brehier,
+if it is fixed beforehand; an end that depends on what the paths have reached beyond their levels would favor them.
+Ties are replaced together.  A repetition all of whose paths are to be replaced has died out: it keeps what it has
+counted, and its zero counts.
+
+Cerou and Guyader, "Adaptive multilevel splitting for rare event analysis", Stoch. Anal. Appl. 25, 2007; Brehier,
 Gazeau, Goudenege, Lelievre and Rousset, "Unbiasedness of some generalized adaptive multilevel splitting algorithms",
-Ann. Appl. Probab. 26, 2016).  Ties are replaced together.  A repetition all of whose paths are to be replaced has died
-out: it keeps what it has counted, and its zero counts.
+Ann. Appl. Probab. 26, 2016.
 
 The noise of a path is a function of seed, generation, number and step, and what a repetition gives depends on nothing
 but its number: not on threads, nor on the repetitions beside it.
@@ -20,17 +23,17 @@ import itertools
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.crew import work_together
 from springpot.machine.progress import Clock, OutOfTimeError
-from springpot.simulation.kernel.branches import MARKS, Branches, Kept, choose_parents
+from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
-from springpot.simulation.kernel.watching import HEADER
+from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.paths.simulation import Simulation, addresses_of
 from springpot.simulation.rare.asked import Asked
 
@@ -162,8 +165,8 @@ class _Paths:
         self, simulation: Simulation, asked: Asked, first: int, paths: int, stream: int, splits: bool, clock: Clock,
         tell: Callable[[float], None],
     ) -> None:  # fmt: skip
-        settings, parts = simulation.settings, simulation.parts
-        self.simulation, self.asked, self.first, self.stream = simulation, asked, first, stream
+        settings, parts = simulation.settings, cast(Parts, simulation.parts)
+        self.settings, self.parts, self.asked, self.first, self.stream = settings, parts, asked, first, stream
         self.clock, self.tell, self.steps = clock, tell, settings.steps
         self.keys, self.kernel = key_words(settings.seed), parts.kernel()
         cycle = 2.0 * np.pi / (simulation.motion.scales.frequency * settings.step)
@@ -172,24 +175,18 @@ class _Paths:
         self.most = min(-(-(high - low) // (GROUP * self.every)) + 1, ROWS_OF_A_CALL)
         calls = (settings.threads + 1) * BLOCKS_OF_A_CALL * LANES
         pool = paths * min(self.most, ROWS_OF_A_PATH) + calls * self.most if splits else 0
-        of_memory, of_sources = parts.memory.newest.dtype, np.dtype(type(parts.of_kernel()[1].zero))
-        self.kept = Kept(
-            state=np.empty((pool, 2 + MARKS)),
-            memory=np.empty((pool, 2 + GROUP + parts.memory.powers.size // 4), of_memory),
-            sources=np.empty((pool, parts.states_of_sources), of_sources),
-            step=np.empty(pool, np.int64),
-            next=np.empty(pool, np.int64),
-        )  # of it only what is used takes memory
+        self.kept = parts.room_for_states(pool)
         self.free, self.unused = np.arange(pool)[::-1].copy(), pool
         self.lock = threading.Lock()
 
     def advance(self, paths: Numbers, rows: Numbers, born: Numbers, ends: Floats, generation: int) -> Numbers:
         """Run paths from kept states; ``ends``, their marks, becomes those at the end.  Returns their first rows."""
-        settings, parts = self.simulation.settings, self.simulation.parts
+        self.clock.check()
+        settings, parts = self.settings, self.parts
         blocks = -(-len(paths) // LANES)
         size = blocks * LANES
-        who, origin, begin = _padded(self.first + paths, size, 0), _padded(rows, size, -1), _padded(born, size, self.steps)
-        who = who.astype(np.uint32)
+        who, origin = _padded(self.first + paths, size, 0).astype(np.uint32), _padded(rows, size, -1)
+        begin = _padded(born, size, self.steps)  # the last lanes are never born
         marks = np.full((size, MARKS), -np.inf)
         marks[: len(paths)] = ends
         head, stop, calls = np.full(size, -1), np.zeros(1, np.uint8), itertools.count()
@@ -214,7 +211,7 @@ class _Paths:
                 )  # fmt: skip
                 self._give_back(mine[used[0] :])
                 if used[1] > 0:
-                    raise MemoryError("too many states of paths had to be kept: use a longer step or a shorter duration.")
+                    raise MemoryError("too many states of paths had to be kept: use a shorter duration.")
 
         def halt() -> None:
             stop[0] = 1
