@@ -24,7 +24,7 @@ from springpot.simulation.plan.options import DEFAULTS, StartKind
 from springpot.simulation.plan.plan import Plan, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import UNITS, asked_of
-from springpot.simulation.rare.search import Curve, search
+from springpot.simulation.rare.search import ExceedanceCurve, search
 
 __all__ = ["Exceedance", "exceedance"]
 
@@ -44,17 +44,17 @@ class Exceedance:
     settings : Settings
         Of the paths; those of a stationary start begin before the time that counts, which is ``settings.window``.
     curves : dict
-        `Curve` of each quantity, by name; ``found["x"]`` is one of them.
+        `ExceedanceCurve` of each quantity, by name; ``found["x"]`` is one of them.
     """
 
     system: System
     settings: Settings
-    curves: dict[str, Curve]
+    curves: dict[str, ExceedanceCurve]
 
     def __post_init__(self) -> None:
         name_results(self, "curves")
 
-    def __getitem__(self, name: str) -> Curve:
+    def __getitem__(self, name: str) -> ExceedanceCurve:
         """One curve; of an unknown name the error says which one was probably meant."""
         return self.curves[name]
 
@@ -192,7 +192,7 @@ def exceedance(
     if plan.settings.start == "stationary":
         plan = adapt(plan)
     simulation = simulation_of(_split_early(plan))
-    curves = dict[str, Curve]()
+    curves = dict[str, ExceedanceCurve]()
     for number, (name, (given, sign)) in enumerate(wanted.items()):
         order = np.argsort(sign * given.ravel())
         asked = asked_of(plan, cast(Parts, simulation.parts), name, given.ravel()[order], sign)

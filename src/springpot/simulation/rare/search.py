@@ -18,7 +18,7 @@ from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.rare.asked import UNITS, Asked
 from springpot.simulation.rare.splitting import Tally, repetitions
 
-__all__ = ["Curve", "search"]
+__all__ = ["ExceedanceCurve", "search"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -34,7 +34,7 @@ MOST_UNSEEN = 4_000_000  # plain paths without the event
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ExceedanceCurve:
     """Probabilities that the largest value of a quantity within a time exceeds levels.
 
     Attributes
@@ -82,7 +82,7 @@ class Curve:
         with np.errstate(divide="ignore"):
             return np.asarray(np.where(self.rate > 0.0, 1.0 / self.rate, np.inf))
 
-    def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> Curve:
+    def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> ExceedanceCurve:
         """The same with its levels in another order and shape."""
         numbers = {field.name: getattr(self, field.name) for field in fields(self)}
         arrays: Any = {n: a[order].reshape(shape) for n, a in numbers.items() if isinstance(a, np.ndarray)}
@@ -91,7 +91,7 @@ class Curve:
     def __repr__(self) -> str:
         """What it holds; printed, it shows its numbers."""
         how = f"{self.method}, {self.repetitions} repetitions of {self.paths} paths"
-        return f"Curve({self.levels.size} levels of {self.name}: {how})"
+        return f"ExceedanceCurve({self.levels.size} levels of {self.name}: {how})"
 
     def __str__(self) -> str:
         lines, columns = [], (self.levels, self.probability, self.error, self.high, self.return_period)
@@ -103,7 +103,7 @@ class Curve:
 
 def search(
     simulation: Simulation, asked: Asked, rtol: float, clock: Clock, told: Callable[[float], None], stream: int
-) -> Curve:
+) -> ExceedanceCurve:
     """The probability of each level, in the order of rarity, to a relative standard error.
 
     Plain paths come first.  If less than one in a hundred exceeds the last level, they are left for splitting; where
@@ -212,7 +212,7 @@ class _Repetitions:
         """Standard deviation over the mean, at the last level."""
         return float(self.last.std(ddof=1) / self.last.mean()) if self.last.any() else math.inf
 
-    def curve(self, rtol: float, reason: str, seconds: float) -> Curve:
+    def curve(self, rtol: float, reason: str, seconds: float) -> ExceedanceCurve:
         """What they say; ``reason`` is why there are no more."""
         from scipy import special  # slow to import
 
@@ -225,7 +225,7 @@ class _Repetitions:
             rate = -2.0 / self.asked.duration * (np.log1p(-p) - np.log1p(-half.mean(axis=0)))
             rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p)
         name, units = self.asked.name, UNITS[self.asked.name]
-        return Curve(
+        return ExceedanceCurve(
             name, units, self.asked.given, p, error, p / wide, high, rate, rate_error,
             method="splitting" if self.splits else "plain",
             repetitions=count,
