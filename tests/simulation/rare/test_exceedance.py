@@ -108,20 +108,31 @@ def test_the_rate_is_that_after_the_start() -> None:
         assert abs(found.rate - rate) < 4.0 * math.hypot(found.rate_error, 0.01 * rate)
 
 
+SHOTS = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.02), sp.PoissonImpulses(0.01, 9.0))
+
+
 @pytest.mark.validation
 def test_two_ways_to_a_level_show_in_the_spread() -> None:
-    """From the deeper of two wells, over the barrier or to the end of this well, which is as far from rest."""
-    wells = sp.System(sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(0.02), sp.WhiteNoise(0.0008))
+    """Noise that adds up, and one large impulse, which no energy announces."""
     with pytest.warns(sp.RareEventWarning, match="the repetitions of x differ by"):
-        found = sp.exceedance(wells, {"x": 1.5}, duration=30.0, step=0.05, initial_position=-1.0, rtol=0.3)
+        found = sp.exceedance(SHOTS, {"x": 14.0}, **{**SHORT, "step": 0.1}, rtol=0.2)
     assert found["x"].spread > 1.0
+
+
+@pytest.mark.validation
+def test_plain_paths_go_on_where_splitting_costs_more() -> None:
+    found = sp.exceedance(SHOTS, {"x": 6.0}, **{**SHORT, "step": 0.1}, rtol=0.05)
+    assert found["x"].method == "plain"
+    assert found.error["x"] < 0.05 * found.probability["x"]
 
 
 def test_the_time_is_over() -> None:
     with pytest.raises(TimeoutError, match="max_time is too short for any result"):
         sp.exceedance(LIGHT, {"x": 3.0}, **SHORT, max_time=1e-9)
+    long = {**SHORT, "duration": 1000.0}
+    sp.exceedance(LIGHT, {"x": 0.1}, **SHORT, rtol=1.0)  # compiled
     with pytest.warns(sp.RareEventWarning, match=r"no path exceeded x of 11 m: its probability is at most|known to"):
-        found = sp.exceedance(LIGHT, {"x": 11.0}, **SHORT, max_time=0.3)
+        found = sp.exceedance(LIGHT, {"x": 11.0}, **long, max_time=1.0)
     assert 0.0 <= found.probability["x"] < 1e-3
     assert found["x"].high < 0.2
 

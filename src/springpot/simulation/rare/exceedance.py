@@ -166,9 +166,11 @@ def exceedance(
     Examples
     --------
     >>> import springpot as sp
-    >>> system = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
-    >>> found = sp.exceedance(system, {"x": [3.2, 4.8]}, duration=20.0, start="rest", step=0.05, rtol=0.2)
-    >>> bool(abs(found.probability["x"][1] / 8.9e-7 - 1.0) < 4 * 0.2), found["x"].method
+    >>> oscillator = sp.Oscillator(
+    ...     springpot=sp.Springpot(0.5, 0.2), barrier=sp.Barrier(-0.3, 0.8), excitation=sp.WhiteNoise(0.2)
+    ... )
+    >>> found = sp.exceedance(oscillator, {"x": [2.6, 3.6]}, duration=20.0, start="rest", step=0.05, rtol=0.2)
+    >>> bool(abs(found.probability["x"][1] / 1.5e-6 - 1.0) < 0.8), found["x"].method
     (True, 'splitting')
     """
     checked_system(system)

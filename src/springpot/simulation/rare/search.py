@@ -107,8 +107,8 @@ def search(
     """The probability of each level, in the order of rarity, to a relative standard error.
 
     Plain paths come first.  If less than one in a hundred exceeds the last level, they are left for splitting; where
-    its repetitions differ much, they begin again with more paths each.  All this depends on what is found, and on time
-    only when it is over.
+    its repetitions differ much, they begin again with more paths each, and where they cost more than plain paths for
+    the same error, these go on.  All this depends on what is found, and on time only when it is over.
 
     Parameters
     ----------
@@ -123,11 +123,12 @@ def search(
         If the time is over before the first paths have ended.
     """
     begun, reason = time.perf_counter(), ""
-    now = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told)
+    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told)
     try:
         now.add(REPETITIONS)
         if now.last.mean() < FREQUENT and simulation.motion.is_noisy:
             now = now.again(SPLIT_PATHS)
+            now = plain if now.is_dear else now
         while (more := now.lacking(rtol)) > 0:
             now.add(more)
             while now.paths < MOST_PATHS and now.splits and now.spread > UNEVEN:
@@ -211,6 +212,12 @@ class _Repetitions:
     def spread(self) -> float:
         """Standard deviation over the mean, at the last level."""
         return float(self.last.std(ddof=1) / self.last.mean()) if self.last.any() else math.inf
+
+    @property
+    def is_dear(self) -> bool:
+        """Whether plain paths would reach the same error at the last level in fewer steps."""
+        p, steps = float(self.last.mean()), self.path_steps / len(self.last)
+        return float(self.last.var(ddof=1)) * steps > p * (1.0 - p) * self.simulation.settings.steps
 
     def curve(self, rtol: float, reason: str, seconds: float) -> ExceedanceCurve:
         """What they say; ``reason`` is why there are no more."""
