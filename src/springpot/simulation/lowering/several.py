@@ -196,12 +196,12 @@ class PartsOfSeveral:
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows = given
-            if halved or observers.on_steps.size:
-                raise NotCoveredError("observers and levels of several masses are not there yet.")
+            if observers.on_steps.size:
+                raise NotCoveredError("observers of several masses are not there yet.")
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, record, settings.record_every, stop, rows,
+                first, blocks, settings.steps, low, high, k0, k1, stream, halved, record, settings.record_every, stop, rows,
             )  # fmt: skip
 
         return advance
@@ -215,8 +215,8 @@ class _Row:
     total: Lowered = field(default_factory=Lowered)
 
 
-def compose_several(plan: Plan) -> PartsOfSeveral:
-    """The arguments of the kernel.
+def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
+    """The arguments of the kernel; with 2 parts of a step the excitation is that of half the step, summed in pairs.
 
     Raises
     ------
@@ -238,7 +238,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     mass = np.diag(masses)
     solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
     memories, near, history = _memories(totals, scheme, step, settings)
-    noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g)
+    noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g, parts_of_step)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
     at = np.array([place_of[name] for name, _ in walls], np.int64)
     jump, reduced = _jumps(g[at], masses)
@@ -289,7 +289,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         sweep=of(kind),
         exact=of(np.float64),
         memories=with_arrays(memories, kind),
-        sources=_sources(given, kind),
+        sources=_sources(given, kind, parts_of_step),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
         units=units,
         unit_mass=unit_mass,
@@ -470,7 +470,7 @@ class _Given:
 
 
 def _excitation(
-    plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats
+    plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats, parts_of_step: int
 ) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
     white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(g.shape[1])
@@ -490,11 +490,13 @@ def _excitation(
         for total, row in zip(totals, g, strict=True):
             dashpots = sum(c for order, c in total.springpots if order == 1.0)
             if len(total.springpots) > sum(order == 1.0 for order, _ in total.springpots) or total.arms:
-                noise = thermal_noise(name, replace(total, temperature=warm), step, plan.settings.steps, 1)
+                noise = thermal_noise(
+                    name, replace(total, temperature=warm), step, plan.settings.steps, parts_of_step
+                )
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif dashpots > 0.0:
                 white.append(math.sqrt(2.0 * warm * dashpots) * row)
-    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given)], constant
+    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given, parts_of_step)], constant
 
 
 def _drawn(law: Any) -> float:
@@ -504,18 +506,19 @@ def _drawn(law: Any) -> float:
     return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
 
 
-def _placed(given: Sequence[tuple[Named, Floats, float | None]]) -> Iterator[_Given]:
+def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int) -> Iterator[_Given]:
     """Each source with its own counter words and its place among the states; those of one part are numbered."""
     word, place, count = kernel.MOST_NOISES, 0, dict[str, int]()
     for named, row, brought in given:
         count[named.name] = count.get(named.name, 0) + 1
         own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
-        law = named.make(word, place, 1)
-        yield _Given(own, law, row, _drawn(law) if brought is None else brought)
+        law = named.make(word, place, parts_of_step)
+        whole = _drawn(named.make(word, place, 1)) if brought is None else brought
+        yield _Given(own, law, row, whole)
         word, place = word + sources.WORDS, place + named.states
 
 
-def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
+def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.Sources:
     kinds = {
         sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
         sources.Poisson: kernel.POISSON,
@@ -537,6 +540,7 @@ def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
         return whole([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)])
 
     return kernel.Sources(
+        parts_of_step,
         whole([kinds[type(law)] for law in laws]),
         whole([getattr(law, "word", 0) for law in laws]),
         whole([getattr(law, "place", 0) for law in laws]),
