@@ -71,9 +71,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     plan = from_the_start(plan_of(system, **options), wishes.get("first_passage"), options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
-    if plan.settings.start == "stationary":
-        plan = adapt(plan, progress=progress)
-    simulation = simulation_of(plan)
+    simulation = simulation_of(plan := adapt(plan, progress=progress))
     with _faults_of_own_forces(system):
         ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     seen = watched(simulation, ensemble.rows)
@@ -161,7 +159,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
         },
         warnings=tuple(warned),
         time=np.zeros(0),
-        record=np.zeros((0, reached.settings.steps + 1, 2)),
+        record=np.zeros((0, reached.settings.steps + 1, *reached.simulation.parts.shape_of_state)),
     )
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.problem.catalogue import is_controlled
-from springpot.problem.parts.walls import restitution_of_missed, slow_restitution
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
@@ -182,12 +181,8 @@ def orders_of_step(motion: Motion, name: str, step: float) -> tuple[float, float
     rate.  Where they are not added, it is that of the impact rate of the lossiest wall; a law of restitution counts
     with its value at the slowest impacts that the step resolves, or at slower ones.
     """
-    lossy = [
-        min(slow_restitution(wall), restitution_of_missed(wall, motion.intensity, step))
-        for wall in motion.walls
-        if not wall.is_elastic
-    ]
-    if lossy and "impact" in name:
+    lossy = motion.slowest_restitutions(name, step) if "impact" in name else []
+    if lossy:
         added = motion.struck.crowded and (name.startswith("impact") or len(motion.walls) == 1)
         order = max(slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0), LEAST_ORDER)
         return min(1.0, order), HIGHEST_ORDER

@@ -22,7 +22,19 @@ from numba.extending import intrinsic
 
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.forces import cubic, nonic
-from springpot.simulation.kernel.lanes import ENTRY, GROUP, INLINE, LANES, SPARE, f64, lesser, no, stack_array, typed, yes
+from springpot.simulation.kernel.lanes import (
+    ENTRY,
+    GROUP,
+    INLINE,
+    LANES,
+    SPARE,
+    f64,
+    lesser,
+    no,
+    stack_array,
+    typed,
+    yes,
+)
 from springpot.simulation.kernel.questions import Forcing, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
@@ -466,7 +478,8 @@ def several(
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises):
-                draw_for_steps(t // GROUP, path_0, stream, r, k0, k1, halved, _beyond(g, r * GROUP * LANES), forcing.normals)
+                own = _beyond(g, r * GROUP * LANES)
+                draw_for_steps(t // GROUP, path_0, stream, r, k0, k1, halved, own, forcing.normals)
             _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
             for i in range(n * LANES):
                 s.x0[i], s.v[i] = now_x[i], now_v[i]

@@ -201,7 +201,8 @@ class PartsOfSeveral:
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, halved, record, settings.record_every, stop, rows,
+                first, blocks, settings.steps, low, high, k0, k1, stream, halved,
+                record, settings.record_every, stop, rows,
             )  # fmt: skip
 
         return advance
@@ -490,9 +491,7 @@ def _excitation(
         for total, row in zip(totals, g, strict=True):
             dashpots = sum(c for order, c in total.springpots if order == 1.0)
             if len(total.springpots) > sum(order == 1.0 for order, _ in total.springpots) or total.arms:
-                noise = thermal_noise(
-                    name, replace(total, temperature=warm), step, plan.settings.steps, parts_of_step
-                )
+                noise = thermal_noise(name, replace(total, temperature=warm), step, plan.settings.steps, parts_of_step)
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif dashpots > 0.0:
                 white.append(math.sqrt(2.0 * warm * dashpots) * row)

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -24,11 +23,13 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, slow_restitution
+from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System
+from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.transient import Creep
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls"]
@@ -72,8 +73,8 @@ class Motion:
     scales : Scales
     sign : float
         -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
-    slow : tuple of Dimensionless
-        Problems with the slow displacements of each springpot, without a wall.
+    slow : tuple of Creep or CreepOfSeveral
+        The slow displacements of springpots, without walls.
     searched : bool
         Whether E[x], the x(0) of a stationary start, must be found by pilot runs.
     keeps_the_law : bool
@@ -87,7 +88,7 @@ class Motion:
     system: System
     scales: Scales
     sign: float
-    slow: tuple[Dimensionless, ...]
+    slow: tuple[Creep | CreepOfSeveral, ...]
     searched: bool
     keeps_the_law: bool
     beyond_paper: str = ""
@@ -127,6 +128,20 @@ class Motion:
         if self.scales.guessed:
             return 0.5 * values["v_mean_square"]
         return 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
+
+    @property
+    def usual_quantities(self) -> tuple[str, ...]:
+        """What ``rtol`` controls where nothing else is asked for."""
+        return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
+
+    @property
+    def means_of_zero(self) -> tuple[str, ...]:
+        """The results that are 0 by symmetry."""
+        return ("x_mean",) if self.is_symmetric else ()
+
+    def mean_square_of(self, name: str) -> str:
+        """The mean square displacement with which a result changes."""
+        return "x_mean_square"
 
     @property
     def unit(self) -> System:
@@ -237,6 +252,18 @@ class Motion:
     def struck_alone(self) -> dict[str, StruckWalls]:
         """Each wall as slow impacts see it, by its name, where its results have biases of their own: none has."""
         return {}
+
+    def slowest_restitutions(self, name: str, step: float) -> list[float]:
+        """Of each lossy wall in a result: for the slowest impacts that a step resolves, or slower ones."""
+        return [
+            min(slow_restitution(wall), restitution_of_missed(wall, intensity, step))
+            for wall, intensity in self._walls_in(name)
+            if not wall.is_elastic
+        ]
+
+    def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
+        """The walls whose impacts are in a result, and the intensity of the noise that drives the mass to each."""
+        return [(wall, self.intensity) for wall in self.walls]
 
     def press_on(self, wall: Barrier) -> float:
         """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""

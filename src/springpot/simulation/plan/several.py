@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +24,7 @@ from springpot.problem.parts import (
     Constant,
     Contact,
     Dashpot,
+    FractionalMaxwell,
     Friction,
     Harmonic,
     KanaiTajimiNoise,
@@ -39,6 +40,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
+from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -52,6 +54,7 @@ _ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, a
 _FAR = 3.0  # standard deviations at which a spring is taken for its fastest motion
 _RIGID = 1e-9  # of the largest frequency: a motion that stretches no spring
 _UNDAMPED = 1e-12  # of the frequency
+_GUESSED = 1.5  # factor on the forgetting time
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,6 +267,51 @@ class MotionOfSeveral(Motion):
         return tuple(pot for pot in self.system.of(Springpot) if pot.remembers)
 
     @property
+    def usual_quantities(self) -> tuple[str, ...]:
+        """All mean square displacements and velocities."""
+        return tuple(f"{point}_{of}_mean_square" for of in "xv" for point in self.system.points)
+
+    @cached_property
+    def displacements(self) -> dict[str, Floats]:
+        """The rows of all displacements and elongations that are observed, by how the names of their results begin."""
+        points = zip(self.system.points, np.eye(len(self.system.points)), strict=True)
+        return {f"{point}_x": row for point, row in points} | {
+            f"{pair}_elongation": row for pair, row in self.system.coordinates.pairs.items()
+        }
+
+    def mean_square_of(self, name: str) -> str:
+        """The mean square displacement with which a result changes: its own, or that of the nearest row."""
+        if own := next((begin for begin in self.displacements if name.startswith(f"{begin}_")), ""):
+            return f"{own}_mean_square"
+        rows = self.system.coordinates.elongations
+        row = next((rows[stop] for stop in self.touched if name.startswith(f"{stop}_")), None)
+        if row is None:
+            return next(f"{begin}_mean_square" for begin in self.displacements)
+        alike = {begin: abs(float(own @ row)) / float(np.linalg.norm(own)) for begin, own in self.displacements.items()}
+        return f"{max(alike, key=alike.__getitem__)}_mean_square"
+
+    @cached_property
+    def means_of_zero(self) -> tuple[str, ...]:
+        """The means of displacements that no force with a mean can move."""
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        rows = {**coordinates.forces, **coordinates.elongations}
+        stops = {_inwards(rows[name], part): rows[name] for name, part in self.touched.items()}
+        pushes = [row for (into, *law), row in stops.items() if (tuple(-n for n in into), *law) not in stops]
+        pushes += [rows[name] for name, part in parts.items() if not (part.is_odd or name in self.touched)]
+        if pushes:  # what is nonlinear may have a mean force where others have
+            pushes += [rows[name] for name, part in parts.items() if not part.is_linear]
+        stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in parts.items() if isinstance(p, Element)})
+        values = np.linalg.eigvalsh(stiffness)
+        if pushes and not values[0] > _RIGID * values[-1]:
+            return ()
+        moved = np.linalg.solve(stiffness, np.array(pushes).T) if pushes else np.zeros((len(values), 1))
+        return tuple(
+            f"{begin}_mean"
+            for begin, row in self.displacements.items()
+            if (np.abs(row @ moved) <= _RIGID * (np.abs(row) @ np.abs(moved))).all()
+        )
+
+    @property
     def is_symmetric(self) -> bool:
         """Not asked."""
         return False
@@ -290,6 +338,11 @@ class MotionOfSeveral(Motion):
             for name, part in self.system.named()
             if isinstance(part, Barrier)
         }  # fmt: skip
+
+    def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
+        """The wall whose result it is."""
+        return [(part, self.struck_alone[own].intensity) for own, part in self.system.named()
+                if isinstance(part, Barrier) and name.startswith(f"{own}_")]  # fmt: skip
 
     def _intensity_along(self, row: Floats) -> float:
         """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
@@ -451,6 +504,15 @@ class MotionOfSeveral(Motion):
         return np.asarray(rest + inward.T @ forces)
 
 
+def _inwards(row: Floats, stop: Stop) -> tuple[Any, ...]:
+    """A wall or contact by the way in which it pushes, its place along that way, and its law."""
+    return (
+        tuple((stop.inwards * row).tolist()),
+        stop.inwards * stop.position,
+        replace(stop, position=0.0, side="above", between=None),  # type: ignore[call-arg]
+    )
+
+
 def _least_forces(inward: Floats, least: Floats) -> Floats | None:
     """The forces of walls that keep ``inward @ x`` at ``least`` or above with the smallest x; None if nothing does.
 
@@ -484,7 +546,18 @@ def motion_of_several(system: System) -> MotionOfSeveral:
     """What follows from a system of several masses alone."""
     modes = modes_of(system)
     many = f"the paper's problem has one mass, and the system has {len(system.points)}."
-    return MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
+    motion = MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
+    if not motion.springpots and not system.of(FractionalMaxwell):
+        return motion
+    more = _means(system, modes)
+    stiffness = {
+        name: part.linear_stiffness + more.get(name, (0.0, 0.0))[0]
+        for name, part in system.named()
+        if isinstance(part, Element)
+    }
+    rows = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
+    free = {name: modes.spread(row) ** 2 for name, row in rows.items()}
+    return replace(motion, slow=(CreepOfSeveral(system, stiffness, motion.scales.fastest_rate, rows, free),))
 
 
 def _scales(system: System, modes: Modes) -> Scales:
@@ -511,7 +584,7 @@ def _scales(system: System, modes: Modes) -> Scales:
         _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
     fastest += _hops(system, modes)
-    largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
+    largest = float(max(fastest)) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
     if lossy := [wall for wall in system.of(Barrier) if wall.dissipates]:
@@ -520,19 +593,36 @@ def _scales(system: System, modes: Modes) -> Scales:
     spreads = [modes.spread(row) for row in np.eye(len(masses))]
     frequency = float(held.min()) if held.size else largest
     settled = max(energy, default=math.inf)
+    forgotten = max(settled, 2.0 / frequency, _forgetting_time(system, modes))
+    if any(not part.is_linear for part in system.parts):  # the size of the motion is a guess
+        forgotten *= _GUESSED
     return Scales(
         frequency=frequency,
         fastest_rate=largest,
         energy_time=settled,
         creep_time=max((_creep_time(part, row, system) for part, row in elements), default=0.0),
-        forgetting_time=max(settled, 2.0 / frequency),
-        settling_time=settled,
+        forgetting_time=forgotten,
+        settling_time=max(settled, forgotten),
         flight_frequency=largest,
         length=max(spreads),
         spread=max(spreads),
         mean=0.0,
         guessed=True,
     )
+
+
+def _forgetting_time(system: System, modes: Modes) -> float:
+    """In which the slowest motion of springs and dashpots loses its square; overdamped motion has no energy to lose."""
+    more, masses = _means(system, modes), system.coordinates.masses
+    elements = [(name, part, more.get(name, (0.0, 0.0))) for name, part in system.named() if isinstance(part, Element)]
+    stiffness = system.coordinates.sum_of({name: part.linear_stiffness + k for name, part, (k, _) in elements})
+    damping = system.coordinates.sum_of({name: part.linear_damping + c for name, part, (_, c) in elements})
+    size = len(masses)
+    rates = -np.linalg.eigvals(
+        np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness / masses[:, None], -damping / masses[:, None]]])
+    ).real
+    over = rates[(rates > 1e-9 * np.abs(rates).max()) & (damping.any())]
+    return 0.5 / float(over.min()) if over.size else 0.0
 
 
 def _strongest_damping(part: Any, spread: float, speed: float) -> float:

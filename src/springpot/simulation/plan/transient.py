@@ -15,20 +15,48 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.scales import closed_form
+from springpot.theory.methods.exact import free_mean_squares
 
-__all__ = ["MOST_TRANSIENT", "missing_variance", "shares_missing"]
+if TYPE_CHECKING:
+    from springpot.simulation.plan.motion import Motion
+
+__all__ = ["MOST_TRANSIENT", "Creep", "missing_variance", "shares_missing"]
 
 MOST_TRANSIENT = 0.01  # share left at the start of the window
 LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
 WALL = 2.0  # a wall changes the slow displacements by less than this factor
-SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_mean": 0.5,
-        "impact_speed_mean_square": 0.5}  # fmt: skip
-"""Relative change of a quantity over that of the variance of x; v^2 and A^2 are treated separately."""
+
+
+@dataclass(frozen=True)
+class Creep:
+    """The slow displacements of one springpot: those of the paper's problem without its wall."""
+
+    paper: Dimensionless
+
+    @property
+    def times(self) -> tuple[float, float]:
+        """Between which the end of the transient is sought."""
+        return 1.0 / self.paper.natural_frequency, 100.0 * closed_form(self.paper).relaxation_time
+
+    @property
+    def free(self) -> dict[str, float]:
+        """Mean squares without a wall; none where only the wall dissipates."""
+        free = free_mean_squares(replace(self.paper, barrier=None))
+        if isinstance(free, str):  # no springpot, or one of order 0
+            return {}
+        square = self.paper.length_scale**2
+        return {"x_mean_square": free[0] * square, "amplitude_mean_square": sum(free) * square}
+
+    def missing(self, time: float) -> dict[str, float]:
+        """Bound on the variance that is missing at a time, in m^2."""
+        return {"x_mean_square": missing_variance(self.paper, time)}
 
 
 def missing_variance(paper: Dimensionless, time: float) -> float:
@@ -92,21 +120,29 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
     With a gap b the impact rate is proportional to exp(-b^2 / (2 <x^2>)), which adds b^2 / (2 <x^2>) to its relative
     change.
     """
-    missing = sum(missing_variance(paper, time) for paper in motion.slow)
-    missing *= WALL if motion.touched or motion.scales.guessed else 1.0
-    variance = values["x_mean_square"]
+    missing: dict[str, float] = {}
+    for creep in () if motion.is_thermal else motion.slow:
+        for square, variance in creep.missing(time).items():
+            missing[square] = missing.get(square, 0.0) + variance
+    wider = WALL if motion.touched or motion.scales.guessed else 1.0
     # of walls beyond the equilibrium, not on its near side as a preload
-    gaps = {name: abs(wall.position) for name, wall in motion.touched.items() if wall.inwards * wall.position < 0.0}
-    nearest = min(gaps.values(), default=0.0) if len(gaps) == len(motion.touched) else 0.0
+    rarer = {
+        name: 0.5 * wall.position * wall.position / values[motion.mean_square_of(f"{name}_impact_rate")]
+        for name, wall in motion.touched.items()
+        if wall.inwards * wall.position < 0.0
+    }
+    rarest = min(rarer.values(), default=0.0) if len(rarer) == len(motion.touched) else 0.0
     shares = {}
     for name in values:
-        if name == "v_mean_square" or name.endswith("_power"):
+        square = motion.mean_square_of(name)
+        absent = wider * missing.get(square, 0.0)
+        if name.endswith(("v_mean_square", "_power")):
             shares[name] = 0.0
         elif name == "amplitude_mean_square":
-            shares[name] = min(1.0, missing / values[name])
+            shares[name] = min(1.0, absent / values[name])
         else:
-            gap = next((gap for wall, gap in gaps.items() if name == f"{wall}_impact_rate"), nearest)
-            rarer = 0.5 * gap * gap / variance if name.endswith(("x_mean", "impact_rate")) else 0.0
-            weight = SLOW.get(name, 1.0 if name.startswith("x_") else 0.5)
-            shares[name] = min(1.0, (weight + rarer) * missing / variance)
+            beyond = next((more for wall, more in rarer.items() if name == f"{wall}_impact_rate"), rarest)
+            more = beyond if name.endswith(("x_mean", "elongation_mean", "impact_rate")) else 0.0
+            weight = 1.0 if name == square else 0.5
+            shares[name] = min(1.0, (weight + more) * absent / values[square]) if absent > 0.0 else 0.0
     return shares
