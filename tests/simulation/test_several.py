@@ -582,7 +582,7 @@ DRIVEN = thermal_pair()
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"rtol": 0.02}, "rtol cannot be given: it is for one mass, and the system has 2; of several there are means"),
+        ({"rtol": 0.02, "quantities": ["gap"]}, "quantities must be among a_x_mean, b_x_mean"),
         ({"observables": {"y": lambda t, x, v: x}}, "observables cannot be given: it is for one mass"),
         ({"distributions": True}, "distributions cannot be given"),
         ({"spectrum": [1.0]}, "spectrum cannot be given"),

@@ -308,7 +308,8 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     _check_sizes(whole)
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lacking = 0.25 * units.speed**2 * np.diag(solve @ brought) / masses
-    return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
+    readings = *_readings(plan, whole, lacking, place_of, g), *_of_thermal_noise(plan, whole, totals, g, step)
+    return replace(whole, readings=readings)
 
 
 def _check_covered(plan: Plan) -> None:
@@ -486,16 +487,45 @@ def _excitation(
         constant -= sum(more.springs[:1]) * row
         given += [(replace(named, does="feeds"), row, None) for named in more.forces]
     for thermal in plan.system.of(ThermalNoise):
-        warm = lower(thermal.per_mass(unit_mass), "", units, step).temperature
+        warm = _temperature(thermal, unit_mass, units, step)
         name = plan.system.name_of(thermal)
-        for total, row in zip(totals, g, strict=True):
-            dashpots = sum(c for order, c in total.springpots if order == 1.0)
-            if len(total.springpots) > sum(order == 1.0 for order, _ in total.springpots) or total.arms:
-                noise = thermal_noise(name, replace(total, temperature=warm), step, plan.settings.steps, parts_of_step)
+        for n, (total, row) in enumerate(zip(totals, g, strict=True)):
+            if _remembers(total):
+                own, hot = f"{name} of row {n}", replace(total, temperature=warm)
+                noise = thermal_noise(own, hot, step, plan.settings.steps, parts_of_step)
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
-            elif dashpots > 0.0:
-                white.append(math.sqrt(2.0 * warm * dashpots) * row)
+            elif total.springpots:
+                white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
     return np.array(white).reshape(-1, g.shape[1]), [*_placed(given, parts_of_step)], constant
+
+
+def _temperature(thermal: ThermalNoise, unit_mass: float, units: Units, step: float) -> float:
+    return lower(thermal.per_mass(unit_mass), "", units, step).temperature
+
+
+def _remembers(total: Lowered) -> bool:
+    return bool(total.arms) or any(order != 1.0 for order, _ in total.springpots)
+
+
+def _dashpots(total: Lowered) -> float:
+    return sum(c for order, c in total.springpots if order == 1.0)
+
+
+def _of_thermal_noise(
+    plan: Plan, parts: PartsOfSeveral, totals: Sequence[Lowered], g: Floats, step: float
+) -> Iterator[Reading]:
+    """The power of matched noise: measured of that with memory, and known in the mean of the white noise of dashpots."""
+    power = parts.unit_mass * parts.units.speed**2 / parts.units.time
+    masses = plan.system.coordinates.masses / parts.unit_mass
+    for thermal in plan.system.of(ThermalNoise):
+        name, warm = plan.system.name_of(thermal), _temperature(thermal, parts.unit_mass, parts.units, step)
+        white = sum(
+            warm * _dashpots(total) * float((row**2 / masses).sum())
+            for total, row in zip(totals, g, strict=True)
+            if not _remembers(total)
+        )
+        works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
+        yield Reading(f"{name}_power", works, "time", power * white)
 
 
 def _drawn(law: Any) -> float:
@@ -506,14 +536,12 @@ def _drawn(law: Any) -> float:
 
 
 def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int) -> Iterator[_Given]:
-    """Each source with its own counter words and its place among the states; those of one part are numbered."""
-    word, place, count = kernel.MOST_NOISES, 0, dict[str, int]()
+    """Each source with its own counter words and its place among the states."""
+    word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
-        count[named.name] = count.get(named.name, 0) + 1
-        own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
         law = named.make(word, place, parts_of_step)
         whole = _drawn(named.make(word, place, 1)) if brought is None else brought
-        yield _Given(own, law, row, whole)
+        yield _Given(named, law, row, whole)
         word, place = word + sources.WORDS, place + named.states
 
 
