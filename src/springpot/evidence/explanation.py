@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from springpot.machine.faults import few
+from springpot.problem.parts.checks import signed
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
@@ -21,7 +20,6 @@ from springpot.theory import modes, solve_all
 __all__ = ["equation", "explain"]
 
 _X = re.compile(r"\bx\b")
-_ONE = np.ones(64)  # noise of every dissipator is in the equation of every mass
 MOST_TERMS = 12  # of one side of the equation
 _STIFFENED = 1.001  # resonance over natural frequency from which it is said
 
@@ -60,11 +58,9 @@ def explain(system: System) -> str:
 def equation(system: System) -> Iterator[str]:
     """The equation of motion of each mass, and a line for each excitation, wall and circuit."""
     excitations = [*_excitations(system)]
-    for place, point in enumerate(system.points):
+    for place, point in enumerate(system.coordinates.names):
         left = [term for name, part in system.named() if (term := _term(system, name, part, place))]
-        pushes = [symbol for name, symbol, _ in excitations if system.coordinates.forces.get(name, _ONE)[place]]
-        own = "m" if len(system.points) == 1 else f"{system.coordinates.masses[place]:.6g}"
-        right = [symbol.replace("-m ", f"-{own} ") for symbol in pushes]
+        right = [push for name, symbol, _ in excitations if (push := _push(system, name, symbol, place))]
         sides = _some(left, ""), _some(right, " + ").replace("+ -", "- ") or "0"
         yield f"{_inertia(system, place, point)}{' = '.join(sides)}"
     yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
@@ -82,35 +78,47 @@ def _inertia(system: System, place: int, point: str) -> str:
     return f"{mass}x''" if len(system.points) == 1 else f"{mass}x_{point}''"
 
 
+def _push(system: System, name: str, symbol: str, place: int) -> str:
+    """The symbol of an excitation in the equation of one mass, with what stands before it there."""
+    row = system.coordinates.forces.get(name)
+    if row is None or len(system.points) == 1:
+        return symbol
+    before = "" if row[place] == 1.0 else f"{row[place]:.6g} "
+    return f"{before}{symbol.removeprefix('-m ')}" if row[place] else ""
+
+
 def _term(system: System, name: str, part: Part, place: int) -> str:
     """A part's force in the equation of one mass; the other way round for its first end."""
     term, row = "" if isinstance(part, Excitation) else part.term(), system.coordinates.elongations.get(name)
     if row is None or not term:
         return term
-    if row[place] > 0.0:
+    if row[place] == 1.0:
         return _with_ends(term, _elongation(system, name))
     if row[place] == 0.0:
         return ""
-    if part.is_linear and _X.search(term):
-        return _with_ends(term, _elongation(system, name, -1.0))
+    if row[place] != -1.0:
+        whole = _with_ends(term, _elongation(system, name)).removeprefix(" + ").strip()
+        return signed(float(row[place]), f"[{whole}]")
+    back = _elongation(system, name, -1)
+    if part.is_linear and _X.search(term) and back[0] != "-":
+        return _with_ends(term, back)
     if part.soft_stop is not None:
         other = " + " if term.startswith(" - ") else " - "
         return _with_ends(other + term[len(other) :], _elongation(system, name))
     return f" - [{_with_ends(term, _elongation(system, name)).removeprefix(' + ').strip()}]"
 
 
-def _elongation(system: System, name: str, sign: float = 1.0) -> str:
+def _elongation(system: System, name: str, sign: int = 1) -> str:
     """The symbol of what a part sees of the motion."""
-    row = system.coordinates.elongations.get(name)
-    if row is None or len(system.points) == 1:
+    if name not in system.coordinates.ends or len(system.points) == 1:
         return "x"
-    symbols = sorted(((sign * g, f"x_{point}") for g, point in zip(row, system.points, strict=True) if g), reverse=True)
-    return " - ".join(symbol for _, symbol in symbols)
+    first, second = (f"x_{end}" if end != "ground" else "" for end in system.coordinates.ends[name][::sign])
+    return f"{second} - {first}" if first and second else second or f"-{first}"
 
 
 def _with_ends(text: str, x: str) -> str:
     """A text about x, of a part that sees something else."""
-    within = f"({x})" if " " in x else x
+    within = x if x.isidentifier() else f"({x})"
     return (
         _X.sub(lambda found: x if text[found.end() :].startswith((" >=", " <=")) else within, text)
         if x != "x"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
 from springpot.problem.coordinates import Coordinates, Floats
 from springpot.problem.matrices import parts_of_matrices
-from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, ThermalNoise
+from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, Point, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
@@ -199,22 +199,34 @@ class System:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """The names of its masses; ``("mass",)`` of a single one without a name."""
-        return tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
+        """The names of its masses, ``("mass",)`` of a single one without a name, and after them of its other points."""
+        masses = tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
+        return (*masses, *(point.at for point in self.of(Point)))
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The points, their masses, and the row of numbers of each part."""
-        masses = np.array([mass.value for mass in self.of(Mass)] or [1.0])
-        elongations: dict[str, Floats] = {}
-        forces: dict[str, Floats] = {}
-        found = Coordinates(self.points, masses, elongations, forces)
-        for name, part in self.named():
-            if isinstance(part, Element):
-                elongations[name] = found.row(part.between)
-            elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise):
-                forces[name] = found.push(getattr(part, "on", "mass"))
-        return found
+        """The coordinates and their masses, and the row of numbers of each point and part."""
+        masses, points = self.of(Mass) or (Mass(1.0),), self.of(Point)
+        alone = Coordinates.of_masses(self.points[: len(masses)], [mass.value for mass in masses])
+        shares = np.zeros((len(points), len(masses)))
+        for row, point in zip(shares, points, strict=True):
+            row[[alone.names.index(name) for name in point.of]] = point.shares
+        at = replace(
+            alone, points=self.points, rows=np.vstack([alone.rows, shares]),
+            participations=np.array([mass.participation for mass in masses]),
+        )  # fmt: skip
+        elements = {name: part for name, part in self.named() if isinstance(part, Element)}
+        pushes = {
+            name: at.push(getattr(part, "on", "mass"))
+            for name, part in self.named()
+            if isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise)
+        }
+        whole = replace(
+            at, ends={name: part.between for name, part in elements.items() if part.between},
+            elongations={name: at.row(part.between) for name, part in elements.items()}, forces=pushes,
+        )  # fmt: skip
+        inertial = {name: part.inertia for name, part in elements.items() if part.inertia}
+        return replace(whole, mass=whole.mass + whole.sum_of(inertial))
 
     @property
     def mass(self) -> float:
@@ -414,14 +426,19 @@ def _check_together(system: System) -> None:
 def _check_ends(system: System) -> None:
     """That the masses have names where there are several, and every part is between, or on, one of them."""
     masses, points = system.of(Mass), system.points
-    if len(masses) > 1 and not all(mass.at for mass in masses):
+    several = len(masses) > 1 or bool(system.of(Point))
+    if several and not all(mass.at for mass in masses):
         raise ValueError(
             f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts "
             "are between and excitations are on."
         )
     for point in points:
         if points.count(point) > 1:
-            raise ValueError(f"{point} is the name of two masses: give one of them another name.")
+            raise ValueError(
+                f"{point} is the name of two {'points' if system.of(Point) else 'masses'}: give one of them another "
+                "name."
+            )
+    _check_combinations(system)
     for name, part in system.named():
         if isinstance(part, Element):
             _check_between(name, part, points)
@@ -429,14 +446,40 @@ def _check_ends(system: System) -> None:
             raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
         elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
-    _check_pairs(system)
+    if len(points) > 1:
+        _check_rows(system)
+        _check_pairs(system)
+
+
+def _check_combinations(system: System) -> None:
+    """That points are made of masses, and masses alone move with the ground as they are."""
+    masses = tuple(mass.at for mass in system.of(Mass) if mass.at)
+    for name, part in system.named():
+        if isinstance(part, Point):
+            for one in part.of:
+                if one not in masses:
+                    near = meant(one, masses) or (f"; there are {listed([*masses])}." if masses else "; there is none.")
+                    raise ValueError(f"{name} is a combination of masses, but {one!r} is no mass{near}")
+        elif isinstance(part, Mass) and part.participation != 1.0 and not system.of(Point):
+            raise ValueError(f"participation of {name} must be 1 in a system without a Point, as it moves by itself.")
+
+
+def _check_rows(system: System) -> None:
+    """That each part sees some motion, and each acceleration of the ground acts on something."""
+    at = system.coordinates
+    for name, row in at.elongations.items():
+        if not row.any():
+            raise ValueError(f"{name} is between {listed([*at.ends[name]])}, which always move alike.")
+    for name, push in at.forces.items():
+        if not push.any():
+            raise ValueError(f"{name} accelerates the ground, but no mass has a participation.")
 
 
 def _check_pairs(system: System) -> None:
-    """That no two pairs of masses have results of the same name."""
-    ends = (part.between for _, part in system.named() if isinstance(part, Element) and part.between)
-    first = {frozenset(pair): pair for pair in reversed([*ends]) if "ground" not in pair}
-    names = ["_".join(pair) for pair in first.values()]
+    """That no two pairs of points have results of the same name."""
+    ends = (pair for pair in system.coordinates.ends.values() if "ground" not in pair)
+    pairs = {frozenset(pair): pair for pair in reversed([*ends])}
+    names = ["_".join(pair) for pair in pairs.values()]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{name}_elongation_mean would be the name of two results: give a mass another name.")
@@ -484,11 +527,12 @@ def _check_alone(system: System) -> None:
 def _check_held(system: System) -> None:
     """That the energy of several masses does not fall without limit where one, or some of them, move."""
     springs = {name: part.linear_stiffness for name, part in system.named() if isinstance(part, Element)}
-    values, ways = np.linalg.eigh(system.coordinates.sum_of(springs))
+    at = system.coordinates
+    values, ways = np.linalg.eigh(at.sum_of(springs))
     falling = ways.T[values < -_ROUNDING * np.abs(values).max()]
     for way in (*np.eye(len(values)), *falling):
         if _along(system, way).open_ends():
-            moving = [point for point, share in zip(system.points, way, strict=True) if abs(share) > 1e-6]
+            moving = [point for point, share in zip(system.points, at.rows @ way, strict=True) if abs(share) > 1e-6]
             raise ValueError(
                 f"the potential must hold the masses, but it falls without limit where {listed(moving)} "
                 f"move{'s' if len(moving) == 1 else ''}: add a stiffer spring, a stiffening one or walls."

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from springpot.theory.normal_modes import Modes, modes
     from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
     from springpot.theory.solve import solve_all, solve_one
+    from springpot.theory.spectral_fatigue import Fatigue, fatigue
 
 __all__ = [
     "AmplitudeAveraging",
@@ -30,6 +31,7 @@ __all__ = [
     "Envelope",
     "Exact",
     "ExactLaw",
+    "Fatigue",
     "FokkerPlanck",
     "HalfCycles",
     "LinearResponse",
@@ -45,6 +47,7 @@ __all__ = [
     "averaging_amplitude",
     "envelope",
     "exact",
+    "fatigue",
     "fokker_planck",
     "half_cycles",
     "linear",
@@ -70,6 +73,7 @@ _PLACES = {
     "normal_modes": ("Modes", "modes"),
     "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
     "solve": ("solve_all", "solve_one"),
+    "spectral_fatigue": ("Fatigue", "fatigue"),
 }
 
 

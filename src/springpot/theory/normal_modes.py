@@ -23,13 +23,14 @@ class Modes:
     Parameters
     ----------
     points : tuple of str
-        The names of the masses.
+        The names of the masses, and of other points.
     frequencies : ndarray, shape (modes,)
         In rad/s; 0 of motion that no spring holds, NaN of motion that springs push away.
     shapes : ndarray, shape (points, modes)
-        A column for each mode, Phi^T M Phi = 1.
+        A column for each mode; on the masses Phi^T M Phi = 1.
     participations : ndarray, shape (modes,)
-        Phi^T M 1, in kg^(1/2): what an acceleration of the ground feeds to each.
+        Phi^T M 1, in kg^(1/2): what an acceleration of the ground feeds to each.  Of masses that have participations
+        these are in place of the ones.
     """
 
     points: tuple[str, ...]
@@ -75,18 +76,17 @@ def modes(system: System) -> Modes:
     at = checked_system(system).coordinates
     parts = [(name, part) for name, part in system.named() if isinstance(part, Element)]
     stiffness = at.sum_of({name: part.linear_stiffness + _of_order_0(part) for name, part in parts})
-    mass = np.diag(at.masses) + at.sum_of({name: part.inertia for name, part in parts})
-    root = np.linalg.inv(np.linalg.cholesky(mass))
+    root = np.linalg.inv(np.linalg.cholesky(at.mass))
     squares, ways = np.linalg.eigh(root @ stiffness @ root.T)
     squares[np.abs(squares) < 1e-14 * np.abs(squares).max()] = 0.0
     shapes = root.T @ ways
-    participations = shapes.T @ at.masses
+    participations = -shapes.T @ at.push("ground")
     largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=0)[None, :], axis=0)[0]
-    fed = np.abs(participations) > 1e-9 * np.sqrt(at.masses.sum())
+    fed = np.abs(participations) > 1e-9 * np.linalg.norm(participations)
     signs = np.where(np.where(fed, participations, largest) < 0.0, -1.0, 1.0)
     with np.errstate(invalid="ignore"):
         frequencies = np.sqrt(squares)
-    return Modes(at.points, frequencies, shapes * signs, participations * signs)
+    return Modes(at.points, frequencies, at.rows @ shapes * signs, participations * signs)
 
 
 def _of_order_0(part: Element) -> float:

@@ -124,7 +124,9 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     assert short.shortfall.startswith("a_v_mean_square is known to ")
     assert "max_time of 2 s is over" in short.shortfall
     first = Straight.coarsest_step / motion_of(system).scales.fastest_rate
-    again = levels_of(short.simulation.plan.but(step=first)).with_step(round(math.log2(first / short.settings.step)) - 1)
+    again = levels_of(short.simulation.plan.but(step=first)).with_step(
+        round(math.log2(first / short.settings.step)) - 1
+    )
     again = again.extended(short.settings.paths - 2 * short.pairs, short.pairs, None)
     assert combine(again).values == short.values
     assert combine(again).errors == short.errors

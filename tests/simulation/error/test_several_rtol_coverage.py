@@ -76,10 +76,8 @@ def judged(seed: int) -> dict[str, tuple[float, float, bool]]:
         width = run[name].budget.total + 1.96 * error
         off = (run[name].value - true) / width
         found[name] = off, run[name].budget.total / run[name].value, bool(run.diagnostics["reached"])
-        print(f"{seed} {name}: {off:+.2f} of the width {100 * found[name][1]:.2f} % (reference {196 * error / true:.2f} %)")
-    print(f"{seed} {len(system.points)} masses, {run.settings.paths} paths, {run.diagnostics['path_steps']:.1e} path-steps, "
-          f"{run.diagnostics['seconds']:.0f} + {fine.diagnostics['seconds'] + coarse.diagnostics['seconds']:.0f} s, "
-          f"step {run.settings.step / step:.3g}, {run.diagnostics['held_up_by']}, {run.warnings}")  # fmt: skip
+        print(f"{seed} {name}: {off:+.2f} of {100 * found[name][1]:.2f} % (reference {196 * error / true:.2f} %)")
+    print(f"{seed}: {run.diagnostics['path_steps']:.1e} path-steps, {run.diagnostics['held_up_by']}, {run.warnings}")
     return found
 
 

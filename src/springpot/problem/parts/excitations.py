@@ -9,7 +9,7 @@ from typing import Annotated, Self
 
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put, real
-from springpot.problem.parts.registration import Number, Part, Point
+from springpot.problem.parts.registration import Number, Part, PointName
 from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
 
 __all__ = [
@@ -27,7 +27,7 @@ __all__ = [
     "WhiteNoise",
 ]  # fmt: skip
 
-On = Point
+On = PointName
 """A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
 then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]

@@ -136,6 +136,7 @@ class _Sums(NamedTuple):
     vv: Any
     u: Any
     uu: Any
+    ww: Any
     power: Any
     works: Any
 
@@ -159,6 +160,7 @@ def _clear(size, sums, zero):
     _set(sums.vv, size.points, zero)
     _set(sums.u, size.gauged, zero)
     _set(sums.uu, size.gauged, zero)
+    _set(sums.ww, size.shown, zero)
     _set(sums.power, 1, zero)
     _set(sums.works, size.sources + size.dampers, zero)
 
@@ -355,6 +357,10 @@ def _stretch(size, q, s, d, j, weight, sums):
             value, b = q.row[p], q.row_at[p] * LANES
             for lane in range(LANES):
                 s.f[lane] += value * s.v[b + lane]
+        if e < size.shown:
+            for lane in range(LANES):
+                middle = part * (s.f[lane] + s.w[i + lane])
+                sums.ww[i + lane] += weight * middle * middle
         for lane in range(LANES):
             new, old, u = s.f[lane], s.w[i + lane], s.u[i + lane]
             sums.power[lane] += weight * (s.pull[i + lane] + a * (new - old)) * (part * (new + old))
@@ -429,10 +435,10 @@ def several(
 
     ``q`` and ``exact`` are the numbers in the precision of the sweep and in double precision.  ``start`` has x and v at
     time 0 of one path, or of each.  The other arguments are those of `springpot.simulation.kernel.block.block`; written
-    are ``record``, (paths, points in time, masses, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of the
-    masses; of u and u^2 of the gauged elongations; of the power of linear dampers and memory, and of the works of
-    sources and nonlinear dampers; HITS sums of each wall and contact; energies at the ends of the window; x and v at
-    the end; twice the limits on events.
+    are ``record``, (paths, points in time, coordinates, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of
+    the coordinates; of u and u^2 of the gauged elongations, and w^2 of the shown; of the power of linear dampers and
+    memory, and of the works of sources and nonlinear dampers; HITS sums of each wall and contact; energies at the ends
+    of the window; x and v at the end; twice the limits on events.
     """
     n, zero = size.points, q.zero
     z, h, d = _modes(zero), _by_step(zero), _increments(zero)
@@ -444,12 +450,13 @@ def several(
         _of_points(zero), _lane(zero), _lane(zero),
     )  # fmt: skip
     terms = _Sums(
-        _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _lane(zero),
-        _of_sources(zero),
+        _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero),
+        _lane(zero), _of_sources(zero),
     )  # fmt: skip
     sums = _Sums(
-        _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0), _of_sources(0.0)
-    )
+        _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
+        _of_sources(0.0),
+    )  # fmt: skip
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
@@ -550,6 +557,7 @@ def several(
                 _add(sums.vv, terms.vv, n)
                 _add(sums.u, terms.u, size.gauged)
                 _add(sums.uu, terms.uu, size.gauged)
+                _add(sums.ww, terms.ww, size.shown)
                 _add(sums.power, terms.power, 1)
                 _add(sums.works, terms.works, size.sources + size.dampers)
         for lane in range(LANES):
@@ -559,6 +567,7 @@ def several(
             column = _write(out, row, column, sums.vv, n, lane)
             column = _write(out, row, column, sums.u, size.gauged, lane)
             column = _write(out, row, column, sums.uu, size.gauged, lane)
+            column = _write(out, row, column, sums.ww, size.shown, lane)
             column = _write(out, row, column, sums.power, 1, lane)
             column = _write(out, row, column, sums.works, size.sources + size.dampers, lane)
             column = _write(out, row, column, hits, HITS * (size.walls + size.contacts), lane)

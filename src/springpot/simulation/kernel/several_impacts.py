@@ -29,9 +29,10 @@ CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
 class Size(NamedTuple):
     """How many there are; numbers at run time, so that one compilation serves all."""
 
-    points: int
+    points: int  # coordinates
     rows: int  # elongations
     gauged: int  # the first of them, whose mean and mean square are summed
+    shown: int  # the first of these, whose velocity's mean square is summed too: points that are no coordinates
     walls: int
     noises: int  # white
     sources: int  # other excitation

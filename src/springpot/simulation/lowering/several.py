@@ -25,9 +25,11 @@ from springpot.problem.parts import (
     FractionalMaxwell,
     Friction,
     Harmonic,
+    Inerter,
     KanaiTajimiNoise,
     Mass,
     Maxwell,
+    Point,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
@@ -60,10 +62,11 @@ __all__ = ["PartsOfSeveral", "compose_several"]
 Floats = npt.NDArray[np.float64]
 
 _COVERED = (
-    Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, KanaiTajimiNoise, Mass,
-    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, Spring, Springpot, ThermalNoise,
-    VanDerPol, WhiteNoise,
+    Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, Inerter,
+    KanaiTajimiNoise, Mass, Maxwell, Point, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation,
+    Spring, Springpot, ThermalNoise, VanDerPol, WhiteNoise,
 )  # fmt: skip
+_ENDS = "x_end", "v_end"
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
@@ -76,7 +79,7 @@ class PartsOfSeveral:
     size, sweep, exact, memories, sources
         Of `springpot.simulation.kernel.several.several`.
     start : Start
-        x and v at time 0, in the kernel's units: shape (1, 2 masses).
+        x and v at time 0, in the kernel's units: shape (1, 2 coordinates).
     units : Units
     unit_mass : float
         The kernel's unit, in kg.
@@ -91,7 +94,9 @@ class PartsOfSeveral:
     moved : tuple of float
         The mass in which the work of each is counted, in that of the kernel.
     points, gauged, walls : tuple of str
-        Names in the columns.
+        Names in the columns: of the coordinates, of all rows, and of walls and contacts.
+    others : ndarray, shape (other points, coordinates)
+        The rows of points that are no coordinates.
     law : BoltzmannOfSeveral or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     readings : tuple of Reading
@@ -115,6 +120,7 @@ class PartsOfSeveral:
     points: tuple[str, ...]
     gauged: tuple[str, ...]
     walls: tuple[str, ...]
+    others: Floats
     law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
@@ -131,6 +137,7 @@ class PartsOfSeveral:
             **{f"v^2 of {point}": speed**2 for point in self.points},
             **{f"u of {row}": length for row in self.gauged},
             **{f"u^2 of {row}": length**2 for row in self.gauged},
+            **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.size.shown]},
             "power": energy / time,
             **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
             **{
@@ -148,12 +155,13 @@ class PartsOfSeveral:
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
-        """Of x and v at a time."""
-        return len(self.points), 2
+        """Of x and v of all points at a time."""
+        return len(self.points) + len(self.others), 2
 
     def start_of_record(self, states: Floats) -> Floats:
         """x and v at time 0 as the record has them."""
-        return states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+        return np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
 
     @property
     def mass(self) -> float:
@@ -204,6 +212,7 @@ class PartsOfSeveral:
                 first, blocks, settings.steps, low, high, k0, k1, stream, halved,
                 record, settings.record_every, stop, rows,
             )  # fmt: skip
+            record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 
         return advance
 
@@ -231,35 +240,36 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     _check_covered(plan)
     units, unit_mass = _units(plan)
     step = settings.step / units.time
-    masses = coordinates.masses / unit_mass
+    mass, many = coordinates.mass / unit_mass, len(coordinates.names)
     rows = _rows(plan, units, unit_mass, step)
     place_of = {name: n for n, (_, names) in enumerate(rows) for name in names}
-    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, len(masses))
+    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, many)
     answers = np.array([answer_of(total, step) for total in totals])
-    mass = np.diag(masses)
+    reduced = 1.0 / (g * unit_mass * coordinates.accelerations(g)).sum(axis=1)
+    jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
     solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
     memories, near, history = _memories(totals, scheme, step, settings)
     noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g, parts_of_step)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
     at = np.array([place_of[name] for name, _ in walls], np.int64)
-    jump, reduced = _jumps(g[at], masses)
+    jump = jumps[at]
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(totals, g, masses, touched)]
+    dampers = [*_dampers(totals, reduced, touched)]
     turned = np.array([each.row for each in dampers], np.int64)
-    turn, _ = _jumps(g[turned], masses)
+    turn = jumps[turned]
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
-    wide = np.zeros((len(masses), (len(masses) + 3) // 4 * 4))
-    wide[:, : len(masses)] = solve
+    wide = np.zeros((many, (many + 3) // 4 * 4))
+    wide[:, :many] = solve
     row_begin, row_at, row = _sparse(g)
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
-    source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, len(masses)))
+    source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, many))
     inward = np.array([wall.inwards for _, wall in walls], float)
     numbers = (
         row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
         np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
-        reduced, mass.ravel(),
+        reduced[at], mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
@@ -270,16 +280,17 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         return kernel.Numbers(kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers))
 
     kind = np.dtype(_precision(plan, noises, given)).type
-    fed = 0.5 * float(np.trace(noises @ np.diag(1.0 / masses) @ noises.T)) if len(noises) else 0.0
+    fed = 0.5 * unit_mass * float((noises * coordinates.accelerations(noises)).sum())
     left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
     power = unit_mass * units.speed**2 / units.time
     x0, v0 = start_of(plan)
     names = *(name for name, _ in walls), *(name for _, name, _ in touched)
     whole = PartsOfSeveral(
         size=kernel.Size(
-            len(masses),
+            many,
             len(rows),
             len(rows),
+            len({*map(tuple, coordinates.rows[many:])}),
             len(walls),
             len(noises),
             len(given),
@@ -300,15 +311,17 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers)),
         moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers)),
-        points=coordinates.points,
+        points=coordinates.names,
+        others=coordinates.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(rows))),
         walls=names,
         struck={name: f"{name} impacts" for name in names},
     )
     _check_sizes(whole)
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
-    lacking = 0.25 * units.speed**2 * np.diag(solve @ brought) / masses
-    readings = *_readings(plan, whole, lacking, place_of, g), *_of_thermal_noise(plan, whole, totals, g, step)
+    lack = unit_mass * coordinates.accelerations(solve @ brought)
+    lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", coordinates.rows, lack, coordinates.rows)
+    readings = *_readings(plan, whole, lacking, place_of, g), *_of_thermal_noise(plan, whole, totals, reduced, step)
     return replace(whole, readings=readings)
 
 
@@ -344,7 +357,7 @@ def _units(plan: Plan) -> tuple[Units, float]:
     scales, (x0, v0) = plan.motion.scales, start_of(plan)
     walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
     longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
-    masses = plan.system.coordinates.masses
+    masses = np.diag(plan.system.coordinates.mass)
     units = Units(
         2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0, 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0
     )
@@ -352,14 +365,17 @@ def _units(plan: Plan) -> tuple[Units, float]:
 
 
 def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[tuple[_Row, list[str]]]:
-    """The rows, each with all that lies on it, and the names of its parts."""
+    """The rows of points that are no coordinates, then those of parts; with all that lies on each, and the names."""
+    at = plan.system.coordinates
     found: dict[tuple[float, ...], tuple[_Row, list[str]]] = {}
-    elongations = plan.system.coordinates.elongations
+    for point, row in zip(at.points[len(at.names) :], at.rows[len(at.names) :], strict=True):
+        found.setdefault(tuple(row), (_Row(row), []))[1].append(f"at {point}")
+    elongations = at.elongations
     for name, part in plan.system.named():
         if not isinstance(part, Element):
             continue
         row, names = found.setdefault(tuple(elongations[name]), (_Row(elongations[name]), []))
-        more = lower(part.per_mass(unit_mass), name, units, step)
+        more = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
         found[tuple(elongations[name])] = _Row(row.row, row.total + more), [*names, name]
     return [*found.values()]
 
@@ -368,19 +384,13 @@ def _kind_of(springs: Floats) -> int:
     return NINTH if springs[4:].any() else CUBIC if springs.any() else 0
 
 
-def _jumps(g: Floats, masses: Floats) -> tuple[Floats, Floats]:
-    """Changes of the velocities per unit of change of each wall's, and the reduced masses."""
-    reduced = 1.0 / (g**2 / masses).sum(axis=1)
-    return reduced[:, None] * g / masses, reduced
-
-
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
-    """x(0) and x'(0) in the order of the points, in m and m/s."""
-    size = len(plan.system.points)
+    """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
+    names = plan.system.coordinates.names
     if plan.settings.start == "stationary":  # drawn
-        return np.zeros(size), np.zeros(size)
+        return np.zeros(len(names)), np.zeros(len(names))
     both = plan.settings.initial_position, plan.settings.initial_velocity
-    x0, v0 = (np.array([given[point] for point in plan.system.points]) for given in both)  # type: ignore[index]
+    x0, v0 = (np.array([given[name] for name in names]) for given in both)  # type: ignore[index]
     return x0, v0
 
 
@@ -438,9 +448,8 @@ class _Damper:
 
 
 def _dampers(
-    totals: Sequence[Lowered], g: Floats, masses: Floats, touched: Sequence[tuple[int, str, Contact]]
+    totals: Sequence[Lowered], reduced: Floats, touched: Sequence[tuple[int, str, Contact]]
 ) -> Iterator[_Damper]:
-    _, reduced = _jumps(g, masses)
     for n, total in enumerate(totals):
         mass = float(reduced[n])
         for named in total.forces:
@@ -512,16 +521,15 @@ def _dashpots(total: Lowered) -> float:
 
 
 def _of_thermal_noise(
-    plan: Plan, parts: PartsOfSeveral, totals: Sequence[Lowered], g: Floats, step: float
+    plan: Plan, parts: PartsOfSeveral, totals: Sequence[Lowered], reduced: Floats, step: float
 ) -> Iterator[Reading]:
-    """The power of matched noise: measured of that with memory, and known in the mean of the white noise of dashpots."""
+    """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
     power = parts.unit_mass * parts.units.speed**2 / parts.units.time
-    masses = plan.system.coordinates.masses / parts.unit_mass
     for thermal in plan.system.of(ThermalNoise):
         name, warm = plan.system.name_of(thermal), _temperature(thermal, parts.unit_mass, parts.units, step)
         white = sum(
-            warm * _dashpots(total) * float((row**2 / masses).sum())
-            for total, row in zip(totals, g, strict=True)
+            warm * _dashpots(total) / float(mass)
+            for total, mass in zip(totals, reduced, strict=True)
             if not _remembers(total)
         )
         works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
@@ -596,17 +604,18 @@ def _readings(
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
     quarter of their difference squared, by noise and by the dampers that take it again.  With S of `compose_several`,
-    M and the covariance B of the noise's impulse it is the diagonal of S B M^-1 / 4: exact for matched noise of
-    dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and white
-    noise.
+    M and the covariance B of the noise's impulse it is p S B M^-1 p / 4 of a point with the row p: exact for matched
+    noise of dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and
+    white noise.
     """
-    system = plan.system
-    for point, lack in zip(parts.points, lacking, strict=True):
-        yield Reading(f"{point}_x_mean", {f"x of {point}": 1.0})
-        yield Reading(f"{point}_x_mean_square", {f"x^2 of {point}": 1.0})
-        yield Reading(f"{point}_v_mean_square", {f"v^2 of {point}": 1.0}, added=float(lack))
-    place = {tuple(row): place_of[name] for name, row in system.coordinates.elongations.items()}
-    for pair, g_of_pair in system.coordinates.pairs.items():
+    system, at = plan.system, plan.system.coordinates
+    for point, lack in zip(at.points, lacking, strict=True):
+        letters, of = ("xv", point) if point in at.names else ("uw", parts.gauged[place_of[f"at {point}"]])
+        yield Reading(f"{point}_x_mean", {f"{letters[0]} of {of}": 1.0})
+        yield Reading(f"{point}_x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
+        yield Reading(f"{point}_v_mean_square", {f"{letters[1]}^2 of {of}": 1.0}, added=float(lack))
+    place = {tuple(row): place_of[name] for name, row in at.elongations.items()}
+    for pair, g_of_pair in at.pairs.items():
         row = parts.gauged[place[tuple(g_of_pair)]]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
         yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
@@ -623,7 +632,8 @@ def _readings(
             yield Reading(f"{name}_power", {f"work of {name}": -1.0}, "time")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", {"power": 1.0}, added=parts.taken_at_once)
-    for point in parts.points:
-        yield Reading(f"{point}_x_mean_end", {f"x_end of {point}": 1.0}, "one")
-        yield Reading(f"{point}_x_mean_square_end", {f"x_end of {point}": 1.0}, "one", power=2)
-        yield Reading(f"{point}_v_mean_square_end", {f"v_end of {point}": 1.0}, "one", power=2)
+    for point, shares in zip(at.points, at.rows.tolist(), strict=True):
+        x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
+        yield Reading(f"{point}_x_mean_end", x, "one")
+        yield Reading(f"{point}_x_mean_square_end", x, "one", power=2)
+        yield Reading(f"{point}_v_mean_square_end", v, "one", power=2)

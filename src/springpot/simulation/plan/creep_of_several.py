@@ -85,7 +85,7 @@ class CreepOfSeveral:
         if not remembered or not values[0] > _HELD * values[-1]:
             return none, none
         p = -s * (1.0 + 1j * _BELOW)
-        matrix = k + (p**2)[:, None, None] * np.diag(coordinates.masses)
+        matrix = k + (p**2)[:, None, None] * coordinates.mass
         for name, part in system.named():
             if isinstance(part, Element):
                 beside = np.asarray(part.modulus(p) - part.linear_stiffness)

@@ -67,7 +67,7 @@ class Modes:
         In rad/s, rising; 0 of a motion that stretches no spring.
     rate : ndarray, shape (modes,)
         At which each loses its energy, in 1/s.
-    shapes : ndarray, shape (points, modes)
+    shapes : ndarray, shape (coordinates, modes)
         Columns of unit modal mass.
     temperature : ndarray, shape (modes,)
         Mean modal energy by a balance of what excitation feeds in and dampers take out, in J; of a mode that nothing
@@ -158,9 +158,9 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
 def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
     """The modes, with more stiffness and damping of some parts."""
     coordinates = system.coordinates
-    root = 1.0 / np.sqrt(coordinates.masses)
+    root = np.linalg.inv(np.linalg.cholesky(coordinates.mass))
     rows = [
-        (name, part, coordinates.elongations[name] * root) for name, part in system.named() if isinstance(part, Element)
+        (name, part, root @ coordinates.elongations[name]) for name, part in system.named() if isinstance(part, Element)
     ]
 
     def matrix(numbers: Mapping[str, float]) -> Floats:
@@ -193,8 +193,8 @@ def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
         rate[i] = (
             moved[:, i] @ matrix({name: linear(name, part, p).imag / p.imag for name, part, _ in rows}) @ moved[:, i]
         )
-    temperature, excited = _temperatures(system, frequency, rate, root[:, None] * moved)
-    return Modes(frequency, rate, root[:, None] * moved, temperature, excited)
+    temperature, excited = _temperatures(system, frequency, rate, root.T @ moved)
+    return Modes(frequency, rate, root.T @ moved, temperature, excited)
 
 
 def _alone(rows: Any) -> float:
@@ -274,9 +274,10 @@ class MotionOfSeveral(Motion):
     @cached_property
     def displacements(self) -> dict[str, Floats]:
         """The rows of all displacements and elongations that are observed, by how the names of their results begin."""
-        points = zip(self.system.points, np.eye(len(self.system.points)), strict=True)
+        at = self.system.coordinates
+        points = zip(at.points, at.rows, strict=True)
         return {f"{point}_x": row for point, row in points} | {
-            f"{pair}_elongation": row for pair, row in self.system.coordinates.pairs.items()
+            f"{pair}_elongation": row for pair, row in at.pairs.items()
         }
 
     def mean_square_of(self, name: str) -> str:
@@ -347,7 +348,7 @@ class MotionOfSeveral(Motion):
     def _intensity_along(self, row: Floats) -> float:
         """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
-        turned, thermal = row / coordinates.masses, self.system.of(ThermalNoise)
+        turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
         white = sum(
             parts[name].intensity * float(turned @ force) ** 2
             for name, force in coordinates.forces.items()
@@ -384,7 +385,7 @@ class MotionOfSeveral(Motion):
                     "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
             elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
-                two = np.count_nonzero(self.system.coordinates.elongations[name]) == 2
+                two = "ground" not in self.system.coordinates.ends[name]
                 alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
                 found[name] = (
                     f"{name} is lossy, and no white noise drives its two ends apart"
@@ -413,16 +414,17 @@ class MotionOfSeveral(Motion):
         """The points of a motion that stretches no spring and that no wall ends."""
         from scipy import linalg, optimize  # slow to import
 
-        rows = self.system.coordinates.elongations
+        at = self.system.coordinates
+        rows = at.elongations
         springs = [
             rows[name] for name, part in self.system.named()
             if isinstance(part, Element) and (any(part.force_coefficients()) or part.modulus(0.0) != 0.0)
         ]  # fmt: skip
-        free = linalg.null_space(np.array(springs).reshape(-1, len(self.system.points)))
+        free = linalg.null_space(np.array(springs).reshape(-1, len(at.names)))
         if not free.shape[1]:
             return []
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
-        parts, forces = dict(self.system.named()), self.system.coordinates.forces
+        parts, forces = dict(self.system.named()), at.forces
         pushed = sum((p.force * forces[name] for name, p in parts.items() if isinstance(p, Constant)), 0.0 * free[:, 0])
         closing = np.array([*walls, -pushed @ free]).reshape(
             -1, free.shape[1]
@@ -430,13 +432,14 @@ class MotionOfSeveral(Motion):
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
             if room.x is not None and float(direction @ room.x) > 1e-9:
-                away = np.abs(free @ room.x)
-                return [point for point, far in zip(self.system.points, away, strict=True) if far > 1e-6 * away.max()]
+                away = np.abs(at.rows @ free @ room.x)
+                return [point for point, far in zip(at.points, away, strict=True) if far > 1e-6 * away.max()]
         return []
 
     def usual_energy(self, values: Mapping[str, float]) -> float:
-        """The kinetic energy, in J."""
-        masses = zip(self.system.points, self.system.coordinates.masses, strict=True)
+        """The kinetic energy, in J; without what inertial parts share between masses."""
+        at = self.system.coordinates
+        masses = zip(at.names, np.diag(at.mass), strict=True)
         return 0.5 * sum(float(mass) * values[f"{point}_v_mean_square"] for point, mass in masses)
 
     def scheme_for(self, word: Scheme) -> SchemeOfRun:
@@ -446,8 +449,8 @@ class MotionOfSeveral(Motion):
     def placed(self, given: Any) -> dict[str, float]:
         """x(0) of each mass: in equilibrium, or as near to it as the walls let them."""
         if given is None:
-            return dict(zip(self.system.points, self._nearest_to_rest().tolist(), strict=True))
-        places = _by_point(given, "initial_position", self.system.points)
+            return dict(zip(self.system.coordinates.names, self._nearest_to_rest().tolist(), strict=True))
+        places = _by_point(given, "initial_position", self.system.coordinates.names)
         x = np.array([*places.values()])
         for name, part in self.system.named():
             if isinstance(part, Barrier):
@@ -462,12 +465,12 @@ class MotionOfSeveral(Motion):
 
     def moving(self, given: Any) -> dict[str, float]:
         """x'(0) of each mass."""
-        return _by_point({} if given is None else given, "initial_velocity", self.system.points)
+        return _by_point({} if given is None else given, "initial_velocity", self.system.coordinates.names)
 
     def _equilibrium(self) -> Floats:
         """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
-        x = np.zeros(len(self.system.points))
+        x = np.zeros(len(coordinates.names))
         force = sum(
             (part.force * coordinates.forces[name] for name, part in parts.items() if isinstance(part, Constant)), x
         )
@@ -561,7 +564,8 @@ def motion_of_several(system: System) -> MotionOfSeveral:
 
 
 def _scales(system: System, modes: Modes) -> Scales:
-    rows, masses = system.coordinates.elongations, system.coordinates.masses
+    at = system.coordinates
+    rows, size = at.elongations, len(at.names)
     held = modes.frequency[modes.frequency > _RIGID * max(float(modes.frequency.max()), 1e-300)]
     elements = [(part, rows[name]) for name, part in system.named() if isinstance(part, Element)]
     bent = {
@@ -576,12 +580,12 @@ def _scales(system: System, modes: Modes) -> Scales:
             for part, row in elements
             if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol)
         ),
-        np.zeros((len(masses), len(masses))),
+        np.zeros((size, size)),
     )
-    fastest.append(float(np.linalg.eigvals(dampers / masses[:, None]).real.max()))
+    fastest.append(float(np.linalg.eigvals(at.accelerations(dampers.T).T).real.max()))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
     fastest += [
-        _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
+        _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
     fastest += _hops(system, modes)
     largest = float(max(fastest)) or 1.0  # straight flights between walls alone have no time of their own
@@ -590,7 +594,7 @@ def _scales(system: System, modes: Modes) -> Scales:
     if lossy := [wall for wall in system.of(Barrier) if wall.dissipates]:
         loss = max(1.0 - slow_restitution(wall) ** 2 for wall in lossy)
         energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
-    spreads = [modes.spread(row) for row in np.eye(len(masses))]
+    spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
     settled = max(energy, default=math.inf)
     forgotten = max(settled, 2.0 / frequency, _forgetting_time(system, modes))
@@ -613,14 +617,13 @@ def _scales(system: System, modes: Modes) -> Scales:
 
 def _forgetting_time(system: System, modes: Modes) -> float:
     """In which the slowest motion of springs and dashpots loses its square; overdamped motion has no energy to lose."""
-    more, masses = _means(system, modes), system.coordinates.masses
+    more, at = _means(system, modes), system.coordinates
     elements = [(name, part, more.get(name, (0.0, 0.0))) for name, part in system.named() if isinstance(part, Element)]
-    stiffness = system.coordinates.sum_of({name: part.linear_stiffness + k for name, part, (k, _) in elements})
-    damping = system.coordinates.sum_of({name: part.linear_damping + c for name, part, (_, c) in elements})
-    size = len(masses)
-    rates = -np.linalg.eigvals(
-        np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness / masses[:, None], -damping / masses[:, None]]])
-    ).real
+    stiffness = at.sum_of({name: part.linear_stiffness + k for name, part, (k, _) in elements})
+    damping = at.sum_of({name: part.linear_damping + c for name, part, (_, c) in elements})
+    none, one = np.zeros_like(at.mass), np.eye(len(at.mass))
+    pulls = [-np.linalg.solve(at.mass, each) for each in (stiffness, damping)]
+    rates = -np.linalg.eigvals(np.block([[none, one], pulls])).real
     over = rates[(rates > 1e-9 * np.abs(rates).max()) & (damping.any())]
     return 0.5 / float(over.min()) if over.size else 0.0
 
@@ -648,7 +651,7 @@ def _hops(system: System, modes: Modes) -> list[float]:
         {name: parts[name].linear_stiffness + max(more.get(name, (0.0, 0.0))[0], 0.0) for name in rows}
     )
     free = (1e-3 * float(modes.frequency.max()) or 1.0) ** 2  # so weakly everything is held
-    values, shapes = np.linalg.eigh(stiffness + free * np.diag(coordinates.masses))
+    values, shapes = np.linalg.eigh(stiffness + free * coordinates.mass)
     if not walls or not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
         return []
     soft = shapes / np.sqrt(values)
@@ -659,14 +662,14 @@ def _hops(system: System, modes: Modes) -> list[float]:
     pressing = _least_forces(inward @ soft, least) if (least > 0.0).any() else None
     if pressing is None:
         return []
-    reduced = 1.0 / (inward**2 / coordinates.masses).sum(axis=1)
+    reduced = [coordinates.reduced(row) for row in inward]
     speeds = [modes.speed(row) for row in inward]
     return [float(f / m / v) for f, m, v in zip(pressing, reduced, speeds, strict=True) if v > 0.0]
 
 
-def _rate_in(contact: Contact, row: Floats, masses: Floats, speed: float) -> float:
+def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
     """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
-    reduced, power = 1.0 / float((row**2 / masses).sum()), contact.exponent + 1.0
+    power = contact.exponent + 1.0
     depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
     return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
 
@@ -691,7 +694,7 @@ def _creep_time(part: Any, row: Floats, system: System) -> float:
     give = float(((row @ shapes[:, held]) ** 2 / values[held]).sum())
     if not give > 0.0:
         return 0.0
-    reduced = 1.0 / float((row**2 / coordinates.masses).sum())
+    reduced = coordinates.reduced(row)
     frequency = math.sqrt(1.0 / (give * reduced))
     if part.coefficient / reduced <= frequency ** (2.0 - order):
         return 0.0

@@ -19,11 +19,13 @@ from springpot.problem.parts import (
     Dashpot,
     FractionalMaxwell,
     Harmonic,
+    Inerter,
     KanaiTajimiNoise,
     Mass,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
+    Point,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
@@ -59,7 +61,7 @@ class Companion:
     ----------
     coordinates : Coordinates
         Its points, from which the rows of its parts follow.
-    mass, stiffness, damping : float, or ndarray of shape (points, points)
+    mass, stiffness, damping : float, or ndarray of shape (coordinates, coordinates)
         Of springs and dashpots; numbers where there is one coordinate.
     elements : tuple
         Elements with memory: each has ``modulus(p)``.
@@ -69,7 +71,7 @@ class Companion:
     temperature : float
         kT of matched noise; 0 without.
     harmonics : tuple of Harmonic
-    force : float, or ndarray of shape (points,)
+    force : float, or ndarray of shape (coordinates,)
         Constant force.
     parametric : float
         Intensity of the noise that multiplies x.
@@ -348,7 +350,7 @@ class LinearResponse(Result):
         if self.companion.is_single:
             return _wide(self.spectrum(w)).astype(complex)  # type: ignore[no-any-return]
         _ = self.moments
-        found = _quadratic(self.companion, np.abs(w), np.eye(len(self.system.points)))
+        found = _quadratic(self.companion, np.abs(w), self.system.coordinates.rows)
         return np.asarray(np.where(_wide(w) < 0.0, found.conj(), found))
 
     def covariance(self, of: Literal["x", "v"] = "x") -> FloatArray:
@@ -389,11 +391,11 @@ class LinearResponse(Result):
         means = np.array([moments[f"{point}_x_mean"] if of == "x" else 0.0 for point in points])
         squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
         found, size, seen = np.diag(squares), np.sqrt(squares), _Seen(self.companion)
+        rows = self.system.coordinates.rows
         for one, other in itertools.combinations(range(len(points)), 2):
             if not size[one] * size[other] > 0.0:
                 continue
-            row = np.zeros(len(points))
-            row[one], row[other] = 0.5 / size[one], 0.5 / size[other]  # the mean square is half of 1 + the correlation
+            row = 0.5 * rows[one] / size[one] + 0.5 * rows[other] / size[other]  # mean square: (1 + correlation) / 2
             mean, x_square, v_square = seen.motion(row, 1e-16, velocity=of == "v")
             both = x_square - mean**2 if of == "x" else v_square
             found[one, other] = found[other, one] = (2.0 * both - 1.0) * size[one] * size[other]
@@ -492,16 +494,17 @@ def companion_of(system: System) -> Companion:
     unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Mass | Spring | PolynomialSpring | memory | sources | PoissonImpulses
+    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses
     check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = unit.coordinates
     elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
-    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.points)))
+    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.names)))
+    reduced: Any = (lambda matrix: matrix) if several else (lambda matrix: float(matrix[0, 0]))
     return Companion(
         coordinates=at,
-        mass=_reduced(np.diag(at.masses)),
-        stiffness=_reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
-        damping=_reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
+        mass=reduced(at.mass),
+        stiffness=reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
+        damping=reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
         elements=unit.of(Springpot, FractionalMaxwell, Maxwell),
         circuits=unit.of(PiezoelectricCircuit),
         noises=unit.of(*_NOISES),
@@ -513,11 +516,6 @@ def companion_of(system: System) -> Companion:
 
 
 check_covered = companion_of
-
-
-def _reduced(matrix: FloatArray) -> Any:
-    """A matrix, or the number itself of one coordinate."""
-    return float(matrix[0, 0]) if matrix.size == 1 else matrix
 
 
 def linear_moments(system: System, companion: Companion) -> Moments | str:
@@ -557,8 +555,8 @@ def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     for point in points:
         names = (f"{point}_{name}" for name in OF_A_POINT)
         found |= zip(names, seen.motion(at.push(point)), strict=True)
-    means = np.array([found[f"{point}_x_mean"] for point in points])
-    sizes = np.sqrt([found[f"{point}_x_mean_square"] for point in points])
+    means = np.array([found[f"{name}_x_mean"] for name in at.names])
+    sizes = np.sqrt([found[f"{name}_x_mean_square"] for name in at.names])
     for name, row in at.pairs.items():
         within = _ELONGATION * float(np.abs(row) @ sizes) ** 2
         of_ends = float(row @ means), seen.motion(row, within, velocity=False)[1]
@@ -589,8 +587,8 @@ def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[
     if not still.any():
         return []
     root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    shapes = np.abs(root.T @ ways[:, still]).max(axis=1)
-    points = companion.coordinates.points
+    at = companion.coordinates
+    shapes, points = np.abs(at.rows @ root.T @ ways[:, still]).max(axis=1), at.points
     return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
 
 

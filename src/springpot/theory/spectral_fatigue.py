@@ -1,0 +1,206 @@
+"""Fatigue damage of a stationary Gaussian response, from its spectral density."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import NotCoveredError, listed
+from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
+from springpot.problem.system import System
+from springpot.theory.numerics.frequencies import integral, resonances
+
+if TYPE_CHECKING:
+    from springpot.theory.methods.systems.linear import LinearResponse
+
+__all__ = ["Fatigue", "damage_rates", "fatigue"]
+
+ORDERS = (0.0, 0.75, 1.0, 1.5, 2.0, 4.0)
+"""Powers of the frequency in the spectral moments that the formulas take."""
+_FAR = 1e6  # of the largest frequency: there the density has its last slope
+
+
+@dataclass(frozen=True)
+class Fatigue:
+    """What a stationary Gaussian response does to a part that obeys Basquin's curve and Miner's sum.
+
+    Parameters
+    ----------
+    moments : dict
+        Spectral moments m_j = int w^j G(w) dw by their order j, of the one-sided density G per rad/s; m_4 is infinite
+        under white noise.
+    damage : dict
+        Damage per second by each formula: ``"narrow_band"``, ``"alpha_075"``, ``"tovo_benasciutti"``,
+        ``"wirsching_light"`` and ``"dirlik"``.  The last two need m_4, and are missing without it.
+    """
+
+    moments: Mapping[float, float]
+    damage: Mapping[str, float]
+
+    @property
+    def crossing_rate(self) -> float:
+        """Upward crossings of the mean, in 1/s."""
+        return math.sqrt(self.moments[2.0] / self.moments[0.0]) / (2.0 * math.pi)
+
+    @property
+    def peak_rate(self) -> float:
+        """Maxima, in 1/s; infinite under white noise."""
+        return math.sqrt(self.moments[4.0] / self.moments[2.0]) / (2.0 * math.pi)
+
+    @property
+    def life(self) -> Mapping[str, float]:
+        """Mean time to failure, in s, by each formula."""
+        return {name: 1.0 / rate for name, rate in self.damage.items()}
+
+
+def damage_rates(moments: Mapping[float, float], exponent: float) -> dict[str, float]:
+    """The mean of the sum of S^k over all cycles per second, with S the half range of a cycle.
+
+    Parameters
+    ----------
+    moments : dict
+        Spectral moments by their order: 0, 0.75, 1, 1.5, 2 and 4.
+    exponent : float
+        k of Basquin's curve.
+
+    Returns
+    -------
+    dict
+        As `Fatigue.damage`, of a curve with the constant 1.
+
+    Notes
+    -----
+    Narrow band: every cycle of the mean has a Rayleigh amplitude; in practice an upper bound.  Wirsching and Light
+    (1980), the 0.75 rule and Tovo and Benasciutti's mean of two bounds (2005) multiply it; Dirlik (1985) fits a
+    density of ranges to simulations.  Formulas as collected in D. Benasciutti and R. Tovo, "Comparison of spectral
+    methods for fatigue analysis of broad-band Gaussian random processes", Probabilistic Engineering Mechanics 21
+    (2006).
+
+    Examples
+    --------
+    Of a narrow band all agree:
+
+    >>> found = damage_rates({j: 2.0 * 1.001**j for j in (0.0, 0.75, 1.0, 1.5, 2.0)} | {4.0: math.inf}, 3.0)
+    >>> {name: round(rate, 3) for name, rate in found.items()}
+    {'narrow_band': 1.694, 'alpha_075': 1.694, 'tovo_benasciutti': 1.694}
+    """
+    m0, m075, m1, m15, m2, m4 = (moments[order] for order in ORDERS)
+    k, spread = exponent, math.sqrt(m0)
+    rayleigh = math.pow(math.sqrt(2.0), k) * math.gamma(1.0 + 0.5 * k)
+    narrow = math.sqrt(m2 / m0) / (2.0 * math.pi) * math.pow(spread, k) * rayleigh
+    a1, a2 = m1 / math.sqrt(m0 * m2), m2 / math.sqrt(m0 * m4)
+    found = {
+        "narrow_band": narrow,
+        "alpha_075": narrow * m075**2 / (m0 * m15),
+        "tovo_benasciutti": narrow * _share_of_cycles(a1, a2, k),
+    }
+    if not math.isfinite(m4):
+        return found
+    a, b = 0.926 - 0.033 * k, 1.587 * k - 2.323
+    width = math.sqrt(max(1.0 - a2**2, 0.0))
+    found["wirsching_light"] = narrow * (a + (1.0 - a) * math.pow(1.0 - width, b))
+    found["dirlik"] = (
+        math.sqrt(m4 / m2) / (2.0 * math.pi) * math.pow(spread, k) * _dirlik(m1 / m0 * math.sqrt(m2 / m4), a2, k)
+    )
+    return found
+
+
+def _share_of_cycles(a1: float, a2: float, k: float) -> float:
+    """Of the narrow-band damage: between that of the range count and that of the level crossings."""
+    if a1 >= 1.0 - 1e-12:
+        return 1.0
+    apart = a1 - a2
+    share = apart * (1.112 * (1.0 + a1 * a2 - (a1 + a2)) * math.exp(2.11 * a2) + apart) / (a2 - 1.0) ** 2
+    return share + (1.0 - share) * math.pow(a2, k - 1.0)
+
+
+def _dirlik(middle: float, a2: float, k: float) -> float:
+    """Mean of S^k over the ranges of Dirlik's density, over the standard deviation to the power k."""
+    rayleigh = math.pow(math.sqrt(2.0), k) * math.gamma(1.0 + 0.5 * k)
+    d1 = 2.0 * (middle - a2**2) / (1.0 + a2**2)
+    if not d1 > 0.0:  # a single frequency
+        return rayleigh
+    r = (a2 - middle - d1**2) / (1.0 - a2 - d1 + d1**2)
+    d2 = (1.0 - a2 - d1 + d1**2) / (1.0 - r)
+    d3 = 1.0 - d1 - d2
+    q = 1.25 * (a2 - d3 - d2 * r) / d1
+    return d1 * math.pow(q, k) * math.gamma(1.0 + k) + rayleigh * (d2 * math.pow(abs(r), k) + d3)
+
+
+def fatigue(
+    system: System | LinearResponse, exponent: float, constant: float = 1.0, of: str = "", stress: float = 1.0
+) -> Fatigue:
+    """Damage of a linear system's stationary response, by Basquin's curve N S^k = K and Miner's sum.
+
+    Parameters
+    ----------
+    system : System or LinearResponse
+        A linear system, or what `springpot.theory.linear` found for it.
+    exponent : float
+        k of the curve, from 1 to 50.
+    constant : float
+        K of the curve, in the unit of the stress to the power k.
+    of : str
+        The point whose displacement it is, or the part with two ends whose elongation it is; needed where there are
+        several masses.
+    stress : float
+        Amplitude of the stress per metre of the displacement or elongation.
+
+    Returns
+    -------
+    Fatigue
+
+    Raises
+    ------
+    NotCoveredError
+        If the system is not linear, or its response is not Gaussian.
+    NoStationaryStateError
+        If it has no stationary state.
+    TypeError, ValueError
+        If a number is out of its range, or there is no such point or part.
+
+    Notes
+    -----
+    The mean stress is not counted.  Cycles of stationary Gaussian noise have ranges that no exact formula is known for:
+    at a damping ratio of 0.05 the narrow-band value is 3 to 8 % above a rainflow count for exponents of 3 to 8, and
+    the others within 2 to 5 %; with two modes it is 25 to 31 % above, and Dirlik's 4 % below.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+    >>> found = fatigue(device, 3.0)
+    >>> round(found.damage["narrow_band"], 4), round(found.crossing_rate, 4)
+    (0.5984, 0.1592)
+    """
+    from springpot.theory.methods.systems.linear import linear  # slow to import
+
+    response = linear(system) if isinstance(system, System) else system
+    k = finite_number(exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
+    basquin = finite_number(constant, "constant", low=0.0, open_low=True)
+    unit = finite_number(stress, "stress", low=0.0, high=LARGEST, open_low=True, hint="It is in Pa per m.")
+    if rough := response.system.of(Harmonic, ParametricNoise, PoissonImpulses):
+        names = listed([name for name, part in response.system.named() if part in rough])
+        raise NotCoveredError(f"The formulas of fatigue cover Gaussian responses, which that to {names} is not.")
+    response.moments  # noqa: B018 (says if there is no stationary state)
+    companion = response.companion
+    cuts = resonances(companion.nearest, companion.scales)
+    top = _FAR * max(companion.scales)
+
+    def density(w: float) -> float:
+        return float(response.spectrum(w, of))
+
+    slope = -math.log2(density(2.0 * top) / density(top)) if density(top) > 0.0 else math.inf
+    moments = {order: _moment(density, order, slope, cuts) for order in ORDERS}
+    rates = damage_rates(moments, k)
+    return Fatigue(moments, {name: unit**k * rate / basquin for name, rate in rates.items()})
+
+
+def _moment(density: Callable[[float], float], order: float, slope: float, cuts: Any) -> float:
+    """A spectral moment; infinite if the density falls too slowly."""
+    if slope < order + 1.01:
+        return math.inf
+    return integral(lambda w: density(w) * math.pow(w, order), cuts)
