@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from springpot.simulation.error.decision import FEWEST_PATHS
-from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
+from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import extrapolation_step
@@ -83,7 +83,7 @@ class Level:
     def samples(self) -> dict[str, Floats]:
         """Samples of each estimate, one per path."""
         per_path = {name: samples for name, (_, samples) in samples_of(self.simulation, self.rows).items()}
-        return with_completed_rate(self.simulation, per_path, self.counted) if self.counted.size else per_path
+        return with_completed_rate(self.simulation, per_path, fast_impacts(self.simulation, self.rows, self.counted))
 
     def controls(self, samples: dict[str, Floats]) -> Floats:
         """The control variates of each path, from its samples, shape (paths, controls)."""

@@ -385,7 +385,7 @@ def _reason(outcome: _Outcome, halved: bool) -> str:
     """What takes the time."""
     simulation, move = outcome.simulation, outcome.move
     if halved or move.kind == "halve":
-        slow = simulation.motion.struck.crowded and move.worst.startswith("impact")
+        slow = any(move.worst.startswith(f"{before}impact") for before in simulation.motion.completed)
         what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
         return f"{what} a step below {simulation.settings.step:.2g} s"
     return _length_reason(simulation) or f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"

@@ -22,7 +22,7 @@ __all__ = [
 
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
-HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
+HITS = 7  # sums of a wall: impacts, speeds, their squares, energy taken, momentum; fast impacts, and twice as fast ones
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
 
 
@@ -70,6 +70,7 @@ class Numbers(NamedTuple):
     jump: Any  # (walls * points,) change of the velocities per unit of change of the elongation's velocity
     along: Any  # (walls * rows,) change of the elongations' velocities per unit of change of the wall's
     reduced: Any  # (walls,) reduced mass
+    fast: Any  # (walls,) speed above which impacts are fast
     mass: Any  # (points * points,)
     damper_at: Any  # (dampers,) number of the elongation
     damper_kind: Any
@@ -184,6 +185,8 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
         hits[at + 2 * LANES] += weight * closing * closing
         hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
         hits[at + 4 * LANES] += weight * q.reduced[struck] * change
+        hits[at + 5 * LANES] += weight if closing > q.fast[struck] else 0.0
+        hits[at + 6 * LANES] += weight if closing > 2.0 * q.fast[struck] else 0.0
         events += 1
         if events == MOST_EVENTS:
             limits[lane] += 1.0

@@ -67,7 +67,7 @@ _COVERED = (
     Spring, Springpot, ThermalNoise, VanDerPol, WhiteNoise,
 )  # fmt: skip
 _ENDS = "x_end", "v_end"
-_OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
+_OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum", "fast", "faster"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ class PartsOfSeveral:
         """The numbers of a row by name, each with the factor from the kernel's units."""
         length, speed, time = self.units.length, self.units.speed, self.units.time
         energy = self.unit_mass * speed**2
-        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed
+        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed, 1.0, 1.0
         return {
             **{f"x of {point}": length for point in self.points},
             **{f"x^2 of {point}": length**2 for point in self.points},
@@ -264,12 +264,14 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
     source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, many))
     inward = np.array([wall.inwards for _, wall in walls], float)
+    struck = plan.motion.struck_alone
+    fast = np.array([struck[name].resolved_speed(settings.step) / units.speed for name, _ in walls], float)
     numbers = (
         row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
         np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
-        reduced[at], mass.ravel(),
+        reduced[at], fast, mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),

@@ -345,6 +345,14 @@ class MotionOfSeveral(Motion):
         return [(part, self.struck_alone[own].intensity) for own, part in self.system.named()
                 if isinstance(part, Barrier) and name.startswith(f"{own}_")]  # fmt: skip
 
+    @property
+    def completed(self) -> dict[str, StruckWalls]:
+        """Each lossy wall with a number of restitution."""
+        numbers = [
+            name for name, part in self.touched.items() if isinstance(part, Barrier) and not callable(part.restitution)
+        ]
+        return {f"{name}_": self.struck_alone[name] for name in numbers if self.struck_alone[name].crowded}
+
     def _intensity_along(self, row: Floats) -> float:
         """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
