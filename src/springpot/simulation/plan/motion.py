@@ -250,6 +250,10 @@ class Motion:
             return StruckWalls()
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
+    def velocity_biases(self, step: float) -> dict[str, float]:
+        """Bounds on the relative step biases of mean square velocities that strong dampers leave: of one mass none."""
+        return {}
+
     @property
     def completed(self) -> dict[str, StruckWalls]:
         """The walls to whose impacts slow ones can be added, by how the names of their results begin."""

@@ -55,6 +55,10 @@ _FAR = 3.0  # standard deviations at which a spring is taken for its fastest mot
 _RIGID = 1e-9  # of the largest frequency: a motion that stretches no spring
 _UNDAMPED = 1e-12  # of the frequency
 _GUESSED = 1.5  # factor on the forgetting time
+_TAKEN, _LEAST_BIAS = (
+    0.025,
+    1e-3,
+)  # bias of <v^2> over what dampers take of a kick in its step; and what is worth saying
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,6 +348,21 @@ class MotionOfSeveral(Motion):
         """The wall whose result it is."""
         return [(part, self.struck_alone[own].intensity) for own, part in self.system.named()
                 if isinstance(part, Barrier) and name.startswith(f"{own}_")]  # fmt: skip
+
+    def velocity_biases(self, step: float) -> dict[str, float]:
+        """Of noise that is not matched to the dampers, which take a share of each kick within its step."""
+        at, rows = self.system.coordinates, self.system.coordinates.elongations
+        shares = [
+            part.coefficient
+            * step ** (2.0 - (part.order if isinstance(part, Springpot) else 1.0))
+            / at.reduced(rows[name])
+            for name, part in self.system.named()
+            if isinstance(part, Springpot | Dashpot) and part.dissipates
+        ]
+        bias = _TAKEN * max(shares, default=0.0)
+        if self.system.of(ThermalNoise) or bias < _LEAST_BIAS:
+            return {}
+        return {f"{point}_v_mean_square": bias for point in at.points}
 
     @property
     def completed(self) -> dict[str, StruckWalls]:
@@ -676,10 +695,15 @@ def _hops(system: System, modes: Modes) -> list[float]:
 
 
 def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
-    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
+    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch.
+
+    Where its dissipation stops the motion before, m v dv/dd = -k d^p chi v, that of the stop.
+    """
     power = contact.exponent + 1.0
     depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
-    return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
+    elastic = math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
+    stop = (contact.stiffness * contact.dissipation / (power * reduced)) ** (1.0 / power)
+    return max(elastic, stop * speed ** (1.0 - 1.0 / power))
 
 
 def _curvature(part: Any, spread: float) -> float:
