@@ -583,11 +583,6 @@ DRIVEN = thermal_pair()
     ("given", "sentence"),
     [
         ({"rtol": 0.02, "quantities": ["gap"]}, "quantities must be among a_x_mean, b_x_mean"),
-        ({"observables": {"y": lambda t, x, v: x}}, "observables cannot be given: it is for one mass"),
-        ({"distributions": True}, "distributions cannot be given"),
-        ({"spectrum": [1.0]}, "spectrum cannot be given"),
-        ({"first_passage": {"x": 1.0}}, "first_passage cannot be given"),
-        ({"slowest_counted_impact": 0.1}, "slowest_counted_impact cannot be given"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
         (
@@ -635,12 +630,15 @@ def test_a_run_without_a_stationary_state_works_and_says_so(system: sp.System, r
 
 
 def test_impacts_without_a_rate_have_advice_that_can_be_followed() -> None:
-    """``slowest_counted_impact`` is for one mass; a contact in place of the wall has a rate."""
+    """Those that are not slow have one; so has a contact in place of the wall."""
     smooth = sp.ColoredNoise(1.0, 1.0, on="a")
-    run = simulated(three(smooth, sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0)
+    lossy = three(smooth, sp.Barrier(-0.1, 0.5, between=A_B))
+    run = simulated(lossy, paths=64, duration=20.0, slowest_counted_impact=0.1)
     (sentence,) = (each for each in run.warnings if "undefined" in each)
-    assert "slowest_counted_impact" not in sentence
-    assert sentence.endswith("and a Contact in its place has a finite impact rate.")
+    assert sentence.endswith("slowest_counted_impact counts those that are faster.")
+    assert np.isnan(run["barrier_impact_rate"].value)
+    assert run["barrier_counted_impact_rate"].value > 0.0
+    assert run["barrier_counted_impact_speed_mean"].value > 0.1
     ground = simulated(
         three(sp.WhiteNoise(1.0, on="ground"), sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0
     )

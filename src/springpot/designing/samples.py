@@ -74,11 +74,13 @@ def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress |
         plan = adapt(plan, progress=progress)
     simulation = simulation_of(plan)
     fastest = simulation.motion.scales.fastest_rate
-    observers = (sketches(GROUP * plan.settings.step * fastest),) if distributions else ()
+    (seen,) = simulation.motion.seen
+    sketch = sketches(seen, GROUP * plan.settings.step * fastest)
+    observers = (sketch,) if distributions else ()
     ensemble = simulation.advance(observers=observers, progress=progress)
     samples = estimate.samples_of(simulation, ensemble.rows)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
-    counted = distributions_in(simulation, ensemble.observed[0]) if distributions else {}
+    counted = distributions_in(simulation, sketch, seen, ensemble.observed[0]) if distributions else {}
     return SampledRun(samples, start, counted)
 
 

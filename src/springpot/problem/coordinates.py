@@ -81,6 +81,21 @@ class Coordinates:
         return self._axis(second) - self._axis(first)
 
     @property
+    def numbers(self) -> dict[tuple[float, ...], int]:
+        """The number of each row that is no coordinate's: of the other points, then of parts; equal ones share one.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Mass, Spring
+        >>> from springpot.problem.system import System
+        >>> springs = [Spring(1.0, between=ends) for ends in (("a", "b"), ("ground", "a"), ("a", "b"))]
+        >>> System(Mass(1.0, at="a"), Mass(1.0, at="b"), *springs).coordinates.numbers
+        {(-1.0, 1.0): 0, (1.0, 0.0): 1}
+        """
+        rows = (*self.rows[len(self.masses) :], *self.elongations.values())
+        return {row: number for number, row in enumerate(dict.fromkeys(tuple(row.tolist()) for row in rows))}
+
+    @property
     def pairs(self) -> dict[str, Floats]:
         """The rows between two points, each pair once, by the names of its ends in the order in which the first part
         between them has them.

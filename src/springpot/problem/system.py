@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
 from springpot.problem.coordinates import Coordinates, Floats
 from springpot.problem.matrices import parts_of_matrices
+from springpot.problem.modes import parts_of_modes
 from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, Point, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
@@ -135,21 +136,28 @@ class System:
         stiffness: ArrayLike,
         damping: ArrayLike | None = None,
         *,
-        names: Sequence[str] | None = None,
+        names: Sequence[str] | Mapping[str, ArrayLike] | None = None,
+        ground: ArrayLike | None = None,
     ) -> System:
         """Masses, springs and dashpots from their matrices.
 
-        Each number off the diagonal is a spring or dashpot between two masses, and each sum of a row one to the ground;
-        those of 0 are left out.
+        With a diagonal mass matrix each number off the diagonal is a spring or dashpot between two masses, and each sum
+        of a row one to the ground; those of 0 are left out.  Any other mass matrix is that of its modes, ``mode_1``,
+        ``mode_2``, ..., as from `from_modes`, and the names are points on them; dampers that couple the modes are
+        between the ground and points ``damper_1``, ``damper_2``, ...
 
         Parameters
         ----------
-        mass : array_like, shape (masses, masses)
-            Diagonal, in kg.
-        stiffness, damping : array_like, shape (masses, masses)
+        mass : array_like, shape (coordinates, coordinates)
+            Symmetric and not singular, in kg.
+        stiffness, damping : array_like, shape (coordinates, coordinates)
             Symmetric, in N/m and N s/m.
-        names : sequence of str, optional
-            Of the masses; ``m1``, ``m2``, ... if they are left out.
+        names : sequence of str, or dict of array_like, optional
+            Of the coordinates, ``m1``, ``m2``, ... if they are left out; or of points, each with its displacement where
+            one coordinate moves by 1 alone, as ``{"middle": [0.5, 0.5]}``.
+        ground : array_like, optional
+            How far each coordinate moves where everything moves by 1.  Without it that is 1, and with points nothing:
+            then no acceleration of the ground can act.
 
         Returns
         -------
@@ -159,8 +167,7 @@ class System:
         Raises
         ------
         TypeError, ValueError
-            If a matrix is not one, has another shape, is not symmetric, or that of the masses is not diagonal or
-            singular.
+            If a matrix is not one, has another shape, is not symmetric, or that of the masses is singular.
 
         Examples
         --------
@@ -168,7 +175,51 @@ class System:
         >>> frame.parts[2:]
         (Spring(stiffness=30.0, between=('ground', 'm1')), Spring(stiffness=20.0, between=('m1', 'm2')))
         """
-        return cls(*parts_of_matrices(mass, stiffness, damping, names))
+        return cls(*parts_of_matrices(mass, stiffness, damping, names, ground))
+
+    @classmethod
+    def from_modes(
+        cls,
+        frequencies: ArrayLike,
+        masses: ArrayLike,
+        shapes: Mapping[str, ArrayLike],
+        damping_ratios: ArrayLike = 0.0,
+        participations: ArrayLike = 0.0,
+    ) -> System:
+        """A structure by its modes, from a measurement or a finite element program.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (modes,)
+            Of each mode in rad/s; 0 of one that no spring holds.
+        masses : array_like, shape (modes,)
+            Modal masses in kg, those of the shapes given; one number is that of all modes.
+        shapes : dict of array_like, shape (modes,)
+            For each point the value of every mode's shape there, by the name of the point.
+        damping_ratios : array_like, shape (modes,)
+            Over the critical damping; one number is that of all modes.
+        participations : array_like, shape (modes,)
+            How far each mode moves where everything moves by 1, phi^T M 1 / modal mass.  Without them no acceleration
+            of the ground can act.
+
+        Returns
+        -------
+        System
+            Of masses ``mode_1``, ``mode_2``, ..., each with its spring and dashpot, and of a `Point` for each shape.
+            Without excitation: add it, and other parts, as ``System(*frame.parts, WhiteNoise(0.1, on="tip"))``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If numbers are not as many as the modes, not finite or negative, or a shape has no name.
+
+        Examples
+        --------
+        >>> mast = System.from_modes([6.0, 40.0], [2.0, 1.5], {"top": [1.0, -1.0], "middle": [0.4, 0.7]}, 0.01)
+        >>> mast.points
+        ('mode_1', 'mode_2', 'top', 'middle')
+        """
+        return cls(*parts_of_modes(frequencies, masses, shapes, damping_ratios, participations))
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""

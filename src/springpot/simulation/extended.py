@@ -114,9 +114,9 @@ def _check(run: object) -> None:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
     more = {
         "distributions": run.distributions,
-        "a spectrum": run.spectrum is not None,
+        "a spectrum": run.spectra,
         "first passages": run.first_passages,
-        "observables": [name for name, unit in run.units.items() if not unit or name.startswith("counted_")],
+        "observables": [name for name, unit in run.units.items() if not unit or "counted_impact_" in name],
     }
     if there := [name for name, value in more.items() if value]:
         raise ValueError(f"run must have moments only, but it has {there[0]}, which need every step of each path.")
@@ -216,7 +216,7 @@ def _extended_to(
 def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
     """What cannot be continued to an error, before work starts."""
     check_motion(motion, "rtol")
-    if run.settings.scheme != "default":
+    if run.settings.scheme == "grunwald":
         raise ValueError(f"run must have the default scheme, not {run.settings.scheme!r}, whose bias is not measured.")
     if run.settings.record:
         raise ValueError("run must not have recorded paths if it is extended to an rtol.")
@@ -224,7 +224,7 @@ def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
         raise ValueError(
             "run must have a stationary start if it is extended to an rtol: the bias of others is not known."
         )
-    if motion.struck.crowded and (slow := [name for name in wanted if "impact" in name]):
+    if slow := [name for name in wanted if "impact" in name and name.startswith((*motion.completed,))]:
         raise ValueError(
             f"quantities must not have {slow[0]} behind a lossy wall: its slow impacts are added only in a run "
             "that was made with rtol."

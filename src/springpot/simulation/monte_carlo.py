@@ -103,7 +103,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         record=ensemble.record,
         distributions=observed.distributions,
         extremes=observed.extremes,
-        spectrum=observed.spectrum,
+        spectra=observed.spectra,
         first_passages=observed.first_passages,
         path_sums=ensemble.rows,
         adapted=plan.adapted,
@@ -113,11 +113,12 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
 
 def _errors_of_own(wanted: Requested, values: dict[str, float], seen: Watched) -> dict[str, float]:
     """The errors of what the user wanted of impacts, where none was seen."""
-    found = {}
-    if values.get("counted_impact_rate") == 0.0:
-        found["counted_impact_rate"] = error_of_unseen(seen.time)
-    if "" in seen.impacts and not seen.impacts[""].any():
-        found |= dict.fromkeys(wanted.impact_observables, math.nan)
+    unseen = [name for name in values if name.endswith("counted_impact_rate") and values[name] == 0.0]
+    found = dict.fromkeys(unseen, error_of_unseen(seen.time))
+    for name, observer in wanted.impact_observables.items():
+        walls = [observer.stop] if observer.stop or "" in seen.impacts else [*seen.impacts]
+        if walls and not any(seen.impacts[wall].any() for wall in walls):
+            found[name] = math.nan
     return found
 
 

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.validation
 
 RTOL, SYSTEMS = 0.02, 20
 FINER, MORE = 4, 10  # of the reference: than the default step, and paths
-MOST_PATH_STEPS = 6e8  # of the reference, whose own error is added to the width
+MOST_PATH_STEPS = 3e8  # of the reference, whose own error is added to the width
 
 
 def random_system(seed: int) -> sp.System:

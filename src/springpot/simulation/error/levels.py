@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from springpot.simulation.error.decision import FEWEST_PATHS
-from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, fast_impacts, with_completed_rate
+from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import extrapolation_step
@@ -49,8 +49,8 @@ class Level:
     halved : bool
         Whether the noise is that of half the step, summed in pairs.
     rows : ndarray, shape (paths, len(COLUMNS))
-    counted : ndarray, shape (paths, 3)
-        Counts of `counts_of_fast_impacts`; empty if slow impacts are not frequent.
+    counted : ndarray, shape (paths, 3 times the walls that are completed)
+        Counts of `counts_of_fast_impacts`.
     """
 
     simulation: Simulation
@@ -69,21 +69,24 @@ class Level:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
-        crowded = self.simulation.motion.struck.crowded
         ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
             halved=self.halved,
-            observers=(counts_of_fast_impacts(self.simulation),) if crowded else (),
+            observers=counts_of_fast_impacts(self.simulation),
             progress=progress,
         )
-        rows, counted = np.concatenate([self.rows, ensemble.rows]), np.concatenate([self.counted, *ensemble.observed])
-        return replace(self, rows=rows, counted=counted)
+        rows = np.concatenate([self.rows, ensemble.rows])
+        return replace(
+            self,
+            rows=rows,
+            counted=np.concatenate([self.counted, np.hstack([np.empty((more, 0)), *ensemble.observed])]),
+        )
 
     def samples(self) -> dict[str, Floats]:
         """Samples of each estimate, one per path."""
         per_path = {name: samples for name, (_, samples) in samples_of(self.simulation, self.rows).items()}
-        return with_completed_rate(self.simulation, per_path, fast_impacts(self.simulation, self.rows, self.counted))
+        return with_completed_rate(self.simulation, per_path, self.counted)
 
     def controls(self, samples: dict[str, Floats]) -> Floats:
         """The control variates of each path, from its samples, shape (paths, controls)."""
@@ -152,7 +155,13 @@ def levels_of(plan: Plan) -> Levels:
 
 
 def _without_paths(simulation: Simulation, stream: int) -> Level:
-    return Level(simulation, stream, False, np.empty((0, len(simulation.parts.columns))), np.empty((0, 3)))
+    return Level(
+        simulation,
+        stream,
+        False,
+        np.empty((0, len(simulation.parts.columns))),
+        np.empty((0, 3 * len(simulation.motion.completed))),
+    )
 
 
 def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int) -> Plan:

@@ -6,9 +6,10 @@ count is too low by a share proportional to h^(m / 2), which decreases slowly: 8
 0.05 / Omega.
 
 Instead the number N(u) of impacts faster than u is counted at two speeds; by the law,
-N(0) = N(u) + (N(u) - N(2 u)) / (2^m - 1).  At u = k sqrt(q h), with k of `StruckWalls.resolved_speed`, the errors that the step
-causes in N(u) and N(2 u) cancel.  k was fitted to the Fokker-Planck equation at order 1 (b = 0, C = 0.2, h = 0.05,
-100,000 paths): 0.59, 0.60, 0.61, 0.65 and 0.69 at r = 0.25, 0.3, 0.35, 0.41 and 0.5.
+N(0) = N(u) + (N(u) - N(2 u)) / (2^m - 1).  At u = k sqrt(q h), with k of `StruckWalls.resolved_speed`, the errors
+that the step causes in N(u) and N(2 u) cancel.  k was fitted to the Fokker-Planck
+equation at order 1 (b = 0, C = 0.2, h = 0.05, 100,000 paths): 0.59, 0.60, 0.61, 0.65 and 0.69 at r = 0.25, 0.3, 0.35,
+0.41 and 0.5.
 """
 
 from __future__ import annotations
@@ -26,19 +27,22 @@ from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.theory.mckean import slow_impact_power
 
-__all__ = ["counts_of_fast_impacts", "fast_impacts", "with_completed_rate"]
+__all__ = ["counts_of_fast_impacts", "with_completed_rate"]
 
 Floats = npt.NDArray[np.float64]
 
 _FIRST = len(HEADER)
 
 
-def counts_of_fast_impacts(simulation: Simulation) -> Observer:
-    """Counts, for each path, the impacts faster than the resolved speed and those faster than twice that speed."""
-    speed = simulation.motion.struck.resolved_speed(simulation.settings.step)
-    initial = np.zeros(3 * LANES)
-    initial[:LANES] = speed / simulation.parts.units.speed
-    return Observer(None, _counter(), initial, per_path=True)
+def counts_of_fast_impacts(simulation: Simulation) -> tuple[Observer, ...]:
+    """For each of the walls that `Motion.completed` has: counts, for each path, of the impacts faster than the resolved
+    speed and of those faster than twice that speed."""
+    found = []
+    for before, walls in simulation.motion.completed.items():
+        initial = np.zeros(3 * LANES)
+        initial[:LANES] = walls.resolved_speed(simulation.settings.step) / simulation.parts.units.speed
+        found.append(Observer(None, _counter(), initial, per_path=True, stop=before.removesuffix("_")))
+    return tuple(found)
 
 
 @cache
@@ -54,44 +58,21 @@ def _counter() -> Any:
     return count_fast
 
 
-def fast_impacts(simulation: Simulation, rows: Floats, counted: Floats) -> dict[str, tuple[Floats, Floats]]:
-    """The two counts of each path for each of the walls that `Motion.completed` has.
-
-    Parameters
-    ----------
-    simulation : Simulation
-    rows : ndarray, shape (paths, columns)
-        With the counts of each wall of several masses.
-    counted : ndarray, shape (paths, 3)
-        Counts of the observer of `counts_of_fast_impacts`; empty if there was none.
-    """
-    if counted.size:
-        return {"": (counted[:, 1], counted[:, 2])}
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    return {
-        f"{name}_": (column[f"{name} fast"], column[f"{name} faster"])
-        for name in simulation.parts.struck
-        if f"{name}_" in simulation.motion.completed
-    }
-
-
-def with_completed_rate(
-    simulation: Simulation, samples: dict[str, Floats], fast: Mapping[str, tuple[Floats, Floats]]
-) -> dict[str, Floats]:
+def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], counted: Floats) -> dict[str, Floats]:
     """Samples of each estimate with the completed impact rates; the counted rate is ``plain_rate``.
 
     Parameters
     ----------
     simulation : Simulation
     samples : dict
-    fast : dict
-        Of `fast_impacts`.
+    counted : ndarray, shape (paths, 3 times the walls that are completed)
+        Counts of the observers of `counts_of_fast_impacts`.
     """
-    result = samples
-    for before, counts in fast.items():
-        result = result | _completed(simulation, samples, before, *counts)
+    result, completed = samples, simulation.motion.completed
+    for n, before in enumerate(completed):
+        result = result | _completed(simulation, samples, before, counted[:, 3 * n + 1], counted[:, 3 * n + 2])
     walls = list(simulation.motion.touched)
-    for wall in walls if len(walls) == 1 and "" in fast else ():  # its numbers are those of all impacts
+    for wall in walls if len(walls) == 1 and "" in completed else ():  # its numbers are those of all impacts
         result |= {f"{wall}_{name}": result[name] for name in ("impact_rate", "impact_speed_mean")}
     return result
 

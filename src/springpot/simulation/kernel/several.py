@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.extending import intrinsic
 
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.forces import cubic, nonic
@@ -28,6 +27,7 @@ from springpot.simulation.kernel.lanes import (
     INLINE,
     LANES,
     SPARE,
+    beyond,
     f64,
     lesser,
     no,
@@ -53,6 +53,7 @@ from springpot.simulation.kernel.several_impacts import (
     repair,
 )
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Poisson, Table
+from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
     "FILTERED", "HARMONIC", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
@@ -79,6 +80,7 @@ _states = stack_array(MOST_STATES * LANES)
 _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS) * LANES)
 _hits = stack_array(HITS * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
+_shown = stack_array((MOST_POINTS + MOST_ROWS) * GROUP * LANES)
 
 
 class Memories(NamedTuple):
@@ -139,12 +141,6 @@ class _Sums(NamedTuple):
     ww: Any
     power: Any
     works: Any
-
-
-@intrinsic
-def _beyond(typing_context, pointer, count):
-    """The array that begins ``count`` numbers later."""
-    return pointer(pointer, count), lambda context, builder, signature, args: builder.gep(args[0], [args[1]])
 
 
 @njit(**INLINE)
@@ -413,13 +409,33 @@ def _see(size, s, sums):
 
 
 @njit(**INLINE)
-def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight):
+def _show(size, q, j, now_x, s, x, v):
+    """Write what observers see of step j: x and v of the masses, then the elongations and their rates."""
+    for i in range(size.points):
+        at, to = i * LANES, (GROUP * i + j) * LANES
+        for lane in range(LANES):
+            x[to + lane] = now_x[at + lane] + s.seen[at + lane]
+            v[to + lane] = s.seen_v[at + lane]
+    for e in range(size.rows):
+        at, to = e * LANES, (GROUP * (size.points + e) + j) * LANES
+        for lane in range(LANES):
+            x[to + lane] = s.seen_u[at + lane]
+            v[to + lane] = 0.0
+        for p in range(q.row_begin[e], q.row_begin[e + 1]):
+            value, i = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                v[to + lane] += value * s.seen_v[i + lane]
+
+
+@njit(**INLINE)
+def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight, observers):
     """From the state at time 0 to the first kick."""
     n = size.points
     for i in range(n):
         x[i], v[i] = start[path, i], start[path, n + i]
         x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
-    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight)
+        v[2 * MOST_POINTS + i] = q.constant[i]
+    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers)
     put_in(size, q, s, d, -1, x, v, lane)
     for i in range(n):
         now_x[i * LANES + lane], now_v[i * LANES + lane] = x[i], v[i]
@@ -429,7 +445,7 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
 @njit(**ENTRY)
 def several(
     size, q, exact, memories, sources, start,
-    first, blocks, steps, low, high, k0, k1, stream, halved, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -460,6 +476,7 @@ def several(
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
+    shown_x, shown_v = _shown(0.0), _shown(0.0)
     forcing = Forcing(terms.works, terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
     for number in range(blocks):
@@ -473,8 +490,9 @@ def several(
         for lane in range(LANES):
             path = (number * LANES + lane) % start.shape[0]
             _begin(
-                size, exact, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, 1.0 if low == 0 < high else 0.0
-            )
+                size, exact, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, 1.0 if low == 0 < high else 0.0,
+                observers,
+            )  # fmt: skip
             for i in range(n):
                 x[i], v[i] = start[path, i], start[path, n + i]
             energy_first[lane] = energy_last[lane] = energy_of(size, exact, x, v)
@@ -485,21 +503,23 @@ def several(
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises):
-                own = _beyond(g, r * GROUP * LANES)
+                own = beyond(g, r * GROUP * LANES)
                 draw_for_steps(t // GROUP, path_0, stream, r, k0, k1, halved, own, forcing.normals)
             _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
             for i in range(n * LANES):
                 s.x0[i], s.v[i] = now_x[i], now_v[i]
                 s.moved[i] = s.gained[i] = zero
             for e in range(size.rows):
-                _along(exact, e, now_x, total, _beyond(s.u, e * LANES))
-                _along(exact, e, now_v, total, _beyond(s.w, e * LANES))
+                _along(exact, e, now_x, total, beyond(s.u, e * LANES))
+                _along(exact, e, now_v, total, beyond(s.w, e * LANES))
             _clear(size, terms, zero)
+            in_window = low < t + GROUP and t < high
+            watched = in_window and observers.on_steps.size > 0
             for j in range(GROUP):
                 step = t + j
                 within, next_within = low <= step < high, low <= step + 1 < high
                 marked = step == low - 1 or step == high - 1 or step == steps - 1
-                shown = marked or record.shape[0] > 0
+                shown = marked or watched or record.shape[0] > 0
                 weight = one if within else zero
                 damp_before(size, q, s, hits, forcing, weight, no())
                 _gather(size, q, j, g, given, s)
@@ -517,10 +537,12 @@ def several(
                     for lane in range(LANES):
                         if s.clear[lane] <= zero:
                             repair(
-                                size, exact, now_x, now_v, s, d, j, hits, limits, x, v, lane,
-                                1.0 if within else 0.0, 1.0 if next_within else 0.0,
+                                size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
+                                1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
-                touch(size, q, s, d, j, hits, f64(weight))
+                touch(size, q, s, d, j, hits, f64(weight), observers)
+                if watched:
+                    _show(size, exact, j, now_x, s, shown_x, shown_v)
                 if within:
                     _see(size, s, terms)
                 if marked:
@@ -551,7 +573,9 @@ def several(
                     )  # fmt: skip
                 for i in range(6 * e * LANES, (6 * e + 2) * LANES):
                     d[i] = d[i + GROUP * LANES]
-            if low < t + GROUP and t < high:
+            if watched:
+                show_steps(observers, shown_x, shown_v, exact.step, t, low, high)
+            if in_window:
                 _add(sums.x, terms.x, n)
                 _add(sums.xx, terms.xx, n)
                 _add(sums.vv, terms.vv, n)

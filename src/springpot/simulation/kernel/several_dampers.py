@@ -16,6 +16,7 @@ from springpot.simulation.kernel.lanes import INLINE, LANES, f64, typed
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.several_impacts import HITS
 from springpot.simulation.kernel.soft_contacts import force_of_contact
+from springpot.simulation.kernel.watching import show_impact
 
 __all__ = ["CONTACT", "COULOMB", "POWERS", "VAN_DER_POL", "damp_before", "damp_later", "press", "touch"]
 
@@ -121,15 +122,21 @@ def press(size, q, s, hits, weight):
 
 
 @njit(**INLINE)
-def touch(size, q, s, d, j, hits, weight):
+def touch(size, q, s, d, j, hits, weight, observers):
     """Count the contacts that a drift begins."""
     for c in range(size.contacts):
         e, new = q.contact_at[c] * LANES, (6 * q.contact_at[c] + 2 + j) * LANES
         at, place, away = HITS * (size.walls + c) * LANES, q.contact[5 * c], q.contact[5 * c + 1]
         for lane in range(LANES):
             u = s.u[e + lane]
+            s.f[lane] = q.zero
             if away * (u - place) < q.zero and away * (u - d[new + lane] - place) >= q.zero:
                 speed = abs(s.w[e + lane])
+                s.f[lane] = speed
                 hits[at + lane] += weight
                 hits[at + LANES + lane] += weight * speed
                 hits[at + 2 * LANES + lane] += weight * speed * speed
+        if weight > 0.0 and observers.on_impacts.size > 0:
+            for lane in range(LANES):
+                if s.f[lane] > q.zero:
+                    show_impact(observers, size.walls + c, weight, f64(s.f[lane]), lane)

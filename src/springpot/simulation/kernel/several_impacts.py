@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from springpot.simulation.kernel.forces import Cubic, Nonic, cubic, nonic
-from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64
 from springpot.simulation.kernel.restitution import Fixed, rebound
 from springpot.simulation.kernel.soft_contacts import force_of_contact
+from springpot.simulation.kernel.watching import show_impact
 
 __all__ = [
     "CUBIC", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "Numbers", "Size", "cubic_of", "energy_of", "fly",
@@ -22,7 +23,7 @@ __all__ = [
 
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
-HITS = 7  # sums of a wall: impacts, speeds, their squares, energy taken, momentum; fast impacts, and twice as fast ones
+HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
 
 
@@ -56,6 +57,7 @@ class Numbers(NamedTuple):
     source_begin: Any  # of other excitation
     source_at: Any
     source: Any
+    is_smooth: Any  # (sources,) 1 of a force that changes little within a step, otherwise 0
     constant: Any  # (points,) impulse of constant forces in a step
     spring_kind: Any  # (rows,) 0, CUBIC or NINTH
     spring: Any  # (10 rows,) coefficients of the springs, times the step
@@ -70,7 +72,6 @@ class Numbers(NamedTuple):
     jump: Any  # (walls * points,) change of the velocities per unit of change of the elongation's velocity
     along: Any  # (walls * rows,) change of the elongations' velocities per unit of change of the wall's
     reduced: Any  # (walls,) reduced mass
-    fast: Any  # (walls,) speed above which impacts are fast
     mass: Any  # (points * points,)
     damper_at: Any  # (dampers,) number of the elongation
     damper_kind: Any
@@ -124,11 +125,22 @@ def energy_of(size, q, x, v):
 
 
 @njit(**INLINE)
-def _given_along(size, q, x, struck):
-    """What springs and constant forces change of a struck elongation's velocity per time, times its reduced mass."""
+def _pushed(size, q, given, j, lane, v):
+    """Put the impulses of constant forces and of smooth excitation in step j behind the velocities."""
+    for i in range(size.points):
+        v[2 * MOST_POINTS + i] = q.constant[i]
+    for r in range(size.sources):
+        for p in range(q.source_begin[r], q.source_begin[r + 1]):
+            impulse = f64(given[(GROUP * r + j) * LANES + lane])
+            v[2 * MOST_POINTS + q.source_at[p]] += q.is_smooth[r] * q.source[p] * impulse
+
+
+@njit(**INLINE)
+def _given_along(size, q, x, v, struck):
+    """What springs and smooth forces change of a struck elongation's velocity per time, times its reduced mass."""
     given = 0.0
     for i in range(size.points):
-        given += q.constant[i] * q.jump[struck * size.points + i]
+        given += v[2 * MOST_POINTS + i] * q.jump[struck * size.points + i]
     for e in range(size.rows):
         along = q.along[struck * size.rows + e]
         if q.spring_kind[e] == 0 or along == 0.0:
@@ -144,12 +156,14 @@ def _given_along(size, q, x, struck):
 
 
 @njit(**LINKED)
-def fly(size, q, x, v, left, since, hits, limits, lane, weight):
+def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
 
     It begins at the time ``since`` after the middle between two kicks.  Before that middle the kick has given the
-    masses more of the springs' impulse than they have by then, after it less: an impact takes the velocity without
-    this, else each changes the energy at random, which heats a motion with little damping.
+    masses more of the impulse of springs and smooth forces than they have by then, after it less: an impact takes the
+    velocity without this, else each changes the energy at random, which heats a motion with little damping.  An impact
+    after which the masses would not part in spite of the restitution, no faster than what presses on them makes them
+    within a step, is their rest on each other: the sums have it, observers do not see it.
     """
     events, end, n = 0, since + left, size.points
     while True:
@@ -170,11 +184,13 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
         deep -= speed * soonest  # where it lies behind the wall (by rounding, or as it began): put back onto it
         for i in range(n):
             x[i] += soonest * v[i] - q.side[struck] * deep * q.jump[struck * n + i]
-        closing = speed - q.side[struck] * _given_along(size, q, x, struck) / q.reduced[struck] * (end - left)
+        gain = -q.side[struck] * _given_along(size, q, x, v, struck) / q.reduced[struck]  # of closing speed per time
+        closing = speed + gain * (end - left)
         if closing <= 0.0:
             closing = speed
         r = q.restitution[struck] if events < MOST_EVENTS else 0.0
         change = closing + rebound(Fixed(r), closing, 1.0, hits, 0, lane, weight)
+        rests = change <= speed and closing <= gain * q.step
         if change < speed:  # nothing still closes
             change = speed
         for i in range(n):
@@ -185,8 +201,8 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
         hits[at + 2 * LANES] += weight * closing * closing
         hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
         hits[at + 4 * LANES] += weight * q.reduced[struck] * change
-        hits[at + 5 * LANES] += weight if closing > q.fast[struck] else 0.0
-        hits[at + 6 * LANES] += weight if closing > 2.0 * q.fast[struck] else 0.0
+        if weight > 0.0 and not rests:
+            show_impact(observers, struck, weight, closing, lane)
         events += 1
         if events == MOST_EVENTS:
             limits[lane] += 1.0
@@ -199,7 +215,7 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
 
 
 @njit(**LINKED)
-def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, after):
+def repair(size, q, now_x, now_v, s, d, j, given, hits, limits, x, v, lane, before, after, observers):
     """The drift of one lane again, in double precision and with impacts; how many there were.
 
     ``before`` and ``after`` the observation are the weights of its two halves.  Nothing is written where there was no
@@ -210,10 +226,11 @@ def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, aft
         x[i] = now_x[i * LANES + lane] + f64(s.before[i * LANES + lane])
         v[i] = now_v[i * LANES + lane] + f64(s.gained[i * LANES + lane])
         x[MOST_POINTS + i] = x[i]
-    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before)
+    _pushed(size, q, given, j, lane, v)
+    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before, observers)
     for i in range(n):
         x[2 * MOST_POINTS + i], v[MOST_POINTS + i] = x[i], v[i]
-    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after)
+    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after, observers)
     if events == 0:
         return 0
     for i in range(n):

@@ -25,6 +25,7 @@ from springpot.simulation.kernel.block import COLUMNS, Memory
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, mean_in_step, memory_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
@@ -123,9 +124,8 @@ class Parts:
         v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
         return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
-    @property
-    def header(self) -> list[float]:
-        """Of the observers' arrays."""
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array: the same for all."""
         return [*self.units.state, self.units.time, self.frequency, self.wall_position, LANES]
 
     @property
@@ -140,6 +140,11 @@ class Parts:
     @property
     def readings(self) -> tuple[Reading, ...]:
         """Results that are read by the names of the columns: none."""
+        return ()
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """Walls of which observers can see the impacts alone: none."""
         return ()
 
     @property

@@ -41,13 +41,13 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, several_dampers, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
@@ -67,7 +67,7 @@ _COVERED = (
     Spring, Springpot, ThermalNoise, VanDerPol, WhiteNoise,
 )  # fmt: skip
 _ENDS = "x_end", "v_end"
-_OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum", "fast", "faster"
+_OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ class PartsOfSeveral:
         """The numbers of a row by name, each with the factor from the kernel's units."""
         length, speed, time = self.units.length, self.units.speed, self.units.time
         energy = self.unit_mass * speed**2
-        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed, 1.0, 1.0
+        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed
         return {
             **{f"x of {point}": length for point in self.points},
             **{f"x^2 of {point}": length**2 for point in self.points},
@@ -168,10 +168,9 @@ class PartsOfSeveral:
         """Energies of the columns are those of all masses."""
         return 1.0
 
-    @property
-    def header(self) -> list[float]:
-        """There are no observers."""
-        return []
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -190,11 +189,6 @@ class PartsOfSeveral:
         return math.nan
 
     @property
-    def wall_position(self) -> float:
-        """Of a single wall, for observers."""
-        return math.nan
-
-    @property
     def wall(self) -> None:
         """The walls are rigid and have sums of their own."""
         return None
@@ -204,12 +198,10 @@ class PartsOfSeveral:
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows = given
-            if observers.on_steps.size:
-                raise NotCoveredError("observers of several masses are not there yet.")
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, halved,
+                first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
                 record, settings.record_every, stop, rows,
             )  # fmt: skip
             record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
@@ -242,8 +234,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     step = settings.step / units.time
     mass, many = coordinates.mass / unit_mass, len(coordinates.names)
     rows = _rows(plan, units, unit_mass, step)
-    place_of = {name: n for n, (_, names) in enumerate(rows) for name in names}
-    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, many)
+    totals, g = [row.total for row in rows], np.array([row.row for row in rows]).reshape(-1, many)
     answers = np.array([answer_of(total, step) for total in totals])
     reduced = 1.0 / (g * unit_mass * coordinates.accelerations(g)).sum(axis=1)
     jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
@@ -251,7 +242,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     memories, near, history = _memories(totals, scheme, step, settings)
     noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g, parts_of_step)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
-    at = np.array([place_of[name] for name, _ in walls], np.int64)
+    at = np.array([coordinates.numbers[tuple(coordinates.elongations[name])] for name, _ in walls], np.int64)
     jump = jumps[at]
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(totals, reduced, touched)]
@@ -264,14 +255,13 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
     source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, many))
     inward = np.array([wall.inwards for _, wall in walls], float)
-    struck = plan.motion.struck_alone
-    fast = np.array([struck[name].resolved_speed(settings.step) / units.speed for name, _ in walls], float)
+    smooth = np.array([float(each.is_smooth) for each in given])
     numbers = (
-        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
+        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, smooth, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
         np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
-        reduced[at], fast, mass.ravel(),
+        reduced[at], mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
@@ -323,7 +313,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lack = unit_mass * coordinates.accelerations(solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", coordinates.rows, lack, coordinates.rows)
-    readings = *_readings(plan, whole, lacking, place_of, g), *_of_thermal_noise(plan, whole, totals, reduced, step)
+    readings = *_readings(plan, whole, lacking), *_of_thermal_noise(plan, whole, totals, reduced, step)
     return replace(whole, readings=readings)
 
 
@@ -366,19 +356,14 @@ def _units(plan: Plan) -> tuple[Units, float]:
     return units, 2.0 ** round(float(np.log2(masses).mean()))
 
 
-def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[tuple[_Row, list[str]]]:
-    """The rows of points that are no coordinates, then those of parts; with all that lies on each, and the names."""
-    at = plan.system.coordinates
-    found: dict[tuple[float, ...], tuple[_Row, list[str]]] = {}
-    for point, row in zip(at.points[len(at.names) :], at.rows[len(at.names) :], strict=True):
-        found.setdefault(tuple(row), (_Row(row), []))[1].append(f"at {point}")
-    elongations = at.elongations
-    for name, part in plan.system.named():
-        if not isinstance(part, Element):
-            continue
-        row, names = found.setdefault(tuple(elongations[name]), (_Row(elongations[name]), []))
+def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]:
+    """The rows in the order of their numbers, each with all that lies on it."""
+    at, parts = plan.system.coordinates, dict(plan.system.named())
+    found = {row: _Row(np.array(row)) for row in at.numbers}
+    for name, elongation in at.elongations.items():
+        row, part = found[tuple(elongation)], parts[name]
         more = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
-        found[tuple(elongations[name])] = _Row(row.row, row.total + more), [*names, name]
+        found[tuple(elongation)] = _Row(row.row, row.total + more)
     return [*found.values()]
 
 
@@ -473,13 +458,15 @@ def _dampers(
 class _Given:
     """A source of excitation: its law in the kernel, its name, and the row on which it acts.
 
-    ``brought`` is the variance of what it brings anew within each step.
+    ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
+    steps are nearly alike.
     """
 
     named: Named
     law: Any
     row: Floats
     brought: float
+    is_smooth: bool
 
 
 def _excitation(
@@ -551,7 +538,7 @@ def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: 
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
         whole = _drawn(named.make(word, place, 1)) if brought is None else brought
-        yield _Given(named, law, row, whole)
+        yield _Given(named, law, row, whole, brought is None and not isinstance(law, sources.Poisson))
         word, place = word + sources.WORDS, place + named.states
 
 
@@ -599,9 +586,7 @@ def _precision(plan: Plan, noises: Floats, given: Sequence[_Given]) -> str:
     return "float32" if single else "float64"
 
 
-def _readings(
-    plan: Plan, parts: PartsOfSeveral, lacking: Floats, place_of: Mapping[str, int], g: Floats
-) -> Iterator[Reading]:
+def _readings(plan: Plan, parts: PartsOfSeveral, lacking: Floats) -> Iterator[Reading]:
     """Every result but the balance of energy.
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
@@ -611,14 +596,14 @@ def _readings(
     white noise.
     """
     system, at = plan.system, plan.system.coordinates
-    for point, lack in zip(at.points, lacking, strict=True):
-        letters, of = ("xv", point) if point in at.names else ("uw", parts.gauged[place_of[f"at {point}"]])
+    gauged = dict(zip(at.numbers, parts.gauged, strict=True))
+    for point, own, lack in zip(at.points, at.rows.tolist(), lacking, strict=True):
+        letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
         yield Reading(f"{point}_x_mean", {f"{letters[0]} of {of}": 1.0})
         yield Reading(f"{point}_x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
         yield Reading(f"{point}_v_mean_square", {f"{letters[1]}^2 of {of}": 1.0}, added=float(lack))
-    place = {tuple(row): place_of[name] for name, row in at.elongations.items()}
-    for pair, g_of_pair in at.pairs.items():
-        row = parts.gauged[place[tuple(g_of_pair)]]
+    for pair, own_row in at.pairs.items():
+        row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
         yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
     for name, part in system.named():

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Unpack, cast, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError, shown
+from springpot.machine.faults import shown
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
@@ -26,7 +26,7 @@ from springpot.simulation.plan.settings import (
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.result import NoStationaryStateError
 
-__all__ = ["TOO_FAR_APART", "Plan", "check_observed", "check_stationary", "default_start", "plan_of"]
+__all__ = ["TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
 
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -192,12 +192,6 @@ def check_motion(motion: Motion, who: str) -> None:
     """As `check_stationary`."""
     if motion.not_stationary:
         raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {motion.not_stationary}.")
-
-
-def check_observed(motion: Motion, name: str) -> None:
-    """Raise an error if there are no observers and levels of a motion; ``name`` is the argument that needs them."""
-    if motion.unobserved:
-        raise NotCoveredError(f"{name} cannot be given: {motion.unobserved}.")
 
 
 def default_duration(motion: Motion, step: float) -> float:

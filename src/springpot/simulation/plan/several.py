@@ -44,6 +44,7 @@ from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
@@ -242,13 +243,35 @@ def _density(part: Any, w: float) -> float:
 class MotionOfSeveral(Motion):
     """The motion of several masses; what it has not, its results do not have."""
 
-    @property
-    def unobserved(self) -> str:
-        """Why there are no observers and levels."""
-        return (
-            f"it is for one mass, and the system has {len(self.system.points)}; of several there are means, mean "
-            "squares, impacts, powers and recorded paths"
-        )
+    @cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """Each mass, each pair, and the impacts on each wall."""
+        return seen_of_several(self.system)
+
+    @cached_property
+    def levels(self) -> dict[str, tuple[str, Seen]]:
+        """Displacements and velocities of the masses, and elongations of parts and pairs."""
+        return levels_of_several(self.system)
+
+    @cached_property
+    def arguments(self) -> dict[str, tuple[str, int]]:
+        """The same and the time."""
+        return {"t": ("t", 0)} | {
+            name: (quantity, seen.number or 0)
+            for name, (quantity, seen) in self.levels.items()
+            if quantity in ("x", "v")
+        }
+
+    def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
+        """Along the row of the displacement."""
+        names = self.system.coordinates.names
+        at_rest = dict(zip(names, self._nearest_to_rest(), strict=True))
+        places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
+        return float(seen.row @ places), float(seen.row @ speeds)
+
+    def intensity_of(self, seen: Seen) -> float:
+        """Of white noise and of that of dashpots at a temperature, along the row of the displacement."""
+        return self._intensity_along(seen.row)
 
     @property
     def from_rest(self) -> str:
@@ -703,7 +726,7 @@ def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
     depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
     elastic = math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
     stop = (contact.stiffness * contact.dissipation / (power * reduced)) ** (1.0 / power)
-    return max(elastic, stop * speed ** (1.0 - 1.0 / power))
+    return max(elastic, float(stop * speed ** (1.0 - 1.0 / power)))
 
 
 def _curvature(part: Any, spread: float) -> float:
