@@ -133,7 +133,8 @@ def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) ->
     [
         (lambda: sp.MeasuredFrequencyResponse(F, F * 1j, averages=10), "averages and coherence must be given together"),
         (lambda: sp.MeasuredFrequencyResponse(F, F[:-1] * 1j), "response must have a number for each of the 41 points"),
-        (lambda: sp.MeasuredFrequencyResponse(F, F, on="air"), "on must be 'mass'"),
+        (lambda: sp.fit(DEVICE, sp.MeasuredFrequencyResponse(F, F, on="air")), "on of the data must be 'mass', not"),
+        (lambda: sp.MeasuredFrequencyResponse(F, F, on=1), "on must be 'mass'"),
         (lambda: sp.MeasuredFrequencyResponse(F, F, relative_error=0.7), "must be above 0 and at most 0.5"),
         (
             lambda: sp.MeasuredFrequencyResponse(F, F, averages=9, coherence=0.9 + 0 * F, relative_error=0.1),

@@ -236,7 +236,8 @@ def simulate(
 
     saved = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, settings.record or 0))
     adapted = "rtol" in given or (settings.start or default_start(motion_of(problem), given)[0]) == "stationary"
-    with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
+    shorter = {} if "rtol" in given else {"hint": "fewer --paths or a shorter --duration take less"}
+    with Bar("simulating", first="finding the stationary start" if adapted else "simulating", **shorter) as bar:
         result = simulated(problem, **given, progress=bar)
     answer = result.to_dict()
     warn(*answer["warnings"])

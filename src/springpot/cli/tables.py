@@ -94,7 +94,7 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
 
 
 def _step_bias(bound: float | None) -> str:
-    return "" if bound is None else f"step bias up to {bound:.2g}"
+    return f"step bias up to {bound:.2g}" if bound else ""
 
 
 def _plain_short(value: float | None) -> str:

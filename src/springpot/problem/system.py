@@ -403,10 +403,7 @@ def check_single(system: System) -> None:
     >>> check_single(System(Spring(80.0)))
     """
     if len(points := system.points) > 1:
-        raise NotCoveredError(
-            f"one mass is needed, and the system has {len(points)}, {listed(points)}: only `simulate`, `theory.linear` "
-            "and `theory.modes` take several."
-        )
+        raise NotCoveredError(f"one mass is needed, and the system has {len(points)}, {listed(points)}.")
 
 
 def system_of(model: object, name: str = "system") -> System:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -78,6 +79,17 @@ class Simulation:
     def with_parts(self, **parts: Any) -> Simulation:
         """The same with other parts of the kernel, by their names in `Parts`."""
         return replace(self, parts=replace(self.parts, **parts))
+
+    def timed(self, **given: Any) -> tuple[float, float]:
+        """Path-steps of a short run, and its seconds; arguments are those of `advance`."""
+        settings = self.settings
+        steps = min(settings.steps, 8192)
+        length = steps * settings.step
+        few = self.but(paths=LANES * settings.threads, duration=length, window=(0.0, length), record=0)
+        for _ in range(2):  # the first may have to load or compile the kernel
+            begun = time.perf_counter()
+            few.advance(**given)
+        return float(few.settings.paths * steps), time.perf_counter() - begun
 
     def advance(
         self,

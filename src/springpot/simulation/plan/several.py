@@ -583,12 +583,12 @@ def _least_forces(inward: Floats, least: Floats) -> Floats | None:
 def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
     """A number for each point; 0 of those not named."""
     if not isinstance(given, Mapping):
-        example = {points[0]: 0.01}
+        example = f"{ {points[0]: 0.01} }, in the command as {points[0]}=0.01"
         raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
     for point in given:
         if point not in points:
             near = meant(point, points) if isinstance(point, str) else ""
-            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}'}.")
+            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
     return {
         point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
         for point in points
