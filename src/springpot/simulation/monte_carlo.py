@@ -196,7 +196,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         each of ``quantities`` is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
         Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` where
-        the linear springs have no positive stiffness.
+        the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
         a whole round of paths; the number of rounds depends on the machine.
@@ -319,8 +319,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
     each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
-    force of each wall; ``damping_power`` and the balance of energy.  Observables, distributions, spectra, first
-    passages, ``slowest_counted_impact`` and ``rtol`` are for one mass only.
+    force of each wall; ``damping_power`` and the balance of energy.  With ``rtol`` the means are not offered that are 0
+    by symmetry, and the rate of impacts on a lossy wall has those that are too slow for the step.
 
     Memory use is about 230 bytes per path, whatever the number of steps.
 

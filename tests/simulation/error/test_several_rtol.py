@@ -201,3 +201,27 @@ def test_the_power_of_matched_noise_is_that_of_all_dampers() -> None:
     run = sp.simulate(system, paths=640, duration=60.0, step=0.05)
     assert run["thermal_noise_power"].value == pytest.approx(run["damping_power"].value, rel=0.015)
     assert run["thermal_noise_power"].error < 0.01 * run["damping_power"].value
+
+
+def test_a_run_is_extended_to_an_error() -> None:
+    run = sp.extend(simulated(thermal_pair(), paths=256, duration=20.0), rtol=0.05, quantities=("a_v_mean_square",))
+    assert abs(run["a_v_mean_square"].value - 0.6) < run["a_v_mean_square"].budget.total < 0.05 * 0.6
+
+
+def test_the_rate_on_a_lossy_wall_hardly_depends_on_the_step() -> None:
+    """Slow impacts are added; the counted rates differ by 6 %."""
+    system = linear_pair(sp.WhiteNoise(1.0, on="a"), sp.WhiteNoise(0.5, on="b"), sp.Barrier(-0.1, 0.3, between=A_B))
+    plan = plan_of(system, paths=2048, duration=100.0, step=0.08, window=(20.0, 100.0), start="rest")
+    levels = levels_of(plan).extended(0, 2048, None)
+    coarse, fine = levels.pair_coarse.samples(), levels.pair_fine.samples()
+    changes = {name: fine[f"barrier_{name}"].mean() / coarse[f"barrier_{name}"].mean() - 1.0 for name in
+               ("plain_rate", "impact_rate")}  # fmt: skip
+    assert changes["plain_rate"] > 0.04
+    assert abs(changes["impact_rate"]) < 0.3 * changes["plain_rate"]
+
+
+def test_uncontrolled_impacts_are_said_of_each_wall() -> None:
+    rare = linear_pair(sp.WhiteNoise(1.0, on="a"), sp.Barrier(-2.5, between=A_B))
+    run = simulated(rare, rtol=0.1, quantities=("a_v_mean_square",))
+    assert any(sentence.startswith("quantities does not name") and "barrier_impact_rate" in sentence
+               for sentence in run.warnings)  # fmt: skip

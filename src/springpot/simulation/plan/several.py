@@ -666,15 +666,15 @@ def _scales(system: System, modes: Modes) -> Scales:
 
 
 def _forgetting_time(system: System, modes: Modes) -> float:
-    """In which the slowest motion of springs and dashpots loses its square; overdamped motion has no energy to lose."""
+    """In which the slowest overdamped motion of springs and dashpots loses its square: it has no energy to lose."""
     more, at = _means(system, modes), system.coordinates
     elements = [(name, part, more.get(name, (0.0, 0.0))) for name, part in system.named() if isinstance(part, Element)]
     stiffness = at.sum_of({name: part.linear_stiffness + k for name, part, (k, _) in elements})
     damping = at.sum_of({name: part.linear_damping + c for name, part, (_, c) in elements})
     none, one = np.zeros_like(at.mass), np.eye(len(at.mass))
     pulls = [-np.linalg.solve(at.mass, each) for each in (stiffness, damping)]
-    rates = -np.linalg.eigvals(np.block([[none, one], pulls])).real
-    over = rates[(rates > 1e-9 * np.abs(rates).max()) & (damping.any())]
+    rates = -np.linalg.eigvals(np.block([[none, one], pulls]))
+    over = rates.real[(np.abs(rates.imag) <= 1e-9 * rates.real) & (rates.real > 1e-9 * np.abs(rates).max())]
     return 0.5 / float(over.min()) if over.size else 0.0
 
 

@@ -203,9 +203,10 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
+    walls = [f"{wall}_" for wall in reached.simulation.parts.struck] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
-        for name in ("impact_rate", "impact_speed_mean")
+        for name in (f"{wall}{of}" for wall in walls for of in ("impact_rate", "impact_speed_mean"))
         if name not in reached.wanted and name in reached.budgets and reached.values.get(name, 0.0) != 0.0
     }
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
