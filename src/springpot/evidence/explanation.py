@@ -16,6 +16,7 @@ from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
 from springpot.theory import modes, solve_all
+from springpot.theory.solve import grouped
 
 __all__ = ["equation", "explain"]
 
@@ -181,6 +182,4 @@ def _losses(system: System) -> Iterator[str]:
 def _coverage(system: System) -> Iterator[str]:
     answers, statements = solve_all(system)
     yield f"analytical methods with an answer: {', '.join(answers) or 'none'}"
-    for statement in dict.fromkeys(statements.values()):
-        names = [name for name, said in statements.items() if said == statement]
-        yield f"  {few(names)}: {statement}"
+    yield from (f"  {sentence}" for sentence in grouped(statements))

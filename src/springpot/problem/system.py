@@ -78,7 +78,7 @@ class System:
     *parts
         The parts, of `springpot.problem.parts`.  With a `Mass` they are in SI units; without one, everything is per
         unit mass.  Several masses have names, ``at=``; parts say which they are `between`, excitations which they are
-        `on`.
+        `on`.  A `Point` moves as a combination of masses does.
     **named
         More parts, with names of your own.  A part without one is called by its kind, with a number where there are
         several: ``barrier_1``, ``barrier_2``.

@@ -339,6 +339,23 @@ def _kick(size, q, s, weight, sums):
 
 
 @njit(**INLINE)
+def _speeds(size, q, s, weight, sums):
+    """The mean of the velocities before and after the kick, squared, of points that are no coordinates."""
+    part = typed(0.5, q.step)
+    for e in range(size.shown):
+        i = e * LANES
+        for lane in range(LANES):
+            s.f[lane] = s.w[i + lane]
+        for p in range(q.row_begin[e], q.row_begin[e + 1]):
+            value, b = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.f[lane] += value * s.v[b + lane]
+        for lane in range(LANES):
+            middle = part * s.f[lane]
+            sums.ww[i + lane] += weight * middle * middle
+
+
+@njit(**INLINE)
 def _stretch(size, q, s, d, j, weight, sums):
     """The elongations after the drift, and the power of dampers and memory."""
     part = typed(0.5, q.step)
@@ -353,10 +370,6 @@ def _stretch(size, q, s, d, j, weight, sums):
             value, b = q.row[p], q.row_at[p] * LANES
             for lane in range(LANES):
                 s.f[lane] += value * s.v[b + lane]
-        if e < size.shown:
-            for lane in range(LANES):
-                middle = part * (s.f[lane] + s.w[i + lane])
-                sums.ww[i + lane] += weight * middle * middle
         for lane in range(LANES):
             new, old, u = s.f[lane], s.w[i + lane], s.u[i + lane]
             sums.power[lane] += weight * (s.pull[i + lane] + a * (new - old)) * (part * (new + old))
@@ -528,6 +541,7 @@ def several(
                 press(size, q, s, hits, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
+                _speeds(size, q, s, weight, terms)
                 _stretch(size, q, s, d, j, weight, terms)
                 damp_later(size, q, s, d, j, hits, forcing, weight, yes())
                 if shown:

@@ -333,7 +333,7 @@ def _check_covered(plan: Plan) -> None:
 def _check_sizes(parts: PartsOfSeveral) -> None:
     size = parts.size
     for what, count, most in (
-        ("masses", size.points, kernel.MOST_POINTS), ("pairs of ends", size.rows, kernel.MOST_ROWS),
+        ("masses", size.points, kernel.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
         ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
         ("sources of white noise", size.noises, kernel.MOST_NOISES),
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -38,17 +38,17 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.numerics.frequencies import integral, resonances
+from springpot.theory.normal_modes import free_motion, unseen_mode
+from springpot.theory.numerics.frequencies import integral, integrals, resonances
 from springpot.theory.result import OF_A_POINT, OF_ENDS, Moments, Result, moments_of, moments_of_points
 
-__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments"]
+__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments", "motions"]
 
 FloatArray = NDArray[np.float64]
 Density = Callable[[float], float]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
-_EQUAL = 1e-9  # frequencies that are one, and what a damper sees of a mode that it does not damp
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
 
@@ -390,15 +390,14 @@ class LinearResponse(Result):
             return np.array([[square]])
         means = np.array([moments[f"{point}_x_mean"] if of == "x" else 0.0 for point in points])
         squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
-        found, size, seen = np.diag(squares), np.sqrt(squares), _Seen(self.companion)
-        rows = self.system.coordinates.rows
-        for one, other in itertools.combinations(range(len(points)), 2):
-            if not size[one] * size[other] > 0.0:
-                continue
-            row = 0.5 * rows[one] / size[one] + 0.5 * rows[other] / size[other]  # mean square: (1 + correlation) / 2
-            mean, x_square, v_square = seen.motion(row, 1e-16, velocity=of == "v")
-            both = x_square - mean**2 if of == "x" else v_square
-            found[one, other] = found[other, one] = (2.0 * both - 1.0) * size[one] * size[other]
+        found, size = np.diag(squares), np.sqrt(squares)
+        both = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
+        shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ self.system.coordinates.rows
+        rows = np.array([shares[one] + shares[other] for one, other in both])  # mean squares: (1 + correlation) / 2
+        motions = _Seen(self.companion).motions(rows, (1e-16, 1e-16), of == "v") if both else []
+        for (one, other), (mean, x_square, v_square) in zip(both, motions, strict=True):
+            half = x_square - mean**2 if of == "x" else v_square
+            found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
         return np.asarray(found)
 
     def _row(self, of: str) -> FloatArray:
@@ -520,13 +519,10 @@ check_covered = companion_of
 
 def linear_moments(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
-    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
-    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
-    if statement := _endless(companion, static):
-        return statement
-    if np.any(static != companion.stiffness):  # a springpot of order 0 is a spring
-        kept = tuple(e for e in companion.elements if e not in springs)
-        return linear_moments(system, replace(companion, stiffness=static, elements=kept))
+    settled = _settled(companion)
+    if isinstance(settled, str):
+        return settled
+    companion = settled
     seen, power = _Seen(companion), 0.0
     if companion.noises:
         power += seen.power(companion.groups)
@@ -535,10 +531,10 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
     harvests = companion.circuits and companion.temperature == 0.0
     if not companion.is_single:
         return moments_of_points(system, _of_points(system, seen), harvested=power if harvests else None)
-    x_mean, x_square, v_square = seen.motion(np.ones(1))
+    ((x_mean, x_square, v_square),) = seen.motions(np.ones((1, 1)))
     if companion.parametric > 0.0:
         unit = [(np.ones(1), lambda w: 1.0 / (2.0 * math.pi))]
-        x_unit, v_unit = seen.mean_square(np.ones(1), unit), seen.mean_square(np.ones(1), unit, 1)
+        x_unit, v_unit = (float(seen.mean_squares(np.ones((1, 1)), unit, power)[0]) for power in (0, 1))
         if not companion.parametric * x_unit < 1.0:
             return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
         x_square = x_square / (1.0 - companion.parametric * x_unit)
@@ -548,19 +544,39 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
     return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
 
 
+def _settled(companion: Companion) -> Companion | str:
+    """The system with springpots of order 0 as the springs that they are; or why it has no stationary state."""
+    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
+    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
+    if statement := _endless(companion, static):
+        return statement
+    if not springs:
+        return companion
+    kept = tuple(e for e in companion.elements if e not in springs)
+    return _settled(replace(companion, stiffness=static, elements=kept))
+
+
+def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[float, float, float]] | str:
+    """Mean and mean square of what each row sees of the displacements, and mean square of its velocity.
+
+    If there is no stationary state, why.
+    """
+    settled = _settled(companion)
+    if isinstance(settled, str):
+        return settled
+    return _Seen(settled).motions_within(np.array(rows)) if rows else []
+
+
 def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     """The results of several masses."""
+    at = system.coordinates
+    pairs = at.pairs
     found: dict[str, float] = {}
-    points, at = system.points, system.coordinates
-    for point in points:
-        names = (f"{point}_{name}" for name in OF_A_POINT)
-        found |= zip(names, seen.motion(at.push(point)), strict=True)
-    means = np.array([found[f"{name}_x_mean"] for name in at.names])
-    sizes = np.sqrt([found[f"{name}_x_mean_square"] for name in at.names])
-    for name, row in at.pairs.items():
-        within = _ELONGATION * float(np.abs(row) @ sizes) ** 2
-        of_ends = float(row @ means), seen.motion(row, within, velocity=False)[1]
-        found |= {f"{name}_{what}": value for what, value in zip(OF_ENDS, of_ends, strict=True)}
+    for point, numbers in zip(system.points, seen.motions(at.rows), strict=True):
+        found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
+    rows = np.array([*pairs.values()]).reshape(-1, len(at.masses))
+    for pair, (mean, square, _) in zip(pairs, seen.motions_within(rows, velocity=False), strict=True):
+        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, (mean, square), strict=True)}
     return found
 
 
@@ -571,44 +587,23 @@ def _endless(companion: Companion, static: Any) -> str:
         if not static > 0.0:
             return end("no spring pulls the mass back, so that it wanders without end")
         return "" if companion.dissipates else end("nothing dissipates energy")
-    squares, ways = np.linalg.eigh(companion.per_mass(static))
-    if loose := _loose(companion, squares, ways):
+    squares, shapes = free_motion(companion.mass, static)
+    if loose := _loose(companion.coordinates, squares, shapes):
         fate = "it wanders" if len(loose) == 1 else "they wander"
         return end(f"no spring pulls {listed(loose)} back, so that {fate} without end")
     if not companion.dissipates:
         return end("nothing dissipates energy")
-    free = _undamped(companion, squares, ways)
+    sizes, dashpots = np.linalg.eigh(companion.damping)
+    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
+    free = unseen_mode(squares, shapes, [*rows, *map(companion.row, companion.lossy)])
     return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
 
 
-def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[str]:
+def _loose(at: Coordinates, squares: FloatArray, shapes: FloatArray) -> list[str]:
     """The points that no spring pulls back."""
     still = squares <= _LOOSE * np.abs(squares).max()
-    if not still.any():
-        return []
-    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    at = companion.coordinates
-    shapes, points = np.abs(at.rows @ root.T @ ways[:, still]).max(axis=1), at.points
-    return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
-
-
-def _undamped(companion: Companion, squares: FloatArray, ways: FloatArray) -> float | None:
-    """The natural frequency of a mode that moves nothing which dissipates; None if there is none."""
-    sizes, dashpots = np.linalg.eigh(companion.damping)
-    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
-    rows += [companion.row(element) for element in companion.lossy]
-    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    seen = np.array(rows) @ root.T
-    seen = seen / np.linalg.norm(seen, axis=1)[:, None] @ ways
-    frequencies = np.sqrt(squares)
-    start = 0
-    for stop in range(1, len(squares) + 1):
-        if stop == len(squares) or frequencies[stop] - frequencies[start] > _EQUAL * frequencies[stop]:
-            alike = seen[:, start:stop]  # of equal frequency: any sum of them is a mode
-            if np.linalg.matrix_rank(alike, tol=_EQUAL) < stop - start:
-                return float(frequencies[start])
-            start = stop
-    return None
+    moved = np.abs(at.rows @ shapes[:, still]).max(axis=1, initial=0.0)
+    return [point for point, size in zip(at.points, moved, strict=True) if size > 1e-6 * moved.max()]
 
 
 class _Seen:
@@ -617,33 +612,66 @@ class _Seen:
     def __init__(self, companion: Companion) -> None:
         self.companion = companion
         self.cuts = resonances(companion.nearest, companion.scales)
-        self._inverses: dict[float, NDArray[np.complex128]] = {}
 
     def size(self, w: float, row: FloatArray, push: FloatArray) -> float:
         """The size of a force per displacement that a row sees."""
+        stiffness = self.companion.dynamic_stiffness(np.array([w]))[0]
         if self.companion.is_single:
-            return abs(complex(self.companion.dynamic_stiffness(np.array([w]))[0]))
-        if w not in self._inverses:
-            self._inverses[w] = np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(np.array(w))), complex)
-        response = abs(complex(row @ self._inverses[w] @ push))
+            return abs(complex(stiffness))
+        response = abs(complex(row @ np.linalg.solve(stiffness, push)))
         return 1.0 / response if response > 0.0 else math.inf
 
-    def mean_square(
-        self, row: FloatArray, groups: list[tuple[FloatArray, Density]], power: int = 0, within: float = 0.0
-    ) -> float:
-        """Of what a row sees of the displacement, or with ``power=1`` of the velocity, under noises."""
+    def mean_squares(
+        self,
+        rows: FloatArray,
+        groups: list[tuple[FloatArray, Density]],
+        power: int = 0,
+        within: float | FloatArray = 0.0,
+    ) -> FloatArray:
+        """Of what rows see of the displacement, or with ``power=1`` of the velocity, under noises."""
 
-        def response(w: float) -> float:
+        def alone(w: float) -> float:
             found = 0.0
             for push, density in groups:
-                factor = w**power / self.size(w, row, push)
+                factor = w**power / self.size(w, rows[0], push)
                 found += density(w) * factor * factor
             return found
 
-        return integral(response, self.cuts, within)
+        def together(w: FloatArray) -> FloatArray:
+            response = rows @ np.linalg.inv(self.companion.dynamic_stiffness(w))
+            found = np.zeros((len(w), len(rows)))
+            for push, density in groups:
+                densities = np.array([density(each) for each in w.tolist()]) * w ** (2 * power)
+                found += densities[:, None] * np.abs(response @ push) ** 2
+            return found
 
-    def motion(self, row: FloatArray, within: float = 0.0, velocity: bool = True) -> tuple[float, float, float]:
-        """Mean and mean square of the displacement that a row sees, and mean square of its velocity, 0 if not asked."""
+        if self.companion.is_single:
+            return np.array([integral(alone, self.cuts)])
+        return integrals(together, self.cuts, np.broadcast_to(within, len(rows)))
+
+    def motions(
+        self, rows: FloatArray, within: tuple[Any, Any] = (0.0, 0.0), velocity: bool = True
+    ) -> list[tuple[float, float, float]]:
+        """Mean and mean square of the displacement that each row sees, and mean square of its velocity if asked.
+
+        ``within`` are errors of the two mean squares that do not matter.
+        """
+        own = self.companion
+        x_noise = v_noise = np.zeros(len(rows))
+        if own.noises:
+            x_noise = self.mean_squares(rows, own.groups, 0, within[0])
+            v_noise = self.mean_squares(rows, own.groups, 1, within[1]) if velocity else v_noise
+        return [self._motion(*each) for each in zip(rows, x_noise.tolist(), v_noise.tolist(), strict=True)]
+
+    def motions_within(self, rows: FloatArray, velocity: bool = True) -> list[tuple[float, float, float]]:
+        """The same, where an elongation that never happens is known within a share of the motion of its ends."""
+        if self.companion.is_single or not len(rows):
+            return self.motions(rows, velocity=velocity)
+        sizes = np.sqrt(np.array(self.motions(np.eye(rows.shape[1]), velocity=velocity))[:, 1:])
+        x, v = (_ELONGATION * (np.abs(rows) @ sizes) ** 2).T
+        return self.motions(rows, (x, v), velocity)
+
+    def _motion(self, row: FloatArray, x_noise: float, v_noise: float) -> tuple[float, float, float]:
         own = self.companion
         if own.is_single:
             x_mean, x_square, v_square = own.force / own.stiffness, own.temperature / own.stiffness, own.temperature
@@ -651,9 +679,7 @@ class _Seen:
             soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
             x_mean = float(soft @ own.force)
             x_square, v_square = own.temperature * float(soft @ row), own.temperature * float(light @ row)
-        if own.noises:
-            x_square += self.mean_square(row, own.groups, within=within)
-            v_square += self.mean_square(row, own.groups, 1) if velocity else 0.0
+        x_square, v_square = x_square + x_noise, v_square + v_noise
         for force in own.harmonics:
             nu = force.frequency
             response = 0.5 * force.amplitude**2 / self.size(nu, row, own.push(force)) ** 2
@@ -670,7 +696,7 @@ class _Seen:
         found = []
         for circuit in self.companion.circuits:
             volts = [(push, weighted(density, circuit)) for push, density in groups]
-            found.append(self.mean_square(self.companion.row(circuit), volts) / circuit.resistance)
+            found.append(float(self.mean_squares(self.companion.row(circuit)[None, :], volts)[0]) / circuit.resistance)
         return math.fsum(found)
 
     def power_of_harmonic(self, force: Harmonic) -> float:
