@@ -165,6 +165,11 @@ class Motion:
         return 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
 
     @property
+    def resolved_rate(self) -> float:
+        """The rate that the default step follows."""
+        return self.scales.fastest_rate
+
+    @property
     def usual_quantities(self) -> tuple[str, ...]:
         """What ``rtol`` controls where nothing else is asked for."""
         return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)

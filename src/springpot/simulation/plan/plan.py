@@ -213,7 +213,7 @@ def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Sc
     if not 0.0 < fastest < math.inf:
         raise ValueError(TOO_FAR_APART)
     if step is None:
-        step = min(scheme_of(scheme).default_step / fastest, math.inf if duration is None else duration)
+        step = min(scheme_of(scheme).default_step / motion.resolved_rate, math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:

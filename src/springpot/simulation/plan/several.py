@@ -350,6 +350,14 @@ class MotionOfSeveral(Motion):
         return self.law is not None
 
     @cached_property
+    def resolved_rate(self) -> float:
+        """Also that at which contacts stop what touches them: a longer step is stable, but off."""
+        at = self.system.coordinates
+        contacts = [(at.elongations[name], part) for name, part in self.touched.items() if isinstance(part, Contact)]
+        stops = (_stop_rate(part, at.reduced(row), _FAR * self.modes.speed(row)) for row, part in contacts)
+        return max(self.scales.fastest_rate, *stops, 0.0)
+
+    @cached_property
     def struck(self) -> StruckWalls:
         """Slow impacts are not corrected for."""
         return StruckWalls()
@@ -718,15 +726,17 @@ def _hops(system: System, modes: Modes) -> list[float]:
 
 
 def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
-    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch.
-
-    Where its dissipation stops the motion before, m v dv/dd = -k d^p chi v, that of the stop.
-    """
+    """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
     power = contact.exponent + 1.0
     depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
-    elastic = math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
+    return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
+
+
+def _stop_rate(contact: Contact, reduced: float, speed: float) -> float:
+    """At which its dissipation alone stops a speed of touch, m v dv/dd = -k d^p chi v."""
+    power = contact.exponent + 1.0
     stop = (contact.stiffness * contact.dissipation / (power * reduced)) ** (1.0 / power)
-    return max(elastic, float(stop * speed ** (1.0 - 1.0 / power)))
+    return float(stop * speed ** (1.0 - 1.0 / power))
 
 
 def _curvature(part: Any, spread: float) -> float:

@@ -95,7 +95,7 @@ def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator
 
 
 def _about_step(simulation: Simulation) -> Iterator[Message]:
-    settings, fastest = simulation.settings, simulation.motion.scales.fastest_rate
+    settings, fastest = simulation.settings, simulation.motion.resolved_rate
     limit, ratio = settings.numerical_scheme.coarsest_step, settings.step * fastest
     if ratio > limit * (1.0 + 1e-9):
         name = "coarse_step_of_transients" if simulation.plan.keeps_the_law else "coarse_step"
