@@ -11,7 +11,6 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.evidence.comparison import compare
-from springpot.explorer.question import Opened
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
@@ -220,7 +219,7 @@ BAD = [
     (lambda: sp.Constant(1.0, on="ground"), ValueError, "on must be the name of a mass here, not 'ground'"),
     (lambda: sp.Force(lambda t, x, v: -x, on="ground"), ValueError, "on must be the name of a mass here"),
     (lambda: sp.WhiteNoise.from_psd(1.0, "g2/Hz", on="a"), ValueError, "on must be left out with a density in g2/Hz"),
-    (lambda: sp.System(*HELD, sp.ParametricNoise(0.1)), ValueError, "multiplies the displacement of one mass"),
+    (lambda: sp.System(*HELD, sp.ParametricNoise(0.1)), ValueError, "parametric_noise must say between which masses"),
     (
         lambda: sp.System(*HELD, sp.Barrier(0.2, side="above", between=LINK), sp.Barrier(0.1, between=LINK)),
         ValueError,
@@ -351,7 +350,6 @@ FREE = sp.System(
 HERTZ = np.array([0.1, 0.2, 0.3])
 DOORS = {
     "fit of moduli": lambda: sp.fit(FREE, sp.MeasuredModuli(HERTZ, HERTZ, HERTZ)),
-    "page": lambda: Opened(FREE),
     "comparison": lambda: compare(FREE),
     "atlas": lambda: sp.atlas(FREE),
     "paper": lambda: sp.Dimensionless.of(FREE),

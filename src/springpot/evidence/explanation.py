@@ -81,10 +81,14 @@ def _inertia(system: System, place: int, point: str) -> str:
 
 def _push(system: System, name: str, symbol: str, place: int) -> str:
     """The symbol of an excitation in the equation of one mass, with what stands before it there."""
-    row = system.coordinates.forces.get(name)
+    at = system.coordinates
+    row = at.elongations.get(name, at.forces.get(name))
+    if row is not None and symbol.startswith("x "):  # noise that multiplies the elongation
+        symbol, row = _with_ends(symbol, _elongation(system, name, -1 if row[place] < 0.0 else 1)), abs(row)
     if row is None or len(system.points) == 1:
         return symbol
-    before = "" if row[place] == 1.0 else f"{row[place]:.6g} "
+    whole = {1.0: "", -1.0: "-"} if name in at.elongations else {1.0: ""}
+    before = whole.get(row[place], f"{row[place]:.6g} ")
     return f"{before}{symbol.removeprefix('-m ')}" if row[place] else ""
 
 
@@ -150,7 +154,8 @@ def _excitations(system: System) -> Iterator[tuple[str, str, str]]:
             continue
         if words := part.words(name, partial(_unit, system, part)):
             ground = ", acceleration of the ground" if part.of_ground else ""
-            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", words + ground
+            said = _with_ends(words, _elongation(system, name)) + ground
+            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", said
         else:
             yield name, part.term(), ""
 

@@ -15,7 +15,7 @@ from springpot.machine.faults import NotCoveredError, listed, meant, nearest, sh
 from springpot.problem.coordinates import Coordinates, Floats
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import parts_of_modes
-from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, Point, ThermalNoise
+from springpot.problem.parts import Constant, Contact, Force, Mass, Point, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
@@ -266,15 +266,18 @@ class System:
             alone, points=self.points, rows=np.vstack([alone.rows, shares]),
             participations=np.array([mass.participation for mass in masses]),
         )  # fmt: skip
-        elements = {name: part for name, part in self.named() if isinstance(part, Element)}
+        elements = {name: part for name, part in self.named() if isinstance(part, Element | Force)}
         pushes = {
             name: at.push(getattr(part, "on", "mass"))
             for name, part in self.named()
-            if isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise)
+            if isinstance(part, Excitation) and not isinstance(part, ThermalNoise) and name not in elements
         }
         whole = replace(
             at, ends={name: part.between for name, part in elements.items() if part.between},
-            elongations={name: at.row(part.between) for name, part in elements.items()}, forces=pushes,
+            elongations={
+                name: at.row(part.between) if isinstance(part, Element) or part.between else at.push(part.on)
+                for name, part in elements.items()
+            }, forces=pushes,
         )  # fmt: skip
         inertial = {name: part.inertia for name, part in elements.items() if part.inertia}
         return replace(whole, mass=whole.mass + whole.sum_of(inertial))
@@ -488,10 +491,8 @@ def _check_ends(system: System) -> None:
             )
     _check_combinations(system)
     for name, part in system.named():
-        if isinstance(part, Element):
+        if isinstance(part, Element) or getattr(part, "between", None):
             _check_between(name, part, points)
-        elif isinstance(part, ParametricNoise) and len(points) > 1:
-            raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
         elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
     if len(points) > 1:
@@ -540,7 +541,7 @@ def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None
         raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
 
 
-def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
+def _check_between(name: str, part: Any, points: tuple[str, ...]) -> None:
     known = ("ground", *points)
     if part.between is None:
         if len(points) > 1:

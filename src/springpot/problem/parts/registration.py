@@ -16,7 +16,8 @@ from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "in_words", "kind_of",
+    "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends", "in_words",
+    "kind_of",
     "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
@@ -436,14 +437,26 @@ class Element(Part, abstract=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.between is not None:
-            put(self, between=_ends(self.between))
+            put(self, between=checked_ends(self.between))
 
     def alone(self) -> Self:
         """Without its ends."""
         return self if self.between is None else replace(self, between=None)
 
 
-def _ends(given: object) -> tuple[str, str]:
+def checked_ends(given: object) -> tuple[str, str]:
+    """The names of two different ends.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not.
+
+    Examples
+    --------
+    >>> checked_ends(["ground", "box"])
+    ('ground', 'box')
+    """
     if not isinstance(given, tuple | list) or len(given) != 2 or not all(isinstance(end, str) for end in given):
         raise TypeError(f"between must be the names of two ends, as ('ground', 'box'), not {shown(given)}.")
     first, second = given

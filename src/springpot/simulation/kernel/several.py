@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.forces import cubic, nonic
+from springpot.simulation.kernel.forces import Parametric, cubic, nonic
 from springpot.simulation.kernel.lanes import (
     ENTRY,
     GROUP,
@@ -35,7 +35,7 @@ from springpot.simulation.kernel.lanes import (
     typed,
     yes,
 )
-from springpot.simulation.kernel.questions import Forcing, supply, wake
+from springpot.simulation.kernel.questions import Forcing, push, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
@@ -57,10 +57,11 @@ from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
     "FILTERED", "HARMONIC", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
-    "MOST_STATES", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
+    "MOST_STATES", "MOST_TAPS", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
 ]  # fmt: skip
 
 MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
+MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources
 FILTERED, HARMONIC, TABLE, POISSON = 0, 1, 2, 3  # kinds of sources
@@ -77,7 +78,8 @@ _normals = stack_array(MOST_NOISES * GROUP * LANES)
 _four = stack_array(GROUP * LANES)
 _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
-_of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS) * LANES)
+_of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
+_of_taps = stack_array(MOST_TAPS * LANES)
 _hits = stack_array(HITS * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
 _shown = stack_array((MOST_POINTS + MOST_ROWS) * GROUP * LANES)
@@ -91,6 +93,7 @@ class Memories(NamedTuple):
     table: Any  # (rows,) where its powers and weights begin
     powers: Any  # as in `springpot.simulation.kernel.block.Memory`
     weights: Any
+    tapped: Any  # (taps,) modes whose squares are summed, once in every group
 
 
 class Sources(NamedTuple):
@@ -158,7 +161,7 @@ def _clear(size, sums, zero):
     _set(sums.uu, size.gauged, zero)
     _set(sums.ww, size.shown, zero)
     _set(sums.power, 1, zero)
-    _set(sums.works, size.sources + size.dampers, zero)
+    _set(sums.works, size.sources + size.dampers + size.shaken, zero)
 
 
 @njit(**INLINE)
@@ -268,6 +271,20 @@ def _gather(size, q, j, g, given, s):
             value, i, b = q.source[p], q.source_at[p] * LANES, (GROUP * r + j) * LANES
             for lane in range(LANES):
                 s.impulse[i + lane] += value * given[b + lane]
+
+
+@njit(**INLINE)
+def _shake(size, q, j, g, forcing, s, weight):
+    """The impulses of noise that multiplies elongations, and its expected works."""
+    for r in range(size.shaken):
+        e, b, slot = q.shaken_at[r] * LANES, (GROUP * (size.noises + r) + j) * LANES, size.sources + size.dampers + r
+        law = Parametric(q.zero, q.shaken[2 * r], q.shaken[2 * r + 1])
+        for lane in range(LANES):
+            s.f[lane], _ = push(law, slot, 0, s.u[e + lane], s.w[e + lane], g[b + lane], forcing, 0, lane, weight)
+        for p in range(q.row_begin[q.shaken_at[r]], q.row_begin[q.shaken_at[r] + 1]):
+            value, i = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.impulse[i + lane] += value * s.f[lane]
 
 
 @njit(**INLINE)
@@ -466,8 +483,9 @@ def several(
     time 0 of one path, or of each.  The other arguments are those of `springpot.simulation.kernel.block.block`; written
     are ``record``, (paths, points in time, coordinates, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of
     the coordinates; of u and u^2 of the gauged elongations, and w^2 of the shown; of the power of linear dampers and
-    memory, and of the works of sources and nonlinear dampers; HITS sums of each wall and contact; energies at the ends
-    of the window; x and v at the end; twice the limits on events.
+    memory, and of the works of sources, nonlinear dampers and noise that multiplies elongations; HITS sums of each wall
+    and contact; the squares of tapped modes; energies at the ends of the window; x and v at the end; twice the limits
+    on events.
     """
     n, zero = size.points, q.zero
     z, h, d = _modes(zero), _by_step(zero), _increments(zero)
@@ -489,14 +507,15 @@ def several(
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
-    shown_x, shown_v = _shown(0.0), _shown(0.0)
-    forcing = Forcing(terms.works, terms.works, given, _states(zero), _four(zero), g)
+    shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
+    forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
     for number in range(blocks):
         path_0 = first + number * LANES
         _clear(size, sums, 0.0)
         _set(hits, HITS * (size.walls + size.contacts), 0.0)
         _set(limits, 2, 0.0)
+        _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
         _set(h, GROUP * size.rows, zero)
         _set(d, (GROUP + 2) * size.rows, zero)
@@ -515,7 +534,7 @@ def several(
         for t in range(0, steps, GROUP):
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            for r in range(size.noises):
+            for r in range(size.noises + size.shaken):
                 own = beyond(g, r * GROUP * LANES)
                 draw_for_steps(t // GROUP, path_0, stream, r, k0, k1, halved, own, forcing.normals)
             _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
@@ -534,8 +553,9 @@ def several(
                 marked = step == low - 1 or step == high - 1 or step == steps - 1
                 shown = marked or watched or record.shape[0] > 0
                 weight = one if within else zero
-                damp_before(size, q, s, hits, forcing, weight, no())
+                damp_before(size, q, s, hits, forcing, step, weight, no())
                 _gather(size, q, j, g, given, s)
+                _shake(size, q, j, g, forcing, s, weight)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
                 press(size, q, s, hits, f64(weight))
@@ -543,7 +563,7 @@ def several(
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
                 _stretch(size, q, s, d, j, weight, terms)
-                damp_later(size, q, s, d, j, hits, forcing, weight, yes())
+                damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):
                         s.seen_v[i] = s.v[i]
@@ -587,6 +607,11 @@ def several(
                     )  # fmt: skip
                 for i in range(6 * e * LANES, (6 * e + 2) * LANES):
                     d[i] = d[i + GROUP * LANES]
+            if low <= t + GROUP - 1 < high:
+                for k in range(size.taps):
+                    for lane in range(LANES):
+                        mode = f64(z[memories.tapped[k] * LANES + lane])
+                        tapped[k * LANES + lane] += mode * mode
             if watched:
                 show_steps(observers, shown_x, shown_v, exact.step, t, low, high)
             if in_window:
@@ -597,7 +622,7 @@ def several(
                 _add(sums.uu, terms.uu, size.gauged)
                 _add(sums.ww, terms.ww, size.shown)
                 _add(sums.power, terms.power, 1)
-                _add(sums.works, terms.works, size.sources + size.dampers)
+                _add(sums.works, terms.works, size.sources + size.dampers + size.shaken)
         for lane in range(LANES):
             row, column = number * LANES + lane, 0
             column = _write(out, row, column, sums.x, n, lane)
@@ -607,8 +632,9 @@ def several(
             column = _write(out, row, column, sums.uu, size.gauged, lane)
             column = _write(out, row, column, sums.ww, size.shown, lane)
             column = _write(out, row, column, sums.power, 1, lane)
-            column = _write(out, row, column, sums.works, size.sources + size.dampers, lane)
+            column = _write(out, row, column, sums.works, size.sources + size.dampers + size.shaken, lane)
             column = _write(out, row, column, hits, HITS * (size.walls + size.contacts), lane)
+            column = _write(out, row, column, tapped, size.taps, lane)
             column = _write(out, row, column, energy_first, 1, lane)
             column = _write(out, row, column, energy_last, 1, lane)
             column = _write(out, row, column, x_end, n, lane)

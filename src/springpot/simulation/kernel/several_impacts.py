@@ -12,19 +12,21 @@ from numba import njit
 
 from springpot.simulation.kernel.forces import Cubic, Nonic, cubic, nonic
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64
-from springpot.simulation.kernel.restitution import Fixed, rebound
+from springpot.simulation.kernel.restitution import Power, share_left
+from springpot.simulation.kernel.several_laws import share_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
 from springpot.simulation.kernel.watching import show_impact
 
 __all__ = [
-    "CUBIC", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "Numbers", "Size", "cubic_of", "energy_of", "fly",
-    "nonic_of", "put_in", "repair",
+    "CUBIC", "FIXED", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "POWER", "RULE", "Numbers", "Size", "cubic_of",
+    "energy_of", "fly", "nonic_of", "put_in", "repair",
 ]  # fmt: skip
 
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
 HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
+FIXED, POWER, RULE = 0, 1, 2  # kinds of restitution; from RULE on the user's, in the order of the chain
 
 
 class Size(NamedTuple):
@@ -39,6 +41,8 @@ class Size(NamedTuple):
     sources: int  # other excitation
     dampers: int  # nonlinear ones
     contacts: int
+    shaken: int  # elongations that a noise multiplies
+    taps: int  # modes of memories whose mean square is kept
     modes: int  # of all memories
 
 
@@ -68,7 +72,8 @@ class Numbers(NamedTuple):
     wall_at: Any  # (walls,) number of the elongation
     side: Any  # 1: the elongation stays above the place, -1: below
     place: Any
-    restitution: Any
+    restitution_kind: Any  # (walls,)
+    restitution: Any  # (3 walls,) a number, or those of `springpot.simulation.kernel.restitution.Power`
     jump: Any  # (walls * points,) change of the velocities per unit of change of the elongation's velocity
     along: Any  # (walls * rows,) change of the elongations' velocities per unit of change of the wall's
     reduced: Any  # (walls,) reduced mass
@@ -80,6 +85,11 @@ class Numbers(NamedTuple):
     cross: Any  # (dampers * rows,) change of the elongations' velocities per unit of change of its own
     contact_at: Any  # (contacts,) number of the elongation
     contact: Any  # (5 contacts,) as of `springpot.simulation.kernel.soft_contacts.Soft`
+    shaken_at: Any  # (shaken,) number of the elongation
+    shaken: Any  # (2 shaken,) as of `springpot.simulation.kernel.forces.Parametric`
+    # chains of `springpot.simulation.kernel.several_laws`
+    rules: Any  # of restitution
+    forces: Any
 
 
 @njit(**INLINE)
@@ -155,6 +165,16 @@ def _given_along(size, q, x, v, struck):
     return given / q.step
 
 
+@njit(**INLINE)
+def _restitution(q, w, speed):
+    """Of wall w at a speed."""
+    if q.restitution_kind[w] == FIXED:
+        return q.restitution[3 * w]
+    if q.restitution_kind[w] == POWER:
+        return share_left(Power(q.restitution[3 * w], q.restitution[3 * w + 1], q.restitution[3 * w + 2]), speed)
+    return share_by(q.rules, q.restitution_kind[w] - RULE, speed)
+
+
 @njit(**LINKED)
 def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
@@ -188,8 +208,8 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
         closing = speed + gain * (end - left)
         if closing <= 0.0:
             closing = speed
-        r = q.restitution[struck] if events < MOST_EVENTS else 0.0
-        change = closing + rebound(Fixed(r), closing, 1.0, hits, 0, lane, weight)
+        r = _restitution(q, struck, closing) if events < MOST_EVENTS else 0.0
+        change = closing + r * closing
         rests = change <= speed and closing <= gain * q.step
         if change < speed:  # nothing still closes
             change = speed

@@ -14,43 +14,20 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import NotCoveredError
 from springpot.memory import ExponentialSum
-from springpot.problem.parts import (
-    Barrier,
-    ColoredNoise,
-    Constant,
-    Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Friction,
-    Harmonic,
-    Inerter,
-    KanaiTajimiNoise,
-    Mass,
-    Maxwell,
-    Point,
-    PoissonImpulses,
-    PolynomialDashpot,
-    PolynomialSpring,
-    RecordedExcitation,
-    Spring,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
-)
-from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, several_dampers, sources
+from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
-from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
+from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
+from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, numbers_of, thermal_noise
 from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
@@ -61,11 +38,6 @@ __all__ = ["PartsOfSeveral", "compose_several"]
 
 Floats = npt.NDArray[np.float64]
 
-_COVERED = (
-    Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, Inerter,
-    KanaiTajimiNoise, Mass, Maxwell, Point, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation,
-    Spring, Springpot, ThermalNoise, VanDerPol, WhiteNoise,
-)  # fmt: skip
 _ENDS = "x_end", "v_end"
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
@@ -90,13 +62,17 @@ class PartsOfSeveral:
     taken_at_once : float
         What dampers and memory take of it within the kicks that bring it; the sums of a run do not have it.
     named : tuple of Named
-        Sources and nonlinear dampers, in the order of their works.
+        Sources, nonlinear dampers and noise that multiplies elongations, in the order of their works.
     moved : tuple of float
         The mass in which the work of each is counted, in that of the kernel.
     points, gauged, walls : tuple of str
         Names in the columns: of the coordinates, of all rows, and of walls and contacts.
     others : ndarray, shape (other points, coordinates)
         The rows of points that are no coordinates.
+    taps : tuple of Arm
+        Circuits whose voltage is observed.
+    damped : dict
+        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
     law : BoltzmannOfSeveral or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     readings : tuple of Reading
@@ -121,6 +97,8 @@ class PartsOfSeveral:
     gauged: tuple[str, ...]
     walls: tuple[str, ...]
     others: Floats
+    taps: tuple[Arm, ...]
+    damped: Mapping[str, float]
     law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
@@ -145,6 +123,7 @@ class PartsOfSeveral:
                 for wall in self.walls
                 for name, factor in zip(_OF_A_WALL, of_walls, strict=True)
             },
+            **{f"voltage of {tap.name}": tap.volts**2 * self.unit_mass for tap in self.taps},
             "energy_first": energy,
             "energy_last": energy,
             **{f"x_end of {point}": length for point in self.points},
@@ -229,7 +208,6 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     """
     system, settings, scheme = plan.system, plan.settings, plan.settings.numerical_scheme
     coordinates = system.coordinates
-    _check_covered(plan)
     units, unit_mass = _units(plan)
     step = settings.step / units.time
     mass, many = coordinates.mass / unit_mass, len(coordinates.names)
@@ -239,13 +217,17 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     reduced = 1.0 / (g * unit_mass * coordinates.accelerations(g)).sum(axis=1)
     jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
     solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
-    memories, near, history = _memories(totals, scheme, step, settings)
+    memories, near, history, taps = _memories(totals, scheme, step, settings)
     noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g, parts_of_step)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
     at = np.array([coordinates.numbers[tuple(coordinates.elongations[name])] for name, _ in walls], np.int64)
     jump = jumps[at]
+    rules = [rule_of(wall, name, units.speed) for name, wall in walls]
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(totals, reduced, touched)]
+    shaken = [(n, step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
+              for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
+    keep = np.einsum("ei,ij,ej->e", g, solve, g)  # twice the energy that a kick along a row brings and dampers leave
     turned = np.array([each.row for each in dampers], np.int64)
     turn = jumps[turned]
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
@@ -260,20 +242,27 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, smooth, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
-        np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
+        *_restitutions(rules), jump.ravel(), (jump @ g.T).ravel(),
         reduced[at], mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
+        np.array([n for n, _, _ in shaken], np.int64),
+        np.array([[square, 0.5 * square / reduced[n]] for n, square, _ in shaken], float).ravel(),
     )  # fmt: skip
-
-    def of(kind: Any) -> kernel.Numbers:
-        return kernel.Numbers(kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers))
-
-    kind = np.dtype(_precision(plan, noises, given)).type
+    exact = kernel.Numbers(
+        step,
+        0.0,
+        *numbers,
+        chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
+        chain_of([each.law for each in dampers if each.law is not None]),
+    )
+    random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
+    own = any(each.law is not None for each in dampers)
+    kind = np.dtype(_precision(plan.settings, random and not own)).type
     fed = 0.5 * unit_mass * float((noises * coordinates.accelerations(noises)).sum())
-    left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
+    kept = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
     power = unit_mass * units.speed**2 / units.time
     x0, v0 = start_of(plan)
     names = *(name for name, _ in walls), *(name for _, name, _ in touched)
@@ -288,10 +277,12 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
             len(given),
             len(dampers),
             len(touched),
+            len(shaken),
+            len(taps),
             int(memories.count.sum()),
         ),
-        sweep=of(kind),
-        exact=of(np.float64),
+        sweep=with_arrays(exact, kind)._replace(step=kind(step), zero=kind(0.0)),
+        exact=exact,
         memories=with_arrays(memories, kind),
         sources=_sources(given, kind, parts_of_step),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
@@ -299,10 +290,15 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         unit_mass=unit_mass,
         history=history,
         expected_power=power * fed,
-        taken_at_once=power * (fed - left),
+        taken_at_once=power * (fed - kept),
         law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
-        named=(*(each.named for each in given), *(each.named for each in dampers)),
-        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers)),
+        named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
+        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
+        damped={
+            "power": 1.0,
+            **{f"work of {named.name}": (1.0 - keep[n] * reduced[n]) / settings.step for n, _, named in shaken},
+        },
+        taps=taps,
         points=coordinates.names,
         others=coordinates.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(rows))),
@@ -313,21 +309,13 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lack = unit_mass * coordinates.accelerations(solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", coordinates.rows, lack, coordinates.rows)
-    readings = *_readings(plan, whole, lacking), *_of_thermal_noise(plan, whole, totals, reduced, step)
+    shaking = [
+        (f"row {n}", 0.25 * square * (units.speed / units.length) ** 2
+         * (coordinates.rows @ solve @ g[n]) * (coordinates.rows @ jumps[n] / reduced[n]))
+        for n, square, _ in shaken
+    ]  # fmt: skip
+    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, totals, reduced, step)
     return replace(whole, readings=readings)
-
-
-def _check_covered(plan: Plan) -> None:
-    for name, part in plan.system.named():
-        if not isinstance(part, _COVERED):
-            raise NotCoveredError(
-                f"{name} cannot be simulated in a system of several masses: {part.said} has no law for them. Leave it "
-                "out, or take one mass."
-            )
-        if isinstance(part, Barrier) and callable(part.restitution):
-            raise NotCoveredError(
-                f"{name} has a restitution that depends on the speed, which several masses cannot have: give a number."
-            )
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -335,9 +323,10 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
     for what, count, most in (
         ("masses", size.points, kernel.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
         ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
-        ("sources of white noise", size.noises, kernel.MOST_NOISES),
+        ("sources of white noise", size.noises + size.shaken, kernel.MOST_NOISES),
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
-        ("nonlinear dampers", size.dampers, kernel.MOST_DAMPERS), ("memory modes", size.modes, kernel.MOST_MODES),
+        ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
+        ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
         ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
@@ -371,6 +360,22 @@ def _kind_of(springs: Floats) -> int:
     return NINTH if springs[4:].any() else CUBIC if springs.any() else 0
 
 
+def _restitutions(rules: Sequence[Any]) -> tuple[npt.NDArray[np.int64], Floats]:
+    """The kind of each wall's rule, and its three numbers; the user's functions are numbered."""
+    kinds, numbers, own = [], list[tuple[float, ...]](), 0
+    for rule in rules:
+        match rule:
+            case Fixed():
+                kinds.append(several_impacts.FIXED)
+            case Power():
+                kinds.append(several_impacts.POWER)
+            case _:
+                kinds.append(several_impacts.RULE + own)
+                own += 1
+        numbers.append((*rule, 0.0, 0.0)[:3] if isinstance(rule, Fixed | Power) else (0.0,) * 3)
+    return np.array(kinds, np.int64), np.array(numbers, float).ravel()
+
+
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
     """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
     names = plan.system.coordinates.names
@@ -388,12 +393,13 @@ def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64],
 
 def _memories(
     totals: Sequence[Lowered], scheme: Any, step: float, settings: Settings
-) -> tuple[kernel.Memories, Floats, ExponentialSum]:
-    """The modes of each row; the weights of the newest increments in each step of a group; and all modes together."""
+) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Arm, ...]]:
+    """The modes of each row; the weights of the newest increments in each step of a group; all modes; and circuits."""
     tables: dict[Any, tuple[int, Any, ExponentialSum]] = {}
     begin, count, table = (np.zeros(len(totals), np.int64) for _ in range(3))
     near = np.zeros((len(totals), GROUP, 5))
     powers, weights, modes, histories = list[Any]([np.zeros(0)]), list[Any]([np.zeros(0)]), 0, []
+    taps = list[tuple[int, Arm]]()
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
@@ -403,6 +409,8 @@ def _memories(
             weights.append(own.weights)
         table[e], own, history = tables[key]
         begin[e], count[e] = modes, own.powers.size // 4
+        first = modes + history.rates.size - len(total.arms)
+        taps += [(first + n, tap_of(arm, step)) for n, arm in enumerate(total.arms) if arm.name]
         modes += int(count[e])
         histories.append(history)
         new, old, r1, r2, r3 = (float(number) for number in own[2:])
@@ -412,12 +420,18 @@ def _memories(
         np.concatenate([np.zeros(0), *(history.weights for history in histories)]),
         max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
     )  # fmt: skip
-    return kernel.Memories(begin, count, table, np.concatenate(powers), np.concatenate(weights)), near, together
+    tapped = np.array([mode for mode, _ in taps], np.int64)
+    memories = kernel.Memories(begin, count, table, np.concatenate(powers), np.concatenate(weights), tapped)
+    return memories, near, together, tuple(arm for _, arm in taps)
+
+
+def _no_law(word: int, place: int, parts: int) -> None:
+    """The kernel has its numbers elsewhere."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Damper:
-    """A nonlinear damper, or the dissipation of a contact.
+    """A nonlinear damper, the dissipation of a contact, or a force of the user.
 
     Attributes
     ----------
@@ -426,17 +440,21 @@ class _Damper:
         The number of its elongation, and the kind of its law.
     numbers : tuple of float
         As the kernel has them.
+    law : NamedTuple or None
+        Of the user's force.
     """
 
     named: Named
     row: int
     kind: int
     numbers: tuple[float, float, float]
+    law: Any = None
 
 
 def _dampers(
     totals: Sequence[Lowered], reduced: Floats, touched: Sequence[tuple[int, str, Contact]]
 ) -> Iterator[_Damper]:
+    own = 0
     for n, total in enumerate(totals):
         mass = float(reduced[n])
         for named in total.forces:
@@ -447,10 +465,13 @@ def _dampers(
                     yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
                 case forces.VanDerPolDamper():
                     yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                case _:
+                    force, own = law._replace(half=law.half / mass), own + 1
+                    yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)
     for c, (n, name, contact) in enumerate(touched):
         if contact.dissipation > 0.0:
             mass = float(reduced[n])
-            named = Named(name, lambda word, place, parts: None, 0, "nothing")
+            named = Named(name, _no_law, 0, "nothing")
             yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
 
 
@@ -474,10 +495,9 @@ def _excitation(
 ) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
     white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(g.shape[1])
-    for name, part in plan.system.named():
-        if not isinstance(part, Excitation) or isinstance(part, ThermalNoise):
-            continue
-        row = plan.system.coordinates.forces[name]
+    parts = dict(plan.system.named())
+    for name, row in plan.system.coordinates.forces.items():
+        part = parts[name]
         row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
         more = lower(part.per_mass(1.0 if part.of_ground else unit_mass), name, units, step)
         if more.white > 0.0:
@@ -579,29 +599,38 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
     )
 
 
-def _precision(plan: Plan, noises: Floats, given: Sequence[_Given]) -> str:
-    """Of the sweep: double without noise, since one path is the answer then, and its last digits may be wanted."""
-    is_random = len(noises) > 0 or any(isinstance(each.law, sources.Filtered | sources.Poisson) for each in given)
-    single = is_random and plan.settings.precision == "float32" and plan.settings.memory_tolerance >= SINGLE_PRECISION
+def _is_random(law: Any) -> bool:
+    return isinstance(law, sources.Filtered | sources.Poisson)
+
+
+def _precision(settings: Settings, noisy: bool) -> str:
+    """Of the sweep: double with forces of the user, which may need it, and without noise.
+
+    Without it one path is the answer, and its last digits may be wanted.
+    """
+    single = noisy and settings.precision == "float32" and settings.memory_tolerance >= SINGLE_PRECISION
     return "float32" if single else "float64"
 
 
-def _readings(plan: Plan, parts: PartsOfSeveral, lacking: Floats) -> Iterator[Reading]:
+def _readings(
+    plan: Plan, parts: PartsOfSeveral, lacking: Floats, shaking: Sequence[tuple[str, Floats]]
+) -> Iterator[Reading]:
     """Every result but the balance of energy.
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
     quarter of their difference squared, by noise and by the dampers that take it again.  With S of `compose_several`,
     M and the covariance B of the noise's impulse it is p S B M^-1 p / 4 of a point with the row p: exact for matched
     noise of dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and
-    white noise.
+    white noise.  ``shaking``: the same of noise that multiplies an elongation, per square of that, by its row.
     """
     system, at = plan.system, plan.system.coordinates
     gauged = dict(zip(at.numbers, parts.gauged, strict=True))
-    for point, own, lack in zip(at.points, at.rows.tolist(), lacking, strict=True):
+    for i, (point, own, lack) in enumerate(zip(at.points, at.rows.tolist(), lacking, strict=True)):
         letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
         yield Reading(f"{point}_x_mean", {f"{letters[0]} of {of}": 1.0})
         yield Reading(f"{point}_x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
-        yield Reading(f"{point}_v_mean_square", {f"{letters[1]}^2 of {of}": 1.0}, added=float(lack))
+        above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
+        yield Reading(f"{point}_v_mean_square", above, added=float(lack))
     for pair, own_row in at.pairs.items():
         row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
@@ -614,11 +643,14 @@ def _readings(plan: Plan, parts: PartsOfSeveral, lacking: Floats) -> Iterator[Re
             lost = {f"work of {name}": -1.0} if f"work of {name}" in parts.columns else {f"{name} loss": 1.0}
             yield Reading(f"{name}_power", lost, "time")
             yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
-    for name, part in system.named():
-        if isinstance(part, Friction | PolynomialDashpot | VanDerPol) and f"work of {name}" in parts.columns:
-            yield Reading(f"{name}_power", {f"work of {name}": -1.0}, "time")
+    if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
+        squares = {name: f"voltage of {name}" for name in (tap.name for tap in parts.taps)}
+        for name, square in squares.items():
+            yield Reading(f"{name}_voltage_mean_square", {square: 1.0}, "groups")
+        delivered = {square: 1.0 / dict(system.named())[name].resistance for name, square in squares.items()}
+        yield Reading("harvested_power", delivered, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
-        yield Reading("damping_power", {"power": 1.0}, added=parts.taken_at_once)
+        yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
     for point, shares in zip(at.points, at.rows.tolist(), strict=True):
         x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
         yield Reading(f"{point}_x_mean_end", x, "one")

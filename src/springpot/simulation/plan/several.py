@@ -24,10 +24,14 @@ from springpot.problem.parts import (
     Constant,
     Contact,
     Dashpot,
+    Force,
     FractionalMaxwell,
     Friction,
     Harmonic,
     KanaiTajimiNoise,
+    Maxwell,
+    ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
@@ -37,7 +41,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.registration import Element
-from springpot.problem.parts.walls import Stop, slow_restitution
+from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
@@ -215,14 +219,30 @@ def _alone(rows: Any) -> float:
 def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, bool]:
     if thermal := system.of(ThermalNoise):
         return np.full(len(rate), thermal[0].temperature), True
-    fed = np.zeros(len(rate))
-    for name, row in system.coordinates.forces.items():
-        part = next(part for own, part in system.named() if own == name)
-        fed += (row @ shapes) ** 2 * [_density(part, w) for w in frequency]
+    fed, coordinates, parts = np.zeros(len(rate)), system.coordinates, dict(system.named())
+    for name, row in coordinates.forces.items():
+        fed += (row @ shapes) ** 2 * [_density(parts[name], w) for w in frequency]
+    fed = _with_multiplied(system, frequency, rate, fed, shapes)
     # where nothing dissipates, what is fed in within a radian
     whole = float(fed.sum()) / (float(rate.sum()) if rate.sum() > 0.0 else max(float(frequency.max()), 1e-300))
     damped = rate > _UNDAMPED * frequency
     return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole), bool(fed.any())
+
+
+def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Floats, shapes: Floats) -> Floats:
+    """The power fed into each mode with that of noise which multiplies elongations, and so grows with the motion.
+
+    Where such noise feeds in more than is taken out, nothing of it is counted.
+    """
+    noises = [(name, part) for name, part in system.named() if isinstance(part, ParametricNoise)]
+    if not noises or not rate.all():
+        return fed
+    seen = np.array([(system.coordinates.elongations[name] @ shapes) ** 2 for name, _ in noises])
+    w = np.maximum(frequency, _RIGID * max(float(frequency.max()), 1e-300))
+    grows = 0.5 * (seen.T * [part.intensity for _, part in noises]) @ (seen / w**2)  # of power with each temperature
+    if not np.abs(np.linalg.eigvals(grows / rate[:, None])).max() < 1.0:
+        return fed
+    return np.asarray(rate * np.linalg.solve(np.diag(rate) - grows, fed))
 
 
 def _density(part: Any, w: float) -> float:
@@ -423,6 +443,10 @@ class MotionOfSeveral(Motion):
         """At the guessed size of the motion."""
         return modes_of(self.system)
 
+    def size_of(self, seen: Seen) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of a displacement, about."""
+        return 0.0, self.modes.spread(seen.row), self.modes.speed(seen.row)
+
     @property
     def uncountable(self) -> str:
         """Why the impacts on some walls cannot be counted."""
@@ -457,7 +481,7 @@ class MotionOfSeveral(Motion):
         """Why there is no stationary state; empty if there is one."""
         if self.recorded:
             return "a record has a beginning and an end"
-        if not self.modes.excited:
+        if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():
             return f"no spring or wall keeps {listed(free)} near the ground"
@@ -641,6 +665,8 @@ def _scales(system: System, modes: Modes) -> Scales:
         np.zeros((size, size)),
     )
     fastest.append(float(np.linalg.eigvals(at.accelerations(dampers.T).T).real.max()))
+    arms = sum((_strength(part) * np.outer(row, row) for part, row in elements), np.zeros((size, size)))
+    fastest.append(math.sqrt(max(float(np.linalg.eigvals(at.accelerations(arms.T).T).real.max()), 0.0)))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
     fastest += [
         _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
@@ -649,8 +675,9 @@ def _scales(system: System, modes: Modes) -> Scales:
     largest = float(max(fastest)) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
-    if lossy := [wall for wall in system.of(Barrier) if wall.dissipates]:
-        loss = max(1.0 - slow_restitution(wall) ** 2 for wall in lossy)
+    if lossy := [(part, modes.speed(row)) for part, row in elements if isinstance(part, Barrier) and part.dissipates]:
+        usual = (restitution_at(wall, math.sqrt(2.0) * speed) for wall, speed in lossy)
+        loss = max(1.0 - min(max(share, 0.0), 1.0) ** 2 for share in usual)
         energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
@@ -684,6 +711,18 @@ def _forgetting_time(system: System, modes: Modes) -> float:
     rates = -np.linalg.eigvals(np.block([[none, one], pulls]))
     over = rates.real[(np.abs(rates.imag) <= 1e-9 * rates.real) & (rates.real > 1e-9 * np.abs(rates).max())]
     return 0.5 / float(over.min()) if over.size else 0.0
+
+
+def _strength(part: Any) -> float:
+    """Stiffness of an arm or circuit at once, before it gives way."""
+    match part:
+        case Maxwell():
+            return float(part.stiffness)
+        case FractionalMaxwell():
+            return float(part.spring.stiffness)
+        case PiezoelectricCircuit():
+            return float(part.coupling**2 / part.capacitance)
+    return 0.0
 
 
 def _strongest_damping(part: Any, spread: float, speed: float) -> float:
@@ -746,10 +785,19 @@ def _curvature(part: Any, spread: float) -> float:
 
 
 def _creep_time(part: Any, row: Floats, system: System) -> float:
-    """Of a springpot or dashpot that is stronger than the springs along its row."""
-    if not isinstance(part, Springpot | Dashpot) or not part.coefficient > 0.0:
+    """Of what is, for slow motion, a springpot or dashpot that is stronger than the springs along its row."""
+    match part:
+        case Springpot() | FractionalMaxwell():
+            pot = part if isinstance(part, Springpot) else part.springpot
+            order, coefficient = pot.order, pot.coefficient
+        case Dashpot() | Maxwell():
+            order, coefficient = 1.0, part.coefficient
+        case PiezoelectricCircuit():
+            order, coefficient = 1.0, part.coupling**2 * part.resistance
+        case _:
+            return 0.0
+    if not coefficient > 0.0:
         return 0.0
-    order = part.order if isinstance(part, Springpot) else 1.0
     coordinates = system.coordinates
     stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in system.named() if isinstance(p, Element)})
     values, shapes = np.linalg.eigh(stiffness)
@@ -761,7 +809,7 @@ def _creep_time(part: Any, row: Floats, system: System) -> float:
         return 0.0
     reduced = coordinates.reduced(row)
     frequency = math.sqrt(1.0 / (give * reduced))
-    if part.coefficient / reduced <= frequency ** (2.0 - order):
+    if coefficient / reduced <= frequency ** (2.0 - order):
         return 0.0
-    logarithm = math.log(part.coefficient * give) / order
+    logarithm = math.log(coefficient * give) / order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf

@@ -50,6 +50,7 @@ Density = Callable[[float], float]
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
+_GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
 
 
@@ -73,8 +74,11 @@ class Companion:
     harmonics : tuple of Harmonic
     force : float, or ndarray of shape (coordinates,)
         Constant force.
-    parametric : float
-        Intensity of the noise that multiplies x.
+    parametric : tuple of ParametricNoise
+        Noises that multiply elongations.
+    multiplied : tuple of (ndarray, float)
+        What such noise is to several masses once its elongation is known: a row, and the intensity of white noise along
+        it.
     """
 
     coordinates: Coordinates
@@ -87,7 +91,8 @@ class Companion:
     temperature: float
     harmonics: tuple[Harmonic, ...]
     force: Any
-    parametric: float
+    parametric: tuple[ParametricNoise, ...]
+    multiplied: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
     def is_single(self) -> bool:
@@ -149,7 +154,7 @@ class Companion:
 
     def sources(self, w: float) -> list[tuple[FloatArray, float]]:
         """Each noise of several masses: its push, and its two-sided spectral density per rad/s."""
-        found = [(self.push(noise), noise.density(w)) for noise in self.noises]
+        found = [(push, density(w)) for push, density in self.groups]
         if not self.temperature > 0.0:
             return found
         hot = self.temperature / math.pi
@@ -166,7 +171,8 @@ class Companion:
         """The noises but matched noise: their pushes and densities, all in one of one coordinate."""
         if self.is_single:
             return [(np.ones(1), self.noise_density)] if self.noises else []
-        return [(self.push(noise), noise.density) for noise in self.noises]
+        white = [(row, _flat(intensity)) for row, intensity in self.multiplied]
+        return [*((self.push(noise), noise.density) for noise in self.noises), *white]
 
     @property
     def scales(self) -> list[float]:
@@ -208,6 +214,10 @@ class Companion:
     def lossy(self) -> list[Element]:
         """The elements and circuits that take energy."""
         return [each for each in (*self.elements, *self.circuits) if not isinstance(each, Springpot) or each.dissipates]
+
+
+def _flat(intensity: float) -> Density:
+    return lambda w: intensity / (2.0 * math.pi)
 
 
 def _wide(numbers: Any) -> Any:
@@ -317,7 +327,7 @@ class LinearResponse(Result):
         if not self.companion.is_single:
             return np.asarray(_quadratic(self.companion, w, row[None, :])[..., 0, 0].real)
         force = np.vectorize(self.companion.force_density, otypes=[float])(w)
-        force = force + self.companion.parametric * moments.x_mean_square / (2.0 * math.pi)
+        force = force + _intensity(self.companion) * moments.x_mean_square / (2.0 * math.pi)
         return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
 
     def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
@@ -454,7 +464,8 @@ def linear(system: System) -> LinearResponse:
     -----
     <x^2> = int S(w) / \\|D(w)\\|^2 dw and <v^2> with w^2.  A harmonic force F cos(nu t + phase) of random phase adds
     F^2 / (2 \\|D(nu)\\|^2).  x does not depend on the future of the noise xi2 that multiplies it, so that the force
-    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory.
+    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory; of several masses with their elongations, whose
+    mean squares solve a linear system.
 
     Examples
     --------
@@ -470,14 +481,16 @@ def linear(system: System) -> LinearResponse:
     """
     system = checked_system(system)
     companion = companion_of(system)
+    settled = _settled(companion)
+    stationary = settled if isinstance(settled, str) else linear_moments(system, settled)
     return LinearResponse(
         method="linear",
         system=system,
-        stationary=linear_moments(system, companion),
+        stationary=stationary,
         assumptions=("None: this solves the linear equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
         is_exact=True,
-        companion=companion,
+        companion=companion if isinstance(settled, str) else settled,
     )
 
 
@@ -510,7 +523,7 @@ def companion_of(system: System) -> Companion:
         temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
         harmonics=unit.of(Harmonic),
         force=force if several else float(force[0]),
-        parametric=sum(noise.intensity for noise in unit.of(ParametricNoise)),
+        parametric=unit.of(ParametricNoise),
     )
 
 
@@ -524,7 +537,7 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
         return settled
     companion = settled
     seen, power = _Seen(companion), 0.0
-    if companion.noises:
+    if companion.groups:
         power += seen.power(companion.groups)
     for force in companion.harmonics:
         power += seen.power_of_harmonic(force)
@@ -532,28 +545,48 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
     if not companion.is_single:
         return moments_of_points(system, _of_points(system, seen), harvested=power if harvests else None)
     ((x_mean, x_square, v_square),) = seen.motions(np.ones((1, 1)))
-    if companion.parametric > 0.0:
-        unit = [(np.ones(1), lambda w: 1.0 / (2.0 * math.pi))]
+    if companion.parametric:
+        unit, intensity = [(np.ones(1), _flat(1.0))], _intensity(companion)
         x_unit, v_unit = (float(seen.mean_squares(np.ones((1, 1)), unit, power)[0]) for power in (0, 1))
-        if not companion.parametric * x_unit < 1.0:
-            return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-        x_square = x_square / (1.0 - companion.parametric * x_unit)
-        fed = companion.parametric * x_square
+        if not intensity * x_unit < 1.0:
+            return _GROWS
+        x_square = x_square / (1.0 - intensity * x_unit)
+        fed = intensity * x_square
         v_square += fed * v_unit
         power += fed * seen.power(unit)
     return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
 
 
+def _intensity(companion: Companion) -> float:
+    """Of the noise that multiplies x, of one mass."""
+    return sum(noise.intensity for noise in companion.parametric)
+
+
 def _settled(companion: Companion) -> Companion | str:
-    """The system with springpots of order 0 as the springs that they are; or why it has no stationary state."""
-    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
-    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
-    if statement := _endless(companion, static):
+    """The system with springpots of order 0 as the springs that they are; or why it has no stationary state.
+
+    Noise that multiplies elongations of several masses is then known white noise.
+    """
+    companion = _sprung(companion)
+    if statement := _endless(companion):
         return statement
-    if not springs:
-        return companion
-    kept = tuple(e for e in companion.elements if e not in springs)
-    return _settled(replace(companion, stiffness=static, elements=kept))
+    return _known(companion) if companion.parametric and not companion.is_single else companion
+
+
+def _known(companion: Companion) -> Companion | str:
+    """With the white noise that stands for noise which multiplies elongations; or that it has no mean square.
+
+    The mean squares of the elongations are those without it, and what each such noise adds to each.
+    """
+    seen, rows = _Seen(companion), np.array([companion.row(noise) for noise in companion.parametric])
+    alone = np.array([x_square for _, x_square, _ in seen.motions(rows, velocity=False)])
+    unit = np.array([seen.mean_squares(rows, [(row, _flat(1.0))]) for row in rows]).T
+    intensity = np.array([noise.intensity for noise in companion.parametric])
+    added = unit * intensity
+    if not np.abs(np.linalg.eigvals(added)).max() < 1.0:
+        return _GROWS
+    squares = np.linalg.solve(np.eye(len(rows)) - added, alone)
+    return replace(companion, parametric=(), multiplied=tuple(zip(rows, (intensity * squares).tolist(), strict=True)))
 
 
 def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[float, float, float]] | str:
@@ -580,9 +613,17 @@ def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     return found
 
 
-def _endless(companion: Companion, static: Any) -> str:
+def _sprung(companion: Companion) -> Companion:
+    """With a spring in place of each springpot of order 0."""
+    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
+    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
+    kept = tuple(e for e in companion.elements if e not in springs)
+    return replace(companion, stiffness=static, elements=kept) if springs else companion
+
+
+def _endless(companion: Companion) -> str:
     """Why there is no stationary state, in one sentence; empty if there is one."""
-    end = "There is no stationary state: {}.".format
+    static, end = companion.stiffness, "There is no stationary state: {}.".format
     if companion.is_single:
         if not static > 0.0:
             return end("no spring pulls the mass back, so that it wanders without end")
