@@ -18,10 +18,10 @@ from springpot.simulation.error.reach import controllable, reach
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.creep import missing_variance
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.schemes import Straight, scheme_of
-from springpot.simulation.plan.transient import missing_variance
 from tests.sizes import validation
 
 from ..test_several import A_B, BOLTZMANN, GROUND_A, GROUND_B, chain, linear_pair, masses, thermal_pair, three

@@ -16,13 +16,14 @@ from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import DEFAULTS
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
-from springpot.simulation.plan.transient import Creep, shares_missing
+from springpot.simulation.plan.transient import shares_missing
 
 __all__ = ["FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "level_plan", "levels_of"]
 

@@ -25,12 +25,12 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System
+from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import LEVELS, Seen
-from springpot.simulation.plan.transient import Creep
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls"]

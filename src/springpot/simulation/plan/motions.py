@@ -13,11 +13,11 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import WhiteNoise
 from springpot.problem.system import System, checked_system
+from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.scales import closed_form
 from springpot.simulation.plan.several import motion_of_several
-from springpot.simulation.plan.transient import Creep
 
 __all__ = ["motion_of"]
 
