@@ -373,6 +373,10 @@ class MotionOfSeveral(Motion):
         """At the guessed size of the motion."""
         return modes_of(self.system)
 
+    def size_of(self, seen: Seen) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of a displacement, about."""
+        return 0.0, self.modes.spread(seen.row), self.modes.speed(seen.row)
+
     @property
     def uncountable(self) -> str:
         """Why the impacts on some walls cannot be counted."""
