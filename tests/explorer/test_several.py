@@ -320,3 +320,16 @@ def test_another_system_is_opened_from_the_page(context: BrowserContext, server:
         tab.page.goto(f"{server.address}?system=nowhere#{QUICK}")
         tab.page.locator("#banner").filter(has_text="open its file again").wait_for()
         tab.complete()
+
+
+@UNSTEADY
+def test_a_beam_is_drawn_with_its_points() -> None:
+    """Each share is a number of its own, and the tip of a drawn path is the sum of the modes."""
+    beam = sp.beam(0.3, 0.34, 0.047, {"tip": 0.3}, modes=2, damping_ratios=0.01)
+    system = sp.System(*beam.parts, sp.WhiteNoise(0.05, on="ground"))
+    said = {one.name: one.said for one in sliders(system, {"frequency": 50.0, "length": 0.005})}
+    assert said["point-shares-2"] == "share of a mass"
+    assert said["mass_2-participation"] == "participation"
+    path = record(simulation_of(plan_of(system, **SHORT)), 0)
+    assert path.x.shape[0] == 3
+    np.testing.assert_allclose(path.x[2], path.x[0] + path.x[1], atol=1e-12)

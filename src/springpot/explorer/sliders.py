@@ -144,7 +144,7 @@ def _slider(system: System, name: str, value: float, size: Mapping[str, float]) 
     kind = "stiffness" if _is_the_spring(system, part, place) and plain == "s-2" else _UNITS_TO_CHOOSE.get(plain, "")
     unit = "" if kind else written(plain)
     symbol = number.symbol + ("₀₁₂₃₄₅₆₇₈₉"[place] if place else "")
-    said = f"of {_power(number.said, place)}" if place else number.said
+    said = f"of {_power(number.said, place)}" if place and number.per != "1" else number.said  # a share has no power
     begin, end, steps, log = _ends(system, part, number, place, value, size)
     if kind == "stiffness" and not isinstance(value, Free):  # the square of a natural frequency
         begin, end, log = value / 100.0, 100.0 * value, True
