@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from itertools import islice
 
 from springpot.fitting.columns import PointFault
-from springpot.fitting.rows import Row
+from springpot.machine.rows import Row
 from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
 

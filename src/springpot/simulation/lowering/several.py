@@ -32,6 +32,7 @@ from springpot.problem.parts import (
     PolynomialDashpot,
     PolynomialSpring,
     RecordedExcitation,
+    SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
@@ -61,7 +62,7 @@ Floats = npt.NDArray[np.float64]
 
 _COVERED = (
     Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, KanaiTajimiNoise, Mass,
-    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, Spring, Springpot, ThermalNoise,
+    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, SpectralExcitation, Spring, Springpot, ThermalNoise,
     VanDerPol, WhiteNoise,
 )  # fmt: skip
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
