@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from itertools import islice
 
 from springpot.fitting.columns import PointFault
-from springpot.machine.rows import Row
 from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
+from springpot.machine.rows import Row
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]
 

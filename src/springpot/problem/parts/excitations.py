@@ -409,7 +409,7 @@ class SpectralExcitation(Excitation):
     --------
     >>> profile = SpectralExcitation.from_psd((10, 40, 500, 2000), (0.01, 0.04, 0.04, 0.005), "g2/Hz")
     >>> round(profile.rms / 9.80665, 2)  # in g, for comparison with the test's own
-    6.14
+    6.26
     """
 
     said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
@@ -417,9 +417,7 @@ class SpectralExcitation(Excitation):
 
     frequency: Annotated[tuple[float, ...], Number("f", "frequency", "Hz", own=True)]
     psd: Annotated[tuple[float, ...], Number("G", "spectral density", "N2 s", own=True)]
-    scale: Annotated[
-        float, Number("×", "the density times", "1", "positive", "It is a factor on the density.")
-    ] = 1.0
+    scale: Annotated[float, Number("×", "the density times", "1", "positive", "It is a factor on the density.")] = 1.0
     on: On = "ground"
 
     def __post_init__(self) -> None:

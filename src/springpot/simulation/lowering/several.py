@@ -62,8 +62,8 @@ Floats = npt.NDArray[np.float64]
 
 _COVERED = (
     Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, KanaiTajimiNoise, Mass,
-    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, SpectralExcitation, Spring, Springpot, ThermalNoise,
-    VanDerPol, WhiteNoise,
+    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, SpectralExcitation, Spring,
+    Springpot, ThermalNoise, VanDerPol, WhiteNoise,
 )  # fmt: skip
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 

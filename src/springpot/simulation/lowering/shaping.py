@@ -4,11 +4,11 @@ The noise is white noise through second-order sections in a row, whose density i
 
     S(f) = exp(c) f^4 prod_z |f_z, zeta_z| / prod_p |f_p, zeta_p|,   |g, zeta| = (g^2 - f^2)^2 + 4 zeta^2 g^2 f^2.
 
-The fit is one of log S, by Levenberg and Marquardt's method: elliptic filters at the two ends of the band, and a section
-more wherever the density is farthest from the table, until it is near enough.  In a tenth of the frequency on either
-side of an end the density passes from the table to 0; there only its area is kept.  All sections have poles of their own,
-so that the filter is also a sum of them, which the kernel advances side by side, driven by one normal in each step
-(`springpot.simulation.lowering.filters`).  The fit depends on the table alone, not on the step.
+The fit is one of log S, by Levenberg and Marquardt's method: elliptic filters at the two ends of the band, and a
+section more wherever the density is farthest from the table, until it is near enough.  In a tenth of the frequency on
+either side of an end the density passes from the table to 0; there only its area is kept.  All sections have poles of
+their own, so that the filter is also a sum of them, which the kernel advances side by side, driven by one normal in
+each step (`springpot.simulation.lowering.filters`).  The fit depends on the table alone, not on the step.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.parts import SpectralExcitation
+from springpot.problem.system import System
 from springpot.simulation.kernel.sources import Filter
 
-__all__ = ["Shape", "filter_of", "shape_of"]
+__all__ = ["Shape", "filter_of", "moments_off", "shape_of"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -40,6 +41,7 @@ _ROUNDS, _CALM, _GAIN = 300, 3, 1e-4
 _LEAST, _MOST_DAMPED, _ZERO = math.log(1e-3), math.log(0.97), 1.5  # logarithms of damping ratios
 _BEYOND = 6.0  # logarithms of frequencies, from the ends
 _DIGITS = 9
+_GRID = 40_001  # frequencies of `moments_off`
 FLOOR = 1e-8  # of the variance of an impulse, as white noise: without it the law of impulses is ill-conditioned
 
 
@@ -130,6 +132,39 @@ def filter_of(shape: Shape, intensity: float, turn: float) -> Filter:
     output[even], output[odd] = -2.0 * (residues * poles.conj()).real / f**2, 2.0 * residues.real / f
     driven[odd] = w
     return Filter(matrix, intensity * np.outer(driven, driven), output)
+
+
+def moments_off(part: SpectralExcitation, shape: Shape, unit: System, stiffness: float) -> tuple[float, float]:
+    """By which shares the filter changes the mean squares of x and v of a linear system.
+
+    Parameters
+    ----------
+    part : SpectralExcitation
+    shape : Shape
+        Its filter.
+    unit : System
+        One mass, per unit mass; of its parts the linear dampers and memory count.
+    stiffness : float
+        Of its springs.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot
+    >>> band = SpectralExcitation((10.0, 2000.0), (1.0, 1.0))
+    >>> max(map(abs, moments_off(band, shape_of(band, "band"), System(Dashpot(30.0)), 1e5))) < 1e-3  # at 50 Hz
+    True
+    """
+    w0 = math.sqrt(stiffness)
+    ends = np.log([part.frequency[0] / 30.0, part.frequency[-1] * 30.0, w0 / 60.0, w0 / 0.6])
+    u = np.linspace(ends.min(), ends.max(), _GRID)
+    w = 2.0 * np.pi * np.exp(u)
+    loss = sum(each.modulus(1j * w) for each in unit.parts if "damping" in each.powers and each.is_linear)
+    response = np.exp(u) / np.abs(stiffness - w**2 + loss) ** 2
+    inside = (u >= math.log(part.frequency[0])) & (u <= math.log(part.frequency[-1]))
+    table = np.exp(np.interp(u, np.log(part.frequency), np.log(part.psd))) * inside / max(part.psd)
+    fitted = shape.density(np.exp(u))
+    x, v = ((fitted * response) @ k / ((table * response) @ k) - 1.0 for k in (np.ones_like(w), w**2))
+    return float(x), float(v)
 
 
 def _logarithm(zeros: Floats, poles: Floats, gain: float, u: Floats) -> tuple[Floats, Floats]:

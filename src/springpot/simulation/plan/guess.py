@@ -270,6 +270,8 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
                 rates.append(math.sqrt(part.coupling**2 / part.capacitance))
             case Harmonic():
                 rates.append(0.5 * part.frequency)
+            case SpectralExcitation():  # a motion below the band moves with it
+                rates.append(2.0 * math.pi * part.frequency[0])
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
@@ -307,7 +309,8 @@ def _temperature(unit: System, potential: Potential) -> float:
 
     for powers in (np.linspace(12.0, -12.0, 97), np.linspace(90.0, -90.0, 361)):  # the second where size means nothing
         thetas = (size * 10.0**powers).tolist()
-        if unit.of(Harmonic, SpectralExcitation):  # most at its own frequency: the hottest of several is found by a walk
+        # these feed in most at some frequency: the hottest of several is found by a walk
+        if unit.of(Harmonic, SpectralExcitation):
             hot = next((n for n, theta in enumerate(thetas) if is_fed(theta)), len(thetas))
         else:
             hot = bisect_left(thetas, True, key=is_fed)

@@ -31,7 +31,6 @@ from springpot.problem.parts import (
     PolynomialDashpot,
     RecordedExcitation,
     SpectralExcitation,
-    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
