@@ -48,7 +48,7 @@ On = Point
 then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
 
-MOST_POINTS = 2000  # of a table of densities
+MOST_POINTS = 1000  # of a table of densities
 _GRID = 400
 _A_DENSITY = "It is a density, not a level in dB, which is 10 log10 of it."
 
@@ -583,7 +583,8 @@ class SpectralExcitation(Excitation):
         if place == 0 or place == len(self.psd):
             return self.scale * self.psd[-1] if f == self.frequency[-1] else 0.0
         (low, high), (first, last) = self.frequency[place - 1 : place + 1], self.psd[place - 1 : place + 1]
-        return self.scale * first * (last / first) ** (math.log(f / low) / math.log(high / low))
+        share = math.log(f / low) / math.log(high / low)
+        return self.scale * first * math.exp(share * math.log(last / first))
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -616,7 +617,8 @@ class SpectralExcitation(Excitation):
     def measure(self, name: str, frequency: float) -> str:
         """Its density at the natural frequency."""
         q = self.white_at(frequency).intensity
-        return f"{name}: there its density is that of white noise of intensity {q:.6g} m^2/s^3"
+        there = f"that of white noise of intensity {q:.6g} m^2/s^3" if q else "0"
+        return f"density of {name} at the natural frequency: {there}"
 
     def words(self, name: str, unit: Units) -> str:
         """What it is, with its root mean square for comparison with the test's own."""

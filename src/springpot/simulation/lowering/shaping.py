@@ -29,7 +29,8 @@ __all__ = ["Shape", "filter_of", "moments_off", "shape_of"]
 Floats = npt.NDArray[np.float64]
 
 EDGE = 0.1  # relative width of a band's end, and of a narrow band in its logarithm
-NEAR, RMS = 0.01, 0.002  # the fit is good: worst and root mean square error of the density within the band
+WINDOW = 0.4  # of that width, over which densities are averaged before they are compared: no resonance is narrower
+NEAR, RMS = 0.01, 0.002  # the fit is good: worst and root mean square error within the band
 FAR = 0.03  # largest error that is accepted
 MOST = 24  # sections
 _SECTIONS = 4  # of an elliptic filter at an end of the band
@@ -38,7 +39,8 @@ _FALL = 2.0
 _OUTSIDE = 0.03  # weight of what is outside
 _UNIT = 0.01  # an error of the logarithm that counts as 1
 _ROUNDS, _CALM, _GAIN = 300, 3, 1e-4
-_LEAST, _MOST_DAMPED, _ZERO = math.log(1e-3), math.log(0.97), 1.5  # logarithms of damping ratios
+_LEAST = 0.1  # damping ratio, over the width of an end: nothing narrow hides between the points of the fit
+_MOST_DAMPED, _ZERO = math.log(0.97), 1.5  # logarithms of damping ratios
 _BEYOND = 6.0  # logarithms of frequencies, from the ends
 _DIGITS = 9
 _GRID = 40_001  # frequencies of `moments_off`
@@ -191,17 +193,31 @@ class _Table:
         low, high = float(u[0]), float(u[-1])
         edge = min(math.log1p(EDGE), EDGE * (high - low))
         near, far = edge * np.geomspace(1.0, 20.0, 24), edge * np.geomspace(1.0, 60.0, 30)
-        at = np.unique(np.concatenate([np.linspace(low + edge, high - edge, 300), low + near, high - near, u[1:-1]]))
-        slack = 1e-9 * edge
-        self.u, self.log_psd, self.ends = u, log_psd, (low, high)
-        self.at = at[(at >= low + edge - slack) & (at <= high - edge + slack)]
+        self.u, self.log_psd, self.ends, self.edge = u, log_psd, (low, high), edge
+        between = 3 if len(u) <= 50 else 1  # points within each piece of the table
+        self.at = self._inside(
+            np.linspace(low + edge, high - edge, 300), low + near, high - near, self._points(between)
+        )
         self.wanted = np.interp(self.at, u, log_psd)
+        self.dense = self._inside(np.linspace(low + edge, high - edge, 3000), self._points(7))
+        self.averages = self._averaged(np.exp(np.interp(self.dense, u, log_psd)))
         spacing = np.gradient(self.at)
         self.weight = np.sqrt(spacing / spacing.mean())
         self.outside = np.concatenate([low - far, high + far])
         self.allowed = np.concatenate([log_psd[0] - _STOP - _FALL * far, log_psd[-1] - _STOP - _FALL * far])
         self.strips = [np.linspace(low - 4.0 * edge, low + edge, 60), np.linspace(high - edge, high + 4.0 * edge, 60)]
         self.areas = [self._area(low, low + edge), self._area(high - edge, high)]
+
+    def _points(self, between: int) -> Floats:
+        """The table's points, and so many between each two."""
+        places = np.arange(0.0, len(self.u) - 1.0, 1.0 / (between + 1))
+        return np.asarray(np.interp(places, np.arange(len(self.u)), self.u))
+
+    def _inside(self, *at: Floats) -> Floats:
+        """Those within the band, without its ends."""
+        low, high = self.ends
+        whole, edge = np.unique(np.concatenate(at)), self.edge * (1.0 - 1e-9)
+        return whole[(whole >= low + edge) & (whole <= high - edge)]
 
     def _area(self, low: float, high: float) -> float:
         u = np.linspace(low, high, 400)
@@ -218,12 +234,18 @@ class _Table:
             there, by_there = _logarithm(zeros, poles, gain, u)
             share = np.exp(np.minimum(there, 30.0) + u) / area
             values.append(np.array([np.trapezoid(share, u) - 1.0]))
-            slopes.append(np.trapezoid(share * by_there, u)[:, None])
+            slopes.append(np.asarray(np.trapezoid(share * by_there, u))[:, None])
         return np.concatenate(values) / _UNIT, np.concatenate(slopes, axis=1) / _UNIT
 
     def errors(self, zeros: Floats, poles: Floats, gain: float) -> Floats:
-        """Of the logarithm of the density within the band."""
-        return _logarithm(zeros, poles, gain, self.at)[0] - self.wanted
+        """Of the logarithm of the density, averaged over a window, at more points than it is fitted at."""
+        return np.asarray(np.log(self._averaged(np.exp(_logarithm(zeros, poles, gain, self.dense)[0])) / self.averages))
+
+    def _averaged(self, density: Floats) -> Floats:
+        pieces = 0.5 * (density[1:] + density[:-1]) * np.diff(self.dense)
+        whole, half = np.concatenate([[0.0], np.cumsum(pieces)]), 0.5 * WINDOW * self.edge
+        above, below = (np.interp(self.dense + side, self.dense, whole) for side in (half, -half))
+        return np.asarray(above - below)
 
 
 @lru_cache(maxsize=64)
@@ -234,16 +256,16 @@ def _fitted(frequency: tuple[float, ...], log_psd: tuple[float, ...]) -> Shape:
         zeros, poles, gain = _least_squares(table, zeros, poles)
         errors = table.errors(zeros, poles, gain)
         worst, place = float(np.abs(np.expm1(errors)).max()), int(np.abs(errors).argmax())
-        rms = float(np.sqrt(np.average(errors**2, weights=table.weight**2)))
+        rms = float(np.sqrt(np.average(errors**2, weights=np.gradient(table.dense))))
         if (worst <= NEAR and rms <= RMS) or len(poles) >= MOST:
-            return Shape(zeros, poles, gain, worst, rms, float(np.exp(table.at[place])))
+            return Shape(zeros, poles, gain, worst, rms, float(np.exp(table.dense[place])))
         # a zero beside a pole, as wide as the error has one sign
         alike = np.sign(errors) == np.sign(errors[place])
         first, last = (np.flatnonzero(~alike[:place])[-1:], place + np.flatnonzero(~alike[place:])[:1])
-        width = table.at[last[0] - 1 if last.size else -1] - table.at[first[0] + 1 if first.size else 0]
+        width = table.dense[last[0] - 1 if last.size else -1] - table.dense[first[0] + 1 if first.size else 0]
         damping, apart = math.log(min(max(width, 0.02), 0.8)), 0.05 * float(np.sign(errors[place]))
-        zeros = np.append(zeros, [[table.at[place], damping - apart]], axis=0)
-        poles = np.append(poles, [[table.at[place], damping + apart]], axis=0)
+        zeros = np.append(zeros, [[table.dense[place], damping - apart]], axis=0)
+        poles = np.append(poles, [[table.dense[place], damping + apart]], axis=0)
 
 
 def _ends(low: float, high: float) -> tuple[Floats, Floats]:
@@ -269,10 +291,11 @@ def _least_squares(table: _Table, zeros: Floats, poles: Floats) -> tuple[Floats,
         return x[:cut].reshape(-1, 2), x[cut:size].reshape(-1, 2), float(x[size])
 
     low, high = table.ends
-    least = np.append(np.tile([low - _BEYOND, _LEAST], size // 2), -np.inf)
+    least = np.append(np.tile([low - _BEYOND, math.log(_LEAST * table.edge)], size // 2), -np.inf)
     most = np.append(np.tile([high + _BEYOND, _ZERO], size // 2), np.inf)
     most[cut + 1 : size : 2] = _MOST_DAMPED
-    x = np.concatenate([zeros.ravel(), poles.ravel(), [-table.errors(zeros, poles, 0.0).mean()]])
+    level = float(np.mean(_logarithm(zeros, poles, 0.0, table.at)[0] - table.wanted))
+    x = np.concatenate([zeros.ravel(), poles.ravel(), [-level]])
     x = np.clip(x, least, most)
     values, slopes = table.residuals(*parts(x))
     cost, damping, grow, calm = float(values @ values), 1e-2, 2.0, 0
