@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.fitting.spectral_density import response
 
 G = 9.80665
 NAVMAT = (20.0, 80.0, 350.0, 2000.0)
+FROM = sp.SpectralExcitation.from_psd
+SLOPES = sp.SpectralExcitation.from_slopes
 
 
 def integrated(noise: sp.SpectralExcitation) -> float:
@@ -70,6 +73,31 @@ def test_a_white_noise_is_the_same_where_the_band_is_wide() -> None:
         assert found.spectrum(100.0) == pytest.approx(exact.spectrum(100.0))
 
 
+@pytest.mark.parametrize("order", [0.25, 0.5, 1.0])
+def test_linear_theory_integrates_over_the_table(order: float) -> None:
+    """Against sums over a million frequencies; what a fit of spectra takes is the same density."""
+    w0, profile = 2.0 * math.pi * 40.0, FROM((10, 40, 500, 2000), (0.01, 0.04, 0.04, 0.005), "g2/Hz", scale=0.5)
+    pot = sp.Springpot(order, 0.02 * w0 ** (2.0 - order))
+    system = sp.System(sp.Mass(2.0), sp.Spring(2.0 * w0**2), sp.Springpot(order, 2.0 * pot.coefficient), profile)
+    found = sp.theory.linear(system)
+    edges = np.geomspace(10.0, 2000.0, 1_000_001)
+    f, df = np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
+    table = np.exp(np.interp(np.log(f), np.log(profile.frequency), np.log(profile.psd)))
+    w = 2.0 * np.pi * f
+    density = 0.5 * table / np.abs(w0**2 - w**2 + pot.coefficient * (1j * w) ** order) ** 2
+    assert found.x_mean_square == pytest.approx(np.sum(density * df), rel=1e-7)
+    assert found.v_mean_square == pytest.approx(np.sum(density * w**2 * df), rel=1e-7)
+    some = slice(None, None, 50_000)
+    assert response(system, "x")(f[some]) == pytest.approx(density[some], rel=1e-9)
+
+
+def test_fits_of_records_do_not_cover_it() -> None:
+    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(sp.free("c", 0.1, (0.01, 1.0))), FROM((0.1, 1.0), 1.0, "m2/s4/Hz"))
+    time = np.arange(400) * 0.1
+    with pytest.raises(ValueError, match="spectral_excitation has a density without a short state"):
+        sp.fit(shaken, sp.MeasuredRecord(time, np.sin(time)))
+
+
 @pytest.mark.parametrize(
     ("text", "unit"),
     [
@@ -108,10 +136,6 @@ def test_a_wrong_file(tmp_path: Path, text: str, sentence: str) -> None:
     with pytest.raises(ValueError, match=r"profile\.csv") as caught:
         sp.SpectralExcitation.from_csv(place)
     assert sentence in str(caught.value)
-
-
-FROM = sp.SpectralExcitation.from_psd
-SLOPES = sp.SpectralExcitation.from_slopes
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from springpot.problem.parts import (
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
+    SpectralExcitation,
     ThermalNoise,
     WhiteNoise,
 )
@@ -83,7 +84,7 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
         stiffness = own.stiffness + loss
         force: Any = np.zeros(w.shape)
         for noise in own.noises:
-            force = force + (_filtered(noise, w) if isinstance(noise, KanaiTajimiNoise) else noise.density(w))  # type: ignore[arg-type]
+            force = force + _density(noise, w)
         if own.temperature > 0.0:
             force = force + own.temperature / np.pi * loss.imag / w
         found = 4.0 * np.pi * force / np.abs(stiffness - w * w) ** 2
@@ -96,6 +97,13 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
         return np.asarray(found * np.abs((stiffness - (1.0 - share) * w**2) / share) ** 2)
 
     return density
+
+
+def _density(noise: Any, w: FloatArray) -> Any:
+    """Of a noise at many frequencies."""
+    if isinstance(noise, KanaiTajimiNoise):
+        return _filtered(noise, w)
+    return np.vectorize(noise.density, otypes=[float])(w) if isinstance(noise, SpectralExcitation) else noise.density(w)
 
 
 def _filtered(noise: KanaiTajimiNoise, w: FloatArray) -> FloatArray:

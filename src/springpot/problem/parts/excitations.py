@@ -514,7 +514,7 @@ class SpectralExcitation(Excitation):
         Examples
         --------
         >>> SpectralExcitation.from_slopes((20, 80, 350, 2000), (3, 0, -3), 0.04, "g2/Hz", at=100).rms.__round__(2)
-        59.33
+        59.47
         """
         f, steep = _positive(frequency, "frequency"), _numbers(slopes, "slopes")
         level = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
