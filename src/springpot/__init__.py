@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         fit,
         read_data,
     )
+    from springpot.problem.beams import beam
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
     from springpot.problem.free_numbers import free
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
         "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
         "MeasuredRecord",
         "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
-        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "design", "explain",
+        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam", "design", "explain",
         "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
         "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
@@ -70,6 +71,7 @@ _LATER = {
         "explorer.commands": ("explore",),
         "figures": ("figures",),
         "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.beams": ("beam",),
         "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),
         "problem.free_numbers": ("free",),

@@ -14,7 +14,6 @@ from springpot.fitting.spectral_density import response
 from springpot.fitting.state_space import state_space
 from springpot.fitting.transfer import ResponseLikelihood, response_of
 from springpot.machine.faults import FileError, NotCoveredError
-from tests.problem.inerters import inerter
 
 F = np.geomspace(0.5, 20.0, 41)
 DEVICE = sp.System(
@@ -53,9 +52,9 @@ def test_derivatives_are_those_of_differences(of: Any, on: Any) -> None:
     assert np.abs(own.jacobian(theta) - differences).max() < 1e-6 * np.abs(differences).max()
 
 
-def test_the_ground_accelerates_the_mass_and_not_an_inerter(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_ground_accelerates_the_mass_and_not_an_inerter() -> None:
     inertance = sp.free("b", 3.0, (0.5, 9.0))
-    device = sp.System(*DEVICE.parts[:3], inerter(monkeypatch)(inertance), sp.WhiteNoise(0.5, on="ground"))
+    device = sp.System(*DEVICE.parts[:3], sp.Inerter(inertance), sp.WhiteNoise(0.5, on="ground"))
     linear, w = sp.theory.linear(device), 2.0 * np.pi * F
     exact = linear.frequency_response(w)
     assert np.allclose(response_of(device, F, "x", "mass")[0], exact, rtol=1e-12)
@@ -134,7 +133,8 @@ def test_a_bad_file_is_one_sentence(tmp_path: Path, text: str, sentence: str) ->
     [
         (lambda: sp.MeasuredFrequencyResponse(F, F * 1j, averages=10), "averages and coherence must be given together"),
         (lambda: sp.MeasuredFrequencyResponse(F, F[:-1] * 1j), "response must have a number for each of the 41 points"),
-        (lambda: sp.MeasuredFrequencyResponse(F, F, on="air"), "on must be 'mass'"),
+        (lambda: sp.fit(DEVICE, sp.MeasuredFrequencyResponse(F, F, on="air")), "on of the data must be 'mass', not"),
+        (lambda: sp.MeasuredFrequencyResponse(F, F, on=1), "on must be 'mass'"),
         (lambda: sp.MeasuredFrequencyResponse(F, F, relative_error=0.7), "must be above 0 and at most 0.5"),
         (
             lambda: sp.MeasuredFrequencyResponse(F, F, averages=9, coherence=0.9 + 0 * F, relative_error=0.1),

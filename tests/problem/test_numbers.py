@@ -46,15 +46,22 @@ SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, side="
               yielding=sp.Barrier(-2.0, sp.PowerRestitution(0.7, 0.1)))  # fmt: skip
 WARM = System(sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.ThermalNoise(0.5), sp.PiezoelectricCircuit(0.1, 2.0, 0.5))
 
+MODAL = System(
+    sp.Mass(2.0, at="first", participation=0.7), sp.Mass(1.0, at="second", participation=-0.2),
+    *(sp.Spring(k, between=("ground", mode)) for mode, k in (("first", 3.0), ("second", 9.0))),
+    sp.Point("tip", ("first", "second"), (1.0, -1.0)), sp.Inerter(0.3, between=("ground", "tip")),
+)  # fmt: skip
+
 
 def test_every_number_of_every_part_can_be_replaced() -> None:
-    for system in (SMOOTH, SOFT, WARM):
+    for system in (SMOOTH, SOFT, WARM, MODAL):
         for name, value in numbers_of(system).items():
             other = with_numbers(system, {name: 0.75 * value + 0.01})
             changed = {key for key, number in numbers_of(other).items() if number != numbers_of(system)[key]}
             assert changed == {name}
             assert other.names == system.names
-    assert {type(part) for part in (*SMOOTH.parts, *SOFT.parts, *WARM.parts)} | {Force} == {*KINDS.values()}
+    kinds = {type(part) for system in (SMOOTH, SOFT, WARM, MODAL) for part in system.parts}
+    assert kinds | {Force} == {*KINDS.values()}
     assert with_numbers(SMOOTH, numbers_of(SMOOTH)) == SMOOTH
 
 

@@ -12,10 +12,12 @@ import springpot as sp
 from springpot.problem.parts.registration import Number, Part, Power, in_words
 from springpot.problem.parts.walls import Restitution, SoftStop
 from springpot.problem.system import KINDS
-from tests.problem.inerters import inerter
 from tests.problem.test_numbers import SMOOTH, SOFT, WARM
 
-EXAMPLES: tuple[Part, ...] = (*SMOOTH.parts, *SOFT.parts, *WARM.parts, sp.Force(lambda t, x, v: -x))
+EXAMPLES: tuple[Part, ...] = (
+    *SMOOTH.parts, *SOFT.parts, *WARM.parts, sp.Force(lambda t, x, v: -x), sp.Inerter(3.0),
+    sp.Point("tip", ("first", "second"), (1.0, -1.0)),
+)  # fmt: skip
 EACH = {type(part): part for part in EXAMPLES}
 
 
@@ -101,19 +103,18 @@ def test_what_a_class_forgets_is_named_when_it_is_made() -> None:
                 return 0.5
 
 
-def test_a_part_may_add_to_the_inertia(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An inerter: the ground accelerates the mass alone."""
-    part = inerter(monkeypatch)
-    device = sp.System(sp.Mass(2.0), part(3.0), sp.Spring(80.0), sp.Dashpot(1.5), sp.WhiteNoise(0.5, on="ground"))
+def test_an_inerter_adds_to_the_inertia() -> None:
+    """The ground accelerates the mass alone."""
+    device = sp.System(sp.Mass(2.0), sp.Inerter(3.0), sp.Spring(80.0), sp.Dashpot(1.5), sp.WhiteNoise(0.5, on="ground"))
     assert (device.mass, device.inertia, device.natural_frequency) == (2.0, 5.0, 4.0)
     assert sp.explain(device).startswith("2 x'' + 3 x'' + 80 x + 1.5 x' = -m w(t)")
     found = sp.theory.exact(device)
     assert found.x_mean_square == pytest.approx(4.0 * 0.5 / (2.0 * 1.5 * 80.0))
     assert found.v_mean_square == pytest.approx(4.0 * 0.5 / (2.0 * 1.5 * 5.0))
-    per_mass = sp.System(part(1.5), sp.Spring(40.0))
+    per_mass = sp.System(sp.Inerter(1.5), sp.Spring(40.0))
     assert per_mass.natural_frequency == pytest.approx(4.0)
     record = sp.RecordedExcitation((0.0, 1.0), (0.0, 2.0))
-    (pushed,) = sp.System(sp.Mass(2.0), part(3.0), sp.Spring(1.0), record).per_unit_mass.of(sp.RecordedExcitation)
+    (pushed,) = sp.System(sp.Mass(2.0), sp.Inerter(3.0), sp.Spring(1.0), record).per_unit_mass.of(sp.RecordedExcitation)
     assert pushed.values == pytest.approx((0.0, -0.8))
     assert math.isclose(float(device.potential.force(1.0)), 16.0)
 

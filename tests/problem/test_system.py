@@ -14,6 +14,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.file import schema
 from springpot.problem.system import KINDS
 from springpot.theory.registry import METHODS
+from tests.problem.test_numbers import MODAL
 
 KICK = sp.WhiteNoise(0.02)
 
@@ -243,7 +244,10 @@ def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     thermal = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ThermalNoise(1.0 / 3.0))
     place.write_text(sp.to_toml(thermal))
     assert sp.read_system(str(place)) == thermal
-    kinds = {type(part) for part in (*EVERYTHING.parts, *thermal.parts)}
+    place.write_text(sp.to_toml(MODAL))
+    assert 'of = ["first", "second"]\nshares = [1.0, -1.0]' in place.read_text()
+    assert sp.read_system(place) == MODAL
+    kinds = {type(part) for part in (*EVERYTHING.parts, *thermal.parts, *MODAL.parts)}
     assert kinds == {*KINDS.values()} - {sp.Force}  # no kind is forgotten here
 
 

@@ -217,11 +217,11 @@ def response(w: Any, on: str) -> Any:
     return np.abs(np.linalg.solve(matrix, np.broadcast_to(force[:, None], (len(w), 2, 1)))[..., 0]) ** 2
 
 
-def linear_pair(*more: object) -> sp.System:
+def linear_pair(*more: object, **named: object) -> sp.System:
     ends = GROUND_A, A_B, GROUND_B
     return sp.System(
         *masses(a=1.0, b=0.5), *(sp.Spring(k, between=e) for k, e in zip((2.0, 1.0, 0.5), ends, strict=True)),
-        *(sp.Dashpot(c, between=e) for c, e in zip((0.2, 0.1, 0.1), ends, strict=True)), *more,
+        *(sp.Dashpot(c, between=e) for c, e in zip((0.2, 0.1, 0.1), ends, strict=True)), *more, **named,
     )  # fmt: skip
 
 
@@ -583,11 +583,6 @@ DRIVEN = thermal_pair()
     ("given", "sentence"),
     [
         ({"rtol": 0.02}, "rtol cannot be given: it is for one mass, and the system has 2; of several there are means"),
-        ({"observables": {"y": lambda t, x, v: x}}, "observables cannot be given: it is for one mass"),
-        ({"distributions": True}, "distributions cannot be given"),
-        ({"spectrum": [1.0]}, "spectrum cannot be given"),
-        ({"first_passage": {"x": 1.0}}, "first_passage cannot be given"),
-        ({"slowest_counted_impact": 0.1}, "slowest_counted_impact cannot be given"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
         (
@@ -607,18 +602,6 @@ def test_what_is_not_there_is_said(given: dict[str, Any], sentence: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("part", "sentence"),
-    [
-        (sp.Barrier(-0.5, sp.PowerRestitution(0.7, 0.1, 0.25), between=A_B), "push has a restitution that depends on"),
-        (sp.PiezoelectricCircuit(0.1, 1.0, 1.0, between=A_B), "push cannot be simulated in a system of several masses"),
-    ],
-)
-def test_parts_without_a_law_are_named(part: Any, sentence: str) -> None:
-    with pytest.raises(NotCoveredError, match=sentence):
-        sp.simulate(three(sp.WhiteNoise(1.0, on="a"), push=part), paths=1, duration=1.0)
-
-
-@pytest.mark.parametrize(
     ("system", "reason"),
     [
         (sp.System(*FREE, sp.Spring(1.0, between=A_B), sp.Dashpot(0.1, between=A_B), sp.WhiteNoise(1.0, on="a")),
@@ -635,12 +618,15 @@ def test_a_run_without_a_stationary_state_works_and_says_so(system: sp.System, r
 
 
 def test_impacts_without_a_rate_have_advice_that_can_be_followed() -> None:
-    """``slowest_counted_impact`` is for one mass; a contact in place of the wall has a rate."""
+    """Those that are not slow have one; so has a contact in place of the wall."""
     smooth = sp.ColoredNoise(1.0, 1.0, on="a")
-    run = simulated(three(smooth, sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0)
+    lossy = three(smooth, sp.Barrier(-0.1, 0.5, between=A_B))
+    run = simulated(lossy, paths=64, duration=20.0, slowest_counted_impact=0.1)
     (sentence,) = (each for each in run.warnings if "undefined" in each)
-    assert "slowest_counted_impact" not in sentence
-    assert sentence.endswith("and a Contact in its place has a finite impact rate.")
+    assert sentence.endswith("slowest_counted_impact counts those that are faster.")
+    assert np.isnan(run["barrier_impact_rate"].value)
+    assert run["barrier_counted_impact_rate"].value > 0.0
+    assert run["barrier_counted_impact_speed_mean"].value > 0.1
     ground = simulated(
         three(sp.WhiteNoise(1.0, on="ground"), sp.Barrier(-0.1, 0.5, between=A_B)), paths=4, duration=5.0
     )

@@ -376,5 +376,5 @@ def test_a_task_is_the_run_of_its_system() -> None:
 
 def test_the_example_of_a_system_names_theories_that_answer() -> None:
     linear = sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0)
-    assert of_system(sp.System(*linear), "a.toml")["methods"] == '"envelope", "linearization", "monte_carlo"'
+    assert of_system(sp.System(*linear), "a.toml")["methods"] == '"linear", "envelope", "linearization", "monte_carlo"'
     assert of_system(sp.System(*linear, sp.Barrier(-1.0)), "a.toml")["methods"] == '"envelope", "monte_carlo"'

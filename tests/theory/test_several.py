@@ -423,12 +423,28 @@ def test_what_is_not_covered_is_named() -> None:
 
 def test_every_other_method_says_that_it_covers_one_mass() -> None:
     answers, statements = solve_all(THREE)
-    assert [*answers] == ["linear"]
-    assert {*statements} == {*METHODS} - {"linear"}
-    assert {*statements.values()} == {
-        "one mass is needed, and the system has 3, a, b and c: only `simulate`, `theory.linear` and `theory.modes` "
-        "take several."
-    }
+    assert [*answers] == ["linearization", "linear"]
+    assert answers["linearization"].numbers == pytest.approx(answers["linear"].numbers, rel=1e-9)
+    assert "white noise of a, b and c is not" in statements.pop("exact")
+    assert {*statements} == {*METHODS} - {"linearization", "linear", "exact"}
+    assert {*statements.values()} == {"one mass is needed, and the system has 3, a, b and c."}
+    (line,) = [line for line in sp.explain(THREE).splitlines() if "one mass is needed" in line]
+    assert line.startswith("  averaging_printed, averaging, 7 others: one mass")
+    assert sp.recommended(THREE).method == "linear"
+
+
+def test_of_several_masses_there_is_no_map_and_it_is_said_once() -> None:
+    bent = sp.System(*THREE.parts, sp.PolynomialSpring((0.0, 0.0, 1.0), between=ENDS[1]))
+    best = sp.recommended(bent)
+    assert (best.method, best.guess) == ("", "linearization")
+    assert "there is no validity map of several masses. The best guess is linearization" in best.why_none
+    assert sum("map" in warning for warning in best.result.warnings) == 1
+    assert "no validity map of several masses" in sp.trust(bent, "linearization").warnings[0]
+    assert sp.recommended(sp.System(*THREE.parts, sp.Barrier(-1.0, 0.5, between=ENDS[1]))).guess == ""
+
+
+def test_names_of_several_masses_are_those_of_their_points() -> None:
+    answers = solve_all(THREE)[0]
     with pytest.raises(AttributeError, match="has no attribute 'x_mean'; did you mean a_x_mean"):
         _ = answers["linear"].x_mean
     assert "d_x_mean" not in dir(answers["linear"])

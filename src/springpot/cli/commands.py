@@ -90,6 +90,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
         from springpot.evidence.recommendation import all_methods
         from springpot.problem.catalogue import unit_of_result
         from springpot.theory.result import names_of_results
+        from springpot.theory.solve import grouped
 
     dicts = all_methods(system)
     if json_:
@@ -107,8 +108,8 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
         if any(is_number(answer.get(name)) for answer in shown.values())
     ]
     print_table([["", *(f"{name} *" if name == best else name for name in shown), "unit"], *rows] if shown else [])
-    for statement in dict.fromkeys(silent.values()):
-        print(f"{', '.join(name for name, reason in silent.items() if reason == statement)}: {statement}")
+    for sentence in grouped(silent):
+        print(sentence)
     print(f"* recommended here: {best}" if best else why_none)
     # warnings of the other methods: --json prints them
     warn(*(f"{best}: {sentence}" for sentence in answers.get(str(best), {}).get("warnings", ())))
@@ -164,6 +165,7 @@ def compare(
         from springpot.evidence.comparison import compare as set_side_by_side
         from springpot.evidence.comparison import observe
         from springpot.evidence.reliability import warnings_of
+        from springpot.theory.solve import grouped
 
     check_picture(plot)
     with Bar("simulating", first="finding the stationary start") as bar:
@@ -191,8 +193,8 @@ def compare(
             cells = [gap(gaps_of_method.get(name)) for gaps_of_method in gaps.values()]
             table.append([name, with_error(own.value, own.error, own.unit), *cells])
     print_table(table)
-    for name, statement in result.statements.items():
-        print(f"{name}: {statement}")
+    for sentence in grouped(result.statements):
+        print(sentence)
     print("gap of each method to Monte Carlo in per cent, and in standard errors in brackets.")
     print(f"* recommended here: {result.recommended}" if result.recommended else result.why_none_is_recommended)
     if plot is not None:
@@ -236,7 +238,8 @@ def simulate(
 
     saved = () if out is None else tuple(place_for(p, overwrite=overwrite) for p in places(out, settings.record or 0))
     adapted = "rtol" in given or (settings.start or default_start(motion_of(problem), given)[0]) == "stationary"
-    with Bar("simulating", first="finding the stationary start" if adapted else "simulating") as bar:
+    shorter = {} if "rtol" in given else {"hint": "fewer --paths or a shorter --duration take less"}
+    with Bar("simulating", first="finding the stationary start" if adapted else "simulating", **shorter) as bar:
         result = simulated(problem, **given, progress=bar)
     answer = result.to_dict()
     warn(*answer["warnings"])

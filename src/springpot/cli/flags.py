@@ -44,6 +44,20 @@ def _flag(name: str, kind: Any, group: Group, words: str, **more: Any) -> tuple[
     return name, Annotated[kind | None, Parameter(group=group, negative="", help=words, **more)], None
 
 
+def _state(_: object, tokens: Sequence[Any]) -> float | dict[str, float]:
+    """A number, or numbers by point as ``a=0.01 b=-0.02``."""
+    named = [token.value.rpartition("=") for token in tokens]
+    try:
+        if not any(equals for _, equals, _ in named) and len(named) == 1:
+            return float(named[0][2])
+        found = {point: float(value) for point, equals, value in named if point and equals}
+    except ValueError:
+        found = {}
+    if len(found) < len(named):
+        raise ValueError("must be a number, or of several masses as box=0.01 panel=-0.02, each once")
+    return found
+
+
 def _flags_class(name: str, flags: Iterable[tuple[str, Any, Any]]) -> Any:
     return make_dataclass(name, flags, frozen=True, kw_only=True, namespace={"__module__": __name__})
 
@@ -174,6 +188,7 @@ def problem_of(file: str | None, flags: Any) -> System:
     return read_system(file)
 
 
+_STATE: Any = {"converter": _state, "n_tokens": -1, "consume_multiple": True, "metavar": "NUMBER | POINT=NUMBER ..."}
 _QUANTILES = "Also print quantiles of x, v, amplitude and impact speed, and of the extremes of each path."
 _PASSED = Literal["x", "distance", "v", "speed", "amplitude", "energy"]
 RunFlags = _flags_class("RunFlags", (
@@ -186,7 +201,7 @@ RunFlags = _flags_class("RunFlags", (
     _flag("max_time", float, MONTE_CARLO,
           "With --rtol: seconds after which the run stops and keeps what it has reached."),
     *(_flag(name, Whole if int in get_args(get_args(hint)[0]) else get_args(hint)[0], MONTE_CARLO, words(name),
-            metavar="START END" if name == "window" else None)
+            **_STATE if name.startswith("initial_") else {"metavar": "START END" if name == "window" else None})
       for name, hint in hints("record", "record_every").items()),  # these two belong to the file
     ("distributions", Annotated[bool, Parameter(group=MONTE_CARLO, negative="", help=_QUANTILES)], False),
     _flag("first_passage", list[tuple[_PASSED, float]], MONTE_CARLO,

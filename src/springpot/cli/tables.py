@@ -73,12 +73,10 @@ def _first_passages(answer: Mapping[str, Any]) -> list[str]:
 
 def _print_quantiles(answer: Mapping[str, Any]) -> None:
     """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
-    from springpot.simulation.watch.distributions import SKETCHED
-    from springpot.simulation.watch.observables import EXTREMES
+    from springpot.problem.catalogue import unit_of
 
-    units = {name: unit for name, (unit, _) in SKETCHED.items()} | EXTREMES
-    units |= dict.fromkeys(_first_passages(answer), "s")
-    units = {name: unit for name, unit in units.items() if f"{name}_quantile" in answer}
+    names = [name.removesuffix("_quantile") for name in answer if name.endswith("_quantile")]
+    units = {name: unit_of(f"{name}_quantile") or "s" for name in names}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()
     print_table(
@@ -96,7 +94,7 @@ def _print_quantiles(answer: Mapping[str, Any]) -> None:
 
 
 def _step_bias(bound: float | None) -> str:
-    return "" if bound is None else f"step bias up to {bound:.2g}"
+    return f"step bias up to {bound:.2g}" if bound else ""
 
 
 def _plain_short(value: float | None) -> str:

@@ -20,7 +20,7 @@ from springpot.machine.arguments import finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, with_values
-from springpot.problem.system import System, check_single, checked_system
+from springpot.problem.system import System, checked_system
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.motions import motion_of
@@ -115,7 +115,6 @@ def design(
     (True, True)
     """
     system = checked_system(model, "model")
-    check_single(system)
     free = free_numbers(system)
     if not free:
         raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")

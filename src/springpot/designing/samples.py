@@ -74,11 +74,14 @@ def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress |
         plan = adapt(plan, progress=progress)
     simulation = simulation_of(plan)
     fastest = simulation.motion.scales.fastest_rate
-    observers = (sketches(GROUP * plan.settings.step * fastest),) if distributions else ()
+    all_seen = simulation.motion.seen if distributions else ()
+    observers = [sketches(seen, GROUP * plan.settings.step * fastest) for seen in all_seen]
     ensemble = simulation.advance(observers=observers, progress=progress)
     samples = estimate.samples_of(simulation, ensemble.rows)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
-    counted = distributions_in(simulation, ensemble.observed[0]) if distributions else {}
+    counted: dict[str, Distribution] = {}
+    for sketch, seen, counts in zip(observers, all_seen, ensemble.observed, strict=True):
+        counted |= distributions_in(simulation, sketch, seen, counts)
     return SampledRun(samples, start, counted)
 
 

@@ -17,7 +17,7 @@ from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import known_word, shown
-from springpot.problem.system import System, check_single, checked_system
+from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.motions import motion_of
@@ -93,7 +93,6 @@ def sensitivity(
     True
     """
     system = checked_system(model, "model")
-    check_single(system)
     names = _checked_names(quantities)
     finite_number(change, "change", low=0.001, high=0.3)
     check_stationary(system, "sensitivity")
@@ -191,11 +190,15 @@ def _by_monte_carlo(
         done += 1
         return found
 
-    base = simulated(numbers.system)
+    base, motion = simulated(numbers.system), motion_of(numbers.system)
     for name in names:
         known_word(name, base, "quantities", "must be among")
-    if motion_of(numbers.system).struck.crowded and any("impact_" in name for name in names):
+    if motion.struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
+    for name in names:
+        if math.isnan(base[name][0]):
+            why = f": {motion.uncountable}" if motion.uncountable and "impact_" in name else ""
+            said.append(f"{name} has no value for this model{why}.")
     derivatives = {}
     for name in numbers.values:
         sides = (
@@ -205,6 +208,8 @@ def _by_monte_carlo(
         found = []
         for quantity in names:
             found.append((math.nan, math.nan, math.nan))
+            if math.isnan(base[quantity][0]):
+                continue
             values = np.array([side[quantity][0] for side in (*sides, base)])
             if own is not None and ((values > 0.0).all() or (values < 0.0).all()):
                 found[-1] = _difference([side[quantity] for side in sides], own, step)

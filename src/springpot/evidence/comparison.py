@@ -235,7 +235,7 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
     >>> import springpot as sp
     >>> from springpot import Springpot
     >>> run = observe(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)))
-    >>> run.spectrum.frequency.size
+    >>> run.spectra["x"].frequency.size
     117
     """
     frequency, plan = Dimensionless.of(system).natural_frequency, plan_of(system)

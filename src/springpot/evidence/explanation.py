@@ -9,20 +9,19 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from springpot.machine.faults import few, per_cent
 from springpot.problem.parts import SpectralExcitation
+from springpot.problem.parts.checks import signed
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
 from springpot.theory import modes, solve_all
+from springpot.theory.solve import grouped
 
 __all__ = ["equation", "explain"]
 
 _X = re.compile(r"\bx\b")
-_ONE = np.ones(64)  # noise of every dissipator is in the equation of every mass
 MOST_TERMS = 12  # of one side of the equation
 _STIFFENED = 1.001  # resonance over natural frequency from which it is said
 
@@ -61,11 +60,9 @@ def explain(system: System) -> str:
 def equation(system: System) -> Iterator[str]:
     """The equation of motion of each mass, and a line for each excitation, wall and circuit."""
     excitations = [*_excitations(system)]
-    for place, point in enumerate(system.points):
+    for place, point in enumerate(system.coordinates.names):
         left = [term for name, part in system.named() if (term := _term(system, name, part, place))]
-        pushes = [symbol for name, symbol, _ in excitations if system.coordinates.forces.get(name, _ONE)[place]]
-        own = "m" if len(system.points) == 1 else f"{system.coordinates.masses[place]:.6g}"
-        right = [symbol.replace("-m ", f"-{own} ") for symbol in pushes]
+        right = [push for name, symbol, _ in excitations if (push := _push(system, name, symbol, place))]
         sides = _some(left, ""), _some(right, " + ").replace("+ -", "- ") or "0"
         yield f"{_inertia(system, place, point)}{' = '.join(sides)}"
     yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
@@ -83,35 +80,51 @@ def _inertia(system: System, place: int, point: str) -> str:
     return f"{mass}x''" if len(system.points) == 1 else f"{mass}x_{point}''"
 
 
+def _push(system: System, name: str, symbol: str, place: int) -> str:
+    """The symbol of an excitation in the equation of one mass, with what stands before it there."""
+    at = system.coordinates
+    row = at.elongations.get(name, at.forces.get(name))
+    if row is not None and symbol.startswith("x "):  # noise that multiplies the elongation
+        symbol, row = _with_ends(symbol, _elongation(system, name, -1 if row[place] < 0.0 else 1)), abs(row)
+    if row is None or len(system.points) == 1:
+        return symbol
+    whole = {1.0: "", -1.0: "-"} if name in at.elongations else {1.0: ""}
+    before = whole.get(row[place], f"{row[place]:.6g} ")
+    return f"{before}{symbol.removeprefix('-m ')}" if row[place] else ""
+
+
 def _term(system: System, name: str, part: Part, place: int) -> str:
     """A part's force in the equation of one mass; the other way round for its first end."""
     term, row = "" if isinstance(part, Excitation) else part.term(), system.coordinates.elongations.get(name)
     if row is None or not term:
         return term
-    if row[place] > 0.0:
+    if row[place] == 1.0:
         return _with_ends(term, _elongation(system, name))
     if row[place] == 0.0:
         return ""
-    if part.is_linear and _X.search(term):
-        return _with_ends(term, _elongation(system, name, -1.0))
+    if row[place] != -1.0:
+        whole = _with_ends(term, _elongation(system, name)).removeprefix(" + ").strip()
+        return signed(float(row[place]), f"[{whole}]")
+    back = _elongation(system, name, -1)
+    if part.is_linear and _X.search(term) and back[0] != "-":
+        return _with_ends(term, back)
     if part.soft_stop is not None:
         other = " + " if term.startswith(" - ") else " - "
         return _with_ends(other + term[len(other) :], _elongation(system, name))
     return f" - [{_with_ends(term, _elongation(system, name)).removeprefix(' + ').strip()}]"
 
 
-def _elongation(system: System, name: str, sign: float = 1.0) -> str:
+def _elongation(system: System, name: str, sign: int = 1) -> str:
     """The symbol of what a part sees of the motion."""
-    row = system.coordinates.elongations.get(name)
-    if row is None or len(system.points) == 1:
+    if name not in system.coordinates.ends or len(system.points) == 1:
         return "x"
-    symbols = sorted(((sign * g, f"x_{point}") for g, point in zip(row, system.points, strict=True) if g), reverse=True)
-    return " - ".join(symbol for _, symbol in symbols)
+    first, second = (f"x_{end}" if end != "ground" else "" for end in system.coordinates.ends[name][::sign])
+    return f"{second} - {first}" if first and second else second or f"-{first}"
 
 
 def _with_ends(text: str, x: str) -> str:
     """A text about x, of a part that sees something else."""
-    within = f"({x})" if " " in x else x
+    within = x if x.isidentifier() else f"({x})"
     return (
         _X.sub(lambda found: x if text[found.end() :].startswith((" >=", " <=")) else within, text)
         if x != "x"
@@ -142,7 +155,8 @@ def _excitations(system: System) -> Iterator[tuple[str, str, str]]:
             continue
         if words := part.words(name, partial(_unit, system, part)):
             ground = ", acceleration of the ground" if part.of_ground else ""
-            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", words + ground
+            said = _with_ends(words, _elongation(system, name)) + ground
+            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", said
         else:
             yield name, part.term(), ""
 
@@ -189,6 +203,4 @@ def _losses(system: System) -> Iterator[str]:
 def _coverage(system: System) -> Iterator[str]:
     answers, statements = solve_all(system)
     yield f"analytical methods with an answer: {', '.join(answers) or 'none'}"
-    for statement in dict.fromkeys(statements.values()):
-        names = [name for name, said in statements.items() if said == statement]
-        yield f"  {few(names)}: {statement}"
+    yield from (f"  {sentence}" for sentence in grouped(statements))

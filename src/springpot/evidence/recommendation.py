@@ -106,7 +106,8 @@ def recommended(system: System, answers: Mapping[str, Any] | None = None) -> Rec
     is_strong = here is not None and here["c"] > float(read_map(atlas.file)["c"].max())
     guesses = (name for name in _PREFERRED if name in answers and not (is_strong and name in _LIGHT_ONLY))
     guess = next(guesses, "")
-    why = "the validity map has no cell near this system"
+    several = len(system.points) > 1
+    why = "there is no validity map of several masses" if several else "the validity map has no cell near this system"
     if any(trust(system, name).mapped for name in atlas.methods):
         why = "the Monte Carlo of the validity map is too uncertain to judge them"
     hint = f"The best guess is {guess}: compare" if guess else "Compare"

@@ -89,7 +89,9 @@ class Gathering:
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._sketch = sketches(GROUP * settings.step * simulation.motion.scales.fastest_rate)
+        self._sketch = sketches(
+            simulation.motion.seen[0], GROUP * settings.step * simulation.motion.scales.fastest_rate
+        )
         self._counts = np.zeros((1, self._sketch.initial.size))
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
@@ -146,7 +148,7 @@ class Gathering:
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
-        return distributions_in(self.simulation, self._counts)
+        return distributions_in(self.simulation, self._sketch, self.simulation.motion.seen[0], self._counts)
 
     def growth(self) -> tuple[Floats, Floats]:
         """<x^2 + speeds v^2> in each of BINS of time, and its standard error (NaN while there is one block)."""

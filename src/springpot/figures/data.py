@@ -117,8 +117,8 @@ def _rows(data: xarray.Dataset, of: str) -> tuple[FloatArray, dict[str, FloatArr
         If there is neither a mass nor such a part of this name.
     """
     parts = json.loads(data.attrs["system"])["parts"]
-    points = tuple(part["at"] for part in parts if part.get("kind") == "mass" and part.get("at")) or ("mass",)
-    at = Coordinates(points, np.ones(len(points)), {}, {})
+    masses, others = (tuple(p["at"] for p in parts if p["kind"] == kind and p.get("at")) for kind in ("mass", "point"))
+    at = Coordinates.of_masses(points := (*(masses or ("mass",)), *others))  # paths have every point
     single = len(points) == 1
     rows = {part["name"]: at.row(part.get("between")) for part in parts if single or "between" in part}
     if of in points or (not of and single):

@@ -226,15 +226,15 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
     if isinstance(data, MeasuredStatistics | tuple):
         cases = [(model, data)] if isinstance(data, MeasuredStatistics) else [*zip(model, data, strict=True)]
         for each, _ in cases:
-            check_single(checked_system(each, "model"))
+            checked_system(each, "model")
         _check_size(len(free_numbers(tuple(each for each, _ in cases))), sum(own.size for _, own in cases), 0)
         from springpot.fitting.simulated_search import search_by_simulation  # brings the whole engine
 
         return search_by_simulation(cases, how)
     system = system_of(model, "model")
-    check_single(system)
     match data:
         case MeasuredModuli():
+            check_single(system)
             return ModuliLikelihood(system, data)
         case MeasuredFrequencyResponse():
             return ResponseLikelihood(system, data)

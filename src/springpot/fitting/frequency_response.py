@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -39,8 +39,11 @@ class MeasuredFrequencyResponse:
     of : {"x", "v", "a"}
         Displacement, velocity or acceleration.  Of the ground's motion x and v are relative to the ground, and the
         acceleration is that of the mass itself, so that its response is the transmissibility.
-    on : {"mass", "ground"}
-        What the input is: a force on the mass, or the acceleration of the ground.
+    on : str
+        What the input is: a force on the ``"mass"``, or on one of several by its name, or the acceleration of the
+        ``"ground"``.
+    at : str, optional
+        The mass whose motion is the output, by its name, where the model has several.
 
     Raises
     ------
@@ -68,14 +71,18 @@ class MeasuredFrequencyResponse:
     coherence: Any = None
     relative_error: Any = None
     of: Of = "x"
-    on: Literal["mass", "ground"] = "mass"
+    on: str = "mass"
+    at: str | None = None
 
     def __post_init__(self) -> None:
         frequency = frequencies(self.frequency_hz)
         put(self, frequency_hz=frequency, response=_complex(self.response, frequency.size))
-        check_of(self.of)
-        if self.on not in ("mass", "ground"):
-            raise ValueError(f"on must be 'mass' (a force on it) or 'ground' (its acceleration), not {shown(self.on)}.")
+        check_of(self.of, self.at)
+        if not isinstance(self.on, str):
+            raise TypeError(
+                f"on must be 'mass' (a force on it), the name of a mass, or 'ground' (its acceleration), not "
+                f"{shown(self.on)}."
+            )
         if (self.averages is None) != (self.coherence is None):
             raise ValueError("averages and coherence must be given together: the error depends on both.")
         if self.averages is not None:

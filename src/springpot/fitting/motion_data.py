@@ -58,6 +58,8 @@ class MeasuredSpectrum:
         account that neighbouring points are correlated.
     segment : int, optional
         Samples of each periodogram.  Frequencies must then be multiples of sampling_rate / segment.
+    at : str, optional
+        The mass whose motion it is, by its name, where the model has several.
 
     Raises
     ------
@@ -79,6 +81,7 @@ class MeasuredSpectrum:
     sampling_rate: float | None = None
     window: Literal["boxcar", "hann"] | None = None
     segment: int | None = None
+    at: str | None = None
 
     def __post_init__(self) -> None:
         frequency = frequencies(self.frequency_hz)
@@ -86,7 +89,7 @@ class MeasuredSpectrum:
         hint = "It is the number of independent periodograms."
         put(self, averages=finite_number(self.averages, "averages", low=1.0, hint=hint))
         check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
-        check_of(self.of)
+        check_of(self.of, self.at)
         check_number(self, "sampling_rate", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         if self.sampling_rate is not None:
             above = self.frequency_hz > 0.5 * self.sampling_rate * (1.0 + 1e-9)
@@ -133,6 +136,8 @@ class MeasuredRecord:
         Displacement, velocity, or the acceleration that an accelerometer on the mass shows.
     noise : float or None
         Standard deviation of the measurement noise, in the unit of ``values``.  None: it is found with the rest.
+    at : str, optional
+        The mass whose motion it is, by its name, where the model has several.
 
     Raises
     ------
@@ -151,10 +156,11 @@ class MeasuredRecord:
     values: Any
     of: Of = "x"
     noise: float | None = None
+    at: str | None = None
 
     def __post_init__(self) -> None:
         time = column(self.time, "time")
-        check_of(self.of)
+        check_of(self.of, self.at)
         if time.size < _FEWEST_SAMPLES:
             raise ValueError(f"time must have at least {_FEWEST_SAMPLES} samples, not {time.size}.")
         values = rows(self.values, time.size)
@@ -234,18 +240,20 @@ class MeasuredRecord:
         kept = slice(1, -1 if length % 2 == 0 else None)
         return MeasuredSpectrum(
             frequency[kept], density.mean(axis=0)[kept], self.paths * _independent(shape, hop, samples), self.of,
-            None if self.noise is None else 2.0 * self.step * self.noise**2, 1.0 / self.step, window, length,
+            None if self.noise is None else 2.0 * self.step * self.noise**2, 1.0 / self.step, window, length, self.at,
         )  # fmt: skip
 
 
-def check_of(of: object) -> None:
-    """What a measurement is of.
+def check_of(of: object, at: object) -> None:
+    """What a measurement is of, and of which mass.
 
     Raises
     ------
-    ValueError
-        If it is another word.
+    TypeError, ValueError
+        If it is another word, or the mass is no name.
     """
+    if at is not None and not isinstance(at, str):
+        raise TypeError(f"at must be the name of a mass, not {shown(at)}.")
     if not isinstance(of, str) or of not in _OF:
         words = listed([f"{word!r} ({text})" for word, text in _OF.items()], "or")
         raise ValueError(f"of must be {words}, not {shown(of)}.")

@@ -69,7 +69,8 @@ _COLUMNS: dict[str, set[str]] = {
 _SETTINGS = {
     "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
     "sampling_rate_hz": ("a spectrum",), "window": ("a spectrum",), "segment": ("a spectrum",),
-    "noise": ("a spectrum", "a record"), "error": ("impacts",),
+    "noise": ("a spectrum", "a record"), "error": ("impacts",), "on": ("a frequency response",),
+    "at": ("a spectrum", "a record", "a frequency response"),
 }  # fmt: skip
 """What each kind of data may have, columns and settings."""
 MOST_BYTES = 200_000_000
@@ -107,8 +108,9 @@ def read_data(path: str | Path) -> Data:
 
         Other units are ``rad/s``, ``kHz``, ``kPa``, ``MPa``, ``GPa``, ``N/m``, ``N/mm``, ``ms``, ``mm``, ``um`` and
         ``mm/s``.  Lines that begin with ``#`` are comments, or settings such as ``# averages = 64``:
-        ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error``, the
-        last two in SI units.  The file may have 200 MB, 1000 columns and 20 million numbers.
+        ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both
+        in SI units); of several masses ``at``, the one that was measured, and ``on``, the one that the force acts on.
+        The file may have 200 MB, 1000 columns and 20 million numbers.
 
     Returns
     -------
@@ -271,7 +273,10 @@ def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Measur
     if "coherence" in own:
         given["coherence"] = own["coherence"].values
     _, of, on = _RESPONSES[first.unit]
-    return MeasuredFrequencyResponse(own["frequency"].values, response, of=of, on=on, **given)  # type: ignore[arg-type]
+    if on == "ground" and "on" in given:
+        raise ValueError(f"on is of a force, and {first.header} is of the ground's acceleration.")
+    given = {"of": of, "on": on, **given}
+    return MeasuredFrequencyResponse(own["frequency"].values, response, **given)
 
 
 def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> dict[str, Any]:
@@ -283,7 +288,7 @@ def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> di
     for name, text in settings.items():
         if kind not in _SETTINGS[name]:
             raise ValueError(f"{name} is a setting of {listed(_SETTINGS[name], 'or')}, not of {kind}.")
-        if name == "window":
+        if name in ("window", "at", "on"):
             found[name] = text.strip("'\"")
             continue
         try:

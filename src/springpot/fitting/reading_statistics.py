@@ -10,26 +10,27 @@ from springpot.fitting.columns import PointFault
 from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.rows import Row
+from springpot.problem.catalogue import unit_of as unit_of_quantity
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]
 
 HEADER = ("quantity", "value", "error")
 
 _LENGTH = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
-_SPEED = {"m/s": 1.0, "mm/s": 1e-3}
-_UNITS: tuple[tuple[str, dict[str, float]], ...] = (
-    (r"(x|amplitude)_mean_square", {"m2": 1.0, "mm2": 1e-6, "um2": 1e-12}),
-    (r"(v|impact_speed)_mean_square", {"m2/s2": 1.0, "mm2/s2": 1e-6}),
-    (r"x_mean|(x|amplitude)_(rms|standard_deviation|quantile_.*)", _LENGTH),
-    (r"(v|impact_speed|.*_impact_speed)_(mean|rms|quantile_.*)", _SPEED),
-    (r"(.*_)?impact_rate", {"1/s": 1.0, "1/min": 1.0 / 60.0, "1/h": 1.0 / 3600.0}),
-    (r".*_power", {"W": 1.0, "mW": 1e-3, "uW": 1e-6}),
-    (r".*force_mean", {"N": 1.0, "kN": 1e3}),
-    (r".*_voltage_mean_square", {"V2": 1.0}),
-    (r".*_voltage_rms", {"V": 1.0, "mV": 1e-3}),
-    (r"contact_penetration", _LENGTH),
-    (r"contact_share", {"1": 1.0}),
-)
+_UNITS: dict[str, dict[str, float]] = {
+    "m": _LENGTH,
+    "m2": {"m2": 1.0, "mm2": 1e-6, "um2": 1e-12},
+    "m s-1": {"m/s": 1.0, "mm/s": 1e-3},
+    "m2 s-2": {"m2/s2": 1.0, "mm2/s2": 1e-6},
+    "s-1": {"1/s": 1.0, "1/min": 1.0 / 60.0, "1/h": 1.0 / 3600.0},
+    "W": {"W": 1.0, "mW": 1e-3, "uW": 1e-6},
+    "N": {"N": 1.0, "kN": 1e3},
+    "V": {"V": 1.0, "mV": 1e-3},
+    "V2": {"V2": 1.0},
+    "1": {"1": 1.0},
+}
+"""Of results in the units of the catalogue."""
+_ROOTS = {"m2": "m", "m2 s-2": "m s-1", "V2": "V"}
 _KNOWN = (
     "x_mean", "x_mean_square", "x_rms", "x_standard_deviation", "x_quantile_0.9", "v_mean_square", "v_rms",
     "amplitude_mean_square", "impact_rate", "impact_speed_mean", "impact_speed_mean_square",
@@ -51,13 +52,23 @@ def unit_of(name: str, unit: str) -> float:
     >>> unit_of("x_rms", "mm"), unit_of("stop_impact_rate", "1/min") * 60.0
     (0.001, 1.0)
     """
-    units = next((units for pattern, units in _UNITS if re.fullmatch(pattern, name)), None)
-    if units is None or ("_quantile_" in name and not QUANTILE.fullmatch(name)):
+    units = _UNITS.get(_unit_in_si(name))
+    if units is None:
         raise ValueError(f"{shown(name)} is not a statistic: a name is {listed([*_KNOWN], 'or')}, or that of another "
                          f"result of a run{meant(name, _KNOWN) or '.'}")  # fmt: skip
     if unit not in units:
         raise ValueError(f"the unit of {name} must be {listed([*units], 'or')}, not {shown(unit)}.")
     return units[unit]
+
+
+def _unit_in_si(name: str) -> str:
+    """Of a statistic, in the words of the catalogue; empty if there is none."""
+    if name.endswith("_rms"):
+        return _ROOTS.get(unit_of_quantity(f"{name.removesuffix('_rms')}_mean_square", heavy=True), "")
+    if name.endswith("_standard_deviation"):
+        return unit_of_quantity(f"{name.removesuffix('_standard_deviation')}_mean", heavy=True)
+    quantile = QUANTILE.fullmatch(name)
+    return unit_of_quantity(f"{quantile[1]}_quantile" if quantile else name, heavy=True)
 
 
 def statistics_in(rows: Iterable[Row], title: str) -> MeasuredStatistics:

@@ -20,6 +20,7 @@ from springpot.machine.arguments import Free
 from springpot.machine.faults import Stopped
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.system import System
+from springpot.theory.normal_modes import modes
 
 __all__ = ["RecordLikelihood", "rounding_of"]
 
@@ -60,7 +61,7 @@ class RecordLikelihood(Likelihood):
             check_name(free)
             spread = float(data.values.std())
             free = (*free, Free(0.05 * spread, NOISE, max(rounding_of(data.values), _LEAST_NOISE * spread), spread))
-        response(system, data.of, sampled=True)  # what a record cannot be of is an error before any work
+        response(system, data.of, at=data.at, sampled=True)  # what a record cannot be of is an error before any work
         _check_length(system, data)
         self._filtered(np.array([float(number) for number in free]), free)
         without_leakage = replace(data.spectrum(), window=None, segment=None)  # as good for a start, and quicker
@@ -81,7 +82,7 @@ class RecordLikelihood(Likelihood):
         """-2 ln L, the innovations in standard deviations, and these."""
         named = dict(zip([number.name for number in free], map(float, theta), strict=True))
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
-        space = state_space(restarted(self.system, named), self.data.of, self.data.step, self._duration)
+        space = state_space(restarted(self.system, named), self.data.of, self.data.step, self._duration, self.data.at)
         return innovations_of(space.sampled(self.data.step), noise, self.data.values)
 
     def deviance(self, theta: FloatArray) -> float:
@@ -255,7 +256,8 @@ def rounding_of(values: FloatArray) -> float:
 
 def _check_length(system: System, data: MeasuredRecord) -> None:
     """Samples must be frequent and long enough to see the motion that the model has at its start."""
-    frequency = system.natural_frequency / (2.0 * np.pi)
+    own = modes(system).frequencies
+    frequency = float(own[own > 0.0].min(initial=np.inf)) / (2.0 * np.pi)
     rate, duration = 1.0 / data.step, float(data.time[-1] - data.time[0])
     if frequency > 0.5 * rate:
         raise ValueError(f"data must have more than two samples in a period of the model: its natural frequency is "

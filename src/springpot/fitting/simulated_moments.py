@@ -99,8 +99,10 @@ def case_of(
     """
     motion = _motion(model[0], named)
     settings, rough = _settings(motion, seed, threads)
-    start = adapt(Plan(motion, settings), paths=_PILOT_PATHS, progress=check).adapted
-    return Case(*model, settings, rough, start)
+    found = Case(*model, settings, rough)
+    if settings.start == "rest":
+        return found
+    return replace(found, start=adapt(Plan(motion, settings), paths=_PILOT_PATHS, progress=check).adapted)
 
 
 def _motion(system: System, named: Mapping[str, float]) -> Motion:
@@ -158,9 +160,8 @@ def moments_of(
     plan = plan if start is None else plan.started_at(start)
     run = sampled_run(plan, distributions=case.has_quantiles, progress=progress)
     found = [_statistic(name, run, groups) for name in case.data.names]
-    return Moments(
-        np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), run.samples["x_mean"][0]
-    )
+    mean = run.samples["x_mean"][0] if "x_mean" in run.samples else 0.0  # several masses start from rest
+    return Moments(np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), mean)
 
 
 def groups_of(paths: int, *, quantiles: bool) -> int:
@@ -176,8 +177,6 @@ def groups_of(paths: int, *, quantiles: bool) -> int:
 
 def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
     """Bounds on the biases that the step leaves, by name."""
-    if not {"impact_rate", "impact_speed_mean", "impact_speed_mean_square"} <= values.keys():
-        return {}
     return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
@@ -185,9 +184,10 @@ def _statistic(name: str, run: SampledRun, groups: int) -> tuple[float, FloatArr
     """Its value, and samples with this mean, one for each group."""
     if match := QUANTILE.fullmatch(name):
         return _quantile(run.distributions.get(match[1]), float(match[2]), groups, name)
-    if name == "x_standard_deviation":
-        square, own = _of_paths("x_mean_square", run)
-        mean, sides = _of_paths("x_mean", run)
+    if name.endswith("_standard_deviation"):
+        of = name.removesuffix("_standard_deviation")
+        square, own = _of_paths(f"{of}_mean_square", run, name)
+        mean, sides = _of_paths(f"{of}_mean", run, name)
         root = math.sqrt(max(square - mean * mean, 0.0))
         slope = (own - square - 2.0 * mean * (sides - mean)) / (2.0 * root) if root > 0.0 else own * 0.0
         return root, _grouped(root + slope, groups)

@@ -79,7 +79,7 @@ class SpectrumLikelihood(GammaSquares):
         named = self.coordinates.named(theta)
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
         data = self.data
-        density = response(restarted(self.system, named), data.of, sampled=data.sampling_rate is not None)
+        density = response(restarted(self.system, named), data.of, at=data.at, sampled=data.sampling_rate is not None)
         if data.sampling_rate is None:
             return density(data.frequency_hz) + noise
         density = folded(density, data.sampling_rate)

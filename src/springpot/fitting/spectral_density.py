@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of, window_samples
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
     Constant,
     Harmonic,
@@ -23,17 +24,22 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
-__all__ = ["Density", "correlations_of_bins", "folded", "response", "windowed"]
+__all__ = [
+    "Density", "correlations_of_bins", "displaced", "dynamic_stiffness", "folded", "held_by", "response",
+    "row_of", "windowed",
+]  # fmt: skip
 
+ComplexArray = NDArray[np.complex128]
 Density = Callable[[FloatArray], FloatArray]
 _FOLDS = 4
 _DECADES = 20.0  # of the integral beyond the folds, in powers of e
 
 
-def response(system: System, of: Of, *, sampled: bool = False) -> Density:
+def response(system: System, of: Of, *, at: str | None = None, sampled: bool = False) -> Density:
     """The one-sided spectral density per Hz of a linear system's stationary response.
 
     Parameters
@@ -42,6 +48,8 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
         Without walls; linear.
     of : {"x", "v", "a"}
         ``"a"``: what an accelerometer on the mass shows, the acceleration of x plus that of the ground.
+    at : str or None
+        The mass, where there are several.
     sampled : bool
         Whether single values of it are used, so that its variance must be finite.
 
@@ -65,36 +73,42 @@ def response(system: System, of: Of, *, sampled: bool = False) -> Density:
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
-    own, share = companion_of(system), system.mass / system.inertia  # of the inertia, which the ground accelerates
-    noises = [part for part in system.of(Excitation) if not isinstance(part, Constant | ThermalNoise)]
-    on = {"ground" if part.of_ground else "mass" for part in noises}
-    if of == "a" and len(on) > 1:
+    own, seen_by, coordinates = companion_of(system), row_of(system, at), system.coordinates
+    noises: list[tuple[Any, FloatArray]] = [
+        (part, coordinates.forces[name])
+        for name, part in system.named()
+        if isinstance(part, Excitation) and not isinstance(part, Constant | ThermalNoise)
+    ]
+    if of == "a" and len({part.of_ground for part, _ in noises}) > 1:
         raise NotCoveredError("an acceleration with forces on the mass and of the ground together is not covered.")
-    rough = [name for name, part in system.named() if isinstance(part, WhiteNoise | PoissonImpulses)]
-    if of == "a" and sampled and rough and "mass" in on:
+    rough = [
+        name for name, part in system.named()
+        if isinstance(part, WhiteNoise | PoissonImpulses) and not part.of_ground
+        and seen_by @ coordinates.accelerations(coordinates.forces[name])
+    ]  # fmt: skip
+    if of == "a" and sampled and rough:
         raise NotCoveredError(
             f"the acceleration under {rough[0]} on the mass has no finite variance, so it has no samples."
         )
     if not own.noises and not own.temperature:
         raise NotCoveredError("a system without noise has no spectrum: add a WhiteNoise or another noise.")
+    temperature = sum(noise.temperature for noise in system.of(ThermalNoise))
 
     def density(frequency: FloatArray) -> FloatArray:
-        w = 2.0 * np.pi * np.asarray(frequency, float)
-        loss = own.dissipative(w)
-        stiffness = own.stiffness + loss
-        force: Any = np.zeros(w.shape)
-        for noise in own.noises:
-            force = force + _density(noise, w)
-        if own.temperature > 0.0:
-            force = force + own.temperature / np.pi * loss.imag / w
-        found = 4.0 * np.pi * force / np.abs(stiffness - w * w) ** 2
-        if of == "x":
-            return np.asarray(found)
-        if of == "v":
-            return np.asarray(found * w**2)
-        if "ground" not in on:
-            return np.asarray(found * w**4)
-        return np.asarray(found * np.abs((stiffness - (1.0 - share) * w**2) / share) ** 2)
+        w = 2.0 * np.pi * np.asarray(frequency, float).ravel()
+        p, power = np.asarray(1j * w, complex), w ** {"x": 0, "v": 2, "a": 4}[of]
+        seen = displaced(system, p, seen_by)
+        found: Any = np.zeros(p.shape)
+        for part, push in noises:
+            spread = _density(part, w)
+            if of == "a" and part.of_ground:  # of the mass itself
+                found = found + spread * np.abs(np.sum(seen * held_by(system, p), axis=1)) ** 2
+            else:
+                found = found + spread * np.abs(seen @ push) ** 2 * power
+        for name, row in coordinates.elongations.items() if temperature > 0.0 else ():
+            loss = np.imag(dict(system.named())[name].modulus(p)) / w
+            found = found + temperature / np.pi * loss * np.abs(seen @ row) ** 2 * power
+        return np.asarray(4.0 * np.pi * found).reshape(np.shape(frequency))
 
     return density
 
@@ -104,6 +118,76 @@ def _density(noise: Any, w: FloatArray) -> Any:
     if isinstance(noise, KanaiTajimiNoise):
         return _filtered(noise, w)
     return np.vectorize(noise.density, otypes=[float])(w) if isinstance(noise, SpectralExcitation) else noise.density(w)
+
+
+def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:
+    """How a point moves with the coordinates; ``name`` is the argument that has it.
+
+    Raises
+    ------
+    ValueError
+        If it is none of them, or not given where there are several.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> row_of(System(Spring(1.0)), None).tolist()
+    [1.0]
+    """
+    points = system.points
+    if len(points) == 1 and point in (None, "mass"):
+        return np.ones(1)
+    if point in points:
+        return system.coordinates.row(("ground", point))
+    known = listed([repr(each) for each in points], "or")
+    raise ValueError(f"{name} of the data must be {known}, not {point!r}.")
+
+
+def dynamic_stiffness(system: System, p: ComplexArray) -> ComplexArray:
+    """Force over displacement of all coordinates, shape (n, coordinates, coordinates), at exp(p t).
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot, Mass, Spring
+    >>> dynamic_stiffness(System(Mass(2.0), Spring(8.0), Dashpot(0.4)), np.array([1j]))[0].round(9).tolist()
+    [[(6+0.4j)]]
+    """
+    at = system.coordinates
+    found = p[:, None, None] ** 2 * np.diag(at.masses)
+    for row, modulus in _moduli(system, p):
+        found = found + modulus[:, None, None] * np.outer(row, row)
+    return np.asarray(found)
+
+
+def displaced(system: System, p: ComplexArray, force: Any) -> ComplexArray:
+    """The displacements of all coordinates under forces on them, shape (n, coordinates).
+
+    Under the row of a point, they are what that point sees of forces on each.
+    """
+    stiffness = dynamic_stiffness(system, p)
+    if stiffness.shape[1] == 1:  # at a million frequencies
+        return np.asarray(force / stiffness[..., 0])
+    forces = np.broadcast_to(force, stiffness.shape[:2])
+    return np.asarray(np.linalg.solve(stiffness, forces[..., None])[..., 0])
+
+
+def held_by(system: System, p: ComplexArray) -> ComplexArray:
+    """The forces of parts where all is moved alike against the ground, shape (n, coordinates).
+
+    They are what the ground's displacement does to the masses' own one.
+    """
+    alike = system.coordinates.participations
+    found = np.zeros((p.size, alike.size), complex)
+    for row, modulus in _moduli(system, p):
+        found += modulus[:, None] * row * float(row @ alike)
+    return found
+
+
+def _moduli(system: System, p: ComplexArray) -> Iterator[tuple[FloatArray, ComplexArray]]:
+    """The row of each part with two ends, and its force per elongation, with that of its inertia."""
+    for name, part in system.named():
+        if isinstance(part, Element):
+            yield system.coordinates.elongations[name], part.modulus(p) + part.inertia * p**2 + np.zeros_like(p)
 
 
 def _filtered(noise: KanaiTajimiNoise, w: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
+from springpot.fitting.spectral_density import row_of
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     ColoredNoise,
@@ -32,6 +33,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import Companion, companion_of
 
@@ -72,7 +74,7 @@ class Sampled:
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """dX = rates X dt + noise, per unit mass.
+    """dX = rates X dt + noise, per unit mass of one coordinate, or in SI units of several.
 
     Attributes
     ----------
@@ -98,7 +100,7 @@ class StateSpace:
         return Sampled(transition, 0.5 * (stationary + stationary.T), self.row, self.mean)
 
 
-def state_space(system: System, of: Of, step: float, duration: float) -> StateSpace:
+def state_space(system: System, of: Of, step: float, duration: float, at: str | None = None) -> StateSpace:
     """The state of a linear system whose samples have this step and duration.
 
     Parameters
@@ -108,6 +110,8 @@ def state_space(system: System, of: Of, step: float, duration: float) -> StateSp
     of : {"x", "v", "a"}
     step, duration : float
         In s: they set the range of the rates.
+    at : str, optional
+        The mass, where there are several.
 
     Returns
     -------
@@ -139,57 +143,68 @@ def state_space(system: System, of: Of, step: float, duration: float) -> StateSp
             "an acceleration is covered for noise of the ground only: with a force on the mass it has no "
             "finite variance, or is not that of the state."
         )
-    if of == "a" and system.inertia != system.mass:
+    if of == "a" and any(part.inertia for part in system.of(Element)):
         raise NotCoveredError("an acceleration is covered where the mass is all of the inertia.")
-    return _assembled(own, of, _SLOWEST / duration, _FASTEST * math.pi / step)
+    return _assembled(own, of, row_of(system, at), _SLOWEST / duration, _FASTEST * math.pi / step)
 
 
-def _assembled(own: Companion, of: Of, slowest: float, fastest: float) -> StateSpace:
-    stiffness, damping = own.stiffness, own.damping
-    modes: list[tuple[float, float]] = [(c.coupling**2 / c.capacitance, 1.0 / c.time) for c in own.circuits]
+def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fastest: float) -> StateSpace:
+    points = seen_by.size
+    stiffness, damping = np.atleast_2d(own.stiffness), np.atleast_2d(own.damping)
+    modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in own.circuits]
     for element in own.elements:
+        row = own.row(element)
         match element:
             case Springpot(order=0.0, coefficient=c):
-                stiffness += c
+                stiffness = stiffness + own.along(element, c)
             case Springpot(order=1.0, coefficient=c):
-                damping += c
+                damping = damping + own.along(element, c)
             case Maxwell(stiffness=k, coefficient=c):
-                modes.append((k, k / c))
+                modes.append((k, k / c, row))
             case FractionalMaxwell(springpot=pot, spring=spring) if pot.order == 1.0:
-                modes.append((spring.stiffness, spring.stiffness / pot.coefficient))
+                modes.append((spring.stiffness, spring.stiffness / pot.coefficient, row))
             case _:
-                modes += _memory(element, slowest, fastest)
-    if not stiffness > 0.0:
+                modes += [(weight, rate, row) for weight, rate in _memory(element, slowest, fastest)]
+    if not np.linalg.eigvalsh(stiffness)[0] > 0.0:
         raise NotCoveredError("a fit of a record needs a positive stiffness of the linear springs.")
-    modes = [(weight, rate) for weight, rate in modes if weight > 0.0]
+    modes = [(weight, rate, row) for weight, rate, row in modes if weight > 0.0]
     extra = sum(1 if isinstance(n, ColoredNoise) else 2 for n in own.noises if not isinstance(n, WhiteNoise))
-    size, root = 2 + len(modes) + extra, math.sqrt(stiffness)
+    size = 2 * points + len(modes) + extra
+    x, v = slice(0, points), slice(points, 2 * points)
+    # roots of stiffness and mass times x and v: the energy is half of their squares
+    root, light = np.linalg.cholesky(stiffness), np.linalg.inv(np.linalg.cholesky(np.atleast_2d(own.mass)))
     rates, noise = np.zeros((size, size)), np.zeros((size, size))
-    rates[0, 1], rates[1, 0], rates[1, 1] = root, -root, -damping  # root x, v: the energy is half of their squares
-    noise[1, 1] = 2.0 * own.temperature * damping
-    for n, (weight, rate) in enumerate(modes, start=2):
-        rates[n, n], rates[n, 1], rates[1, n] = -rate, math.sqrt(weight), -math.sqrt(weight)
+    rates[x, v], rates[v, x], rates[v, v] = root.T @ light.T, -light @ root, -light @ damping @ light.T
+    noise[v, v] = 2.0 * own.temperature * light @ damping @ light.T
+    for n, (weight, rate, row) in enumerate(modes, start=2 * points):
+        rates[n, n], rates[n, v], rates[v, n] = (
+            -rate,
+            math.sqrt(weight) * (light @ row),
+            -math.sqrt(weight) * (light @ row),
+        )
         noise[n, n] = 2.0 * own.temperature * rate
-    at = 2 + len(modes)
+    at = 2 * points + len(modes)
     for part in own.noises:
+        push = light @ own.push(part)
         match part:
             case WhiteNoise(intensity=q):
-                noise[1, 1] += q
+                noise[v, v] += q * np.outer(push, push)
             case ColoredNoise(variance=s2, correlation_time=tau):
-                rates[at, at], rates[1, at], noise[at, at] = -1.0 / tau, 1.0, 2.0 * s2 / tau
+                rates[at, at], rates[v, at], noise[at, at] = -1.0 / tau, push, 2.0 * s2 / tau
                 at += 1
             case KanaiTajimiNoise(frequency=w, damping=z, intensity=q):  # w u and u'
                 rates[at, at + 1], rates[at + 1, at], rates[at + 1, at + 1] = w, -w, -2.0 * z * w
-                rates[1, at], rates[1, at + 1], noise[at + 1, at + 1] = w, 2.0 * z * w, q
+                rates[v, at], rates[v, at + 1], noise[at + 1, at + 1] = w * push, 2.0 * z * w * push, q
                 at += 2
-    row, mean = np.zeros(size), 0.0
+    value, mean = np.zeros(size), 0.0
     if of == "x":
-        row[0], mean = 1.0 / root, own.force / stiffness
+        value[x] = np.linalg.solve(root, seen_by)
+        mean = float(seen_by @ np.linalg.solve(stiffness, np.atleast_1d(own.force)))
     elif of == "v":
-        row[1] = 1.0
+        value[v] = light @ seen_by
     else:  # all forces of the parts
-        row[: 2 + len(modes)] = rates[1, : 2 + len(modes)]
-    return StateSpace(rates, noise, row, mean)
+        value[: 2 * points + len(modes)] = (light @ seen_by) @ rates[v, : 2 * points + len(modes)]
+    return StateSpace(rates, noise, value, mean)
 
 
 def _memory(element: Springpot | FractionalMaxwell, slowest: float, fastest: float) -> list[tuple[float, float]]:

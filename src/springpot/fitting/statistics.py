@@ -18,10 +18,9 @@ __all__ = ["MOST_STATISTICS", "QUANTILE", "MeasuredStatistics"]
 
 MOST_STATISTICS = 1000
 
-QUANTILE = re.compile(r"(x|v|amplitude|impact_speed)_quantile_(0\.\d+)")
+QUANTILE = re.compile(r"((?:\w+_)?(?:x|v|amplitude|elongation|impact_speed))_quantile_(0\.\d+)")
 """The name of a quantile: of what, and its probability."""
 
-_QUANTILES = ("x_quantile", "v_quantile", "amplitude_quantile", "impact_speed_quantile")
 _POSITIVE = re.compile(
     r".*(mean_square|_rms|standard_deviation|_rate|impact_speed_mean|(impact_speed|amplitude)_quantile_.*)"
 )
@@ -47,10 +46,11 @@ class MeasuredStatistics:
         correlated: the mean square of x with that of v, the impact rate with the mean of x.
     **measured : (value, error)
         Each statistic by the name that a result of `springpot.simulate` has (``x_mean``, ``x_mean_square``,
-        ``v_mean_square``, ``impact_rate``, ``impact_speed_mean``, ``<wall>_impact_rate``, ``<wall>_power``, ...), with
-        its standard error, in SI units.  Besides: ``x_rms``, ``v_rms``, ``impact_speed_rms`` (roots of mean squares),
-        ``x_standard_deviation``, and ``x_quantile``, ``v_quantile``, ``amplitude_quantile``, ``impact_speed_quantile``
-        as ``{probability: (value, error)}``.
+        ``v_mean_square``, ``impact_rate``, ``impact_speed_mean``, ``<wall>_impact_rate``, ``<wall>_power``, of several
+        masses ``<point>_x_mean_square``, ...), with its standard error, in SI units.  Besides: ``x_rms``, ``v_rms``,
+        ``impact_speed_rms``, ``<point>_x_rms``, ... (roots of mean squares), ``x_standard_deviation``,
+        and ``x_quantile``, ``v_quantile``, ``amplitude_quantile``, ``impact_speed_quantile`` as
+        ``{probability: (value, error)}``.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class MeasuredStatistics:
 
 def _named(name: str, given: Any) -> list[tuple[str, Any]]:
     """One statistic, or several quantiles, by their whole names."""
-    if name not in _QUANTILES:
+    if not QUANTILE.fullmatch(f"{name}_0.5"):
         return [(name, given)]
     if not isinstance(given, dict) or not given:
         raise TypeError(f"{name} must be a dict such as {{0.9: (0.41, 0.01)}}, not {shown(given)}.")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
-from springpot.fitting.moduli import complex_modulus, slopes_by_name
+from springpot.fitting.moduli import slopes_by_name
+from springpot.fitting.spectral_density import displaced, held_by, row_of
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.parts.registration import Slopes
+from springpot.problem.parts import Mass
+from springpot.problem.parts.registration import Element, Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
@@ -20,7 +20,9 @@ __all__ = ["ResponseLikelihood", "response_of"]
 ComplexArray = NDArray[np.complex128]
 
 
-def response_of(system: System, frequency_hz: FloatArray, of: str, on: str) -> tuple[ComplexArray, Slopes]:
+def response_of(
+    system: System, frequency_hz: FloatArray, of: str, on: str, at: str | None = None
+) -> tuple[ComplexArray, Slopes]:
     """The response, and the derivative of its logarithm by each number that enters.
 
     Parameters
@@ -29,7 +31,8 @@ def response_of(system: System, frequency_hz: FloatArray, of: str, on: str) -> t
         Linear, without walls.
     frequency_hz : ndarray, shape (n,)
     of : {"x", "v", "a"}
-    on : {"mass", "ground"}
+    on, at : str
+        As in `MeasuredFrequencyResponse`.
 
     Raises
     ------
@@ -45,22 +48,26 @@ def response_of(system: System, frequency_hz: FloatArray, of: str, on: str) -> t
     True
     """
     companion_of(system)  # refuses what it does not cover
-    mass, power = system.mass, {"x": 0, "v": 1, "a": 2}[of]
     p = np.asarray(2j * np.pi * frequency_hz, complex)
-    modulus, slopes = complex_modulus(system, frequency_hz)
-    whole = modulus + system.inertia * p**2
-    slopes += [(part.inertia, p**2) for part in system.parts if part.inertia]
-    share: Any = 0.0  # of the slopes of the whole, in those of the numerator
-    of_mass: Any = 0.0
-    if on == "mass":
-        response = p**power
-    elif of == "a":  # of the mass itself: the ground moves the other end of all parts but it
-        response = modulus + (system.inertia - mass) * p**2
-        share, of_mass = 1.0 / response, -(p**2) / response
-    else:
-        response, of_mass = -mass * p**power, 1.0 / mass
-    found = [(number, slope * share - slope / whole) for number, slope in slopes]
-    return np.asarray(response / whole), [*found, (mass, of_mass)]
+    seen_by, power = row_of(system, at), {"x": 0, "v": 1, "a": 2}[of]
+    seen = displaced(system, p, seen_by)
+    of_ground = on == "ground" and of == "a"  # of the mass itself: the ground moves the other ends of all parts but it
+    alike = system.coordinates.participations
+    push = system.coordinates.push("ground") if on == "ground" else row_of(system, on, "on")
+    force = held_by(system, p) if of_ground else np.broadcast_to(push, seen.shape)
+    response = (seen * force).sum(axis=1)
+    moved = displaced(system, p, force)
+    slopes: Slopes = []
+    for name, part in system.named():
+        if isinstance(part, Element):
+            row = system.coordinates.elongations[name]
+            change = (seen @ row) * (of_ground * float(row @ alike) - moved @ row) / response
+            slopes += [(number, slope * change) for number, slope in (*part.slopes(p), (part.inertia, p**2))]
+        elif isinstance(part, Mass):
+            own = system.points.index(part.at or system.points[0])
+            fed = alike[own] if on == "ground" and not of_ground else 0.0
+            slopes.append((part.value, -seen[:, own] * (p**2 * moved[:, own] + fed) / response))
+    return np.asarray(response if of_ground else response * p**power), slopes
 
 
 class ResponseLikelihood(LeastSquares):
@@ -92,7 +99,7 @@ class ResponseLikelihood(LeastSquares):
         self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
 
     def _at(self, system: System) -> tuple[ComplexArray, Slopes]:
-        return response_of(system, self.data.frequency_hz, self.data.of, self.data.on)
+        return response_of(system, self.data.frequency_hz, self.data.of, self.data.on, self.data.at)
 
     def _expected(self, theta: FloatArray) -> ComplexArray:
         return self._at(restarted(self.system, self.coordinates.named(theta)))[0]

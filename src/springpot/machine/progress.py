@@ -1,4 +1,4 @@
-"""Estimates of the work and time of a run with ``rtol``, before and during it."""
+"""Estimates of the work and time of a long run, before and during it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Clock", "Estimate", "FractionDone", "OutOfTimeError", "in_words"]
 
 @dataclass(frozen=True)
 class Estimate:
-    """Work and time of a run with ``rtol``, as known now; right to a factor of two or three.
+    """Work and time of a run, as known now; right to a factor of two or three.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Estimate:
     reason : str
         What takes the time.
     aim : float
-        Relative error that will be reached: ``rtol``, or the best that is possible.
+        Relative error that will be reached: ``rtol``, or the best that is possible; NaN of a run without it.
     unreachable : str
         Empty, or words that say that ``rtol`` cannot be reached, and what can.
     """

@@ -14,7 +14,9 @@ from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
 from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
-__all__ = ["CATALOGUE", "Quantity", "is_controlled", "possible_results", "unit_of", "unit_of_result"]
+__all__ = [
+    "CATALOGUE", "Quantity", "is_controlled", "possible_results", "results_on_request", "unit_of", "unit_of_result",
+]  # fmt: skip
 
 _OF = "<part>_"
 _AT = "<point>_"
@@ -42,6 +44,8 @@ class Quantity:
         Whether a system of such parts can have it.
     controlled : bool
         Whether ``rtol`` controls its error.
+    asked : bool
+        Whether a run has it only with an argument that asks for it.
     dimensions : tuple of str
         In the data set of `springpot.simulate`.
     """
@@ -54,6 +58,7 @@ class Quantity:
     of: Callable[[Part], bool] = lambda part: True
     where: Callable[[System], bool] = lambda system: True
     controlled: bool = True
+    asked: bool = False
     dimensions: tuple[str, ...] = ()
 
     def names(self, system: System) -> Iterator[str]:
@@ -81,6 +86,10 @@ def _balances(system: System) -> bool:
 
 def _is_single(system: System) -> bool:
     return len(system.points) == 1
+
+
+def _is_any(system: System) -> bool:
+    return True
 
 
 def _is_several(system: System) -> bool:
@@ -115,7 +124,37 @@ _END: dict[str, Any] = {**_SINGLE, "controlled": False}
 _SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_several}
 _PAIR: dict[str, Any] = {"when": "of each two masses with a part between them", "where": _is_several}
 _END_OF_SEVERAL: dict[str, Any] = {**_SEVERAL, "controlled": False}
-_ASKED: dict[str, Any] = {"of": lambda part: False, "controlled": False}
+_ASKED: dict[str, Any] = {"asked": True, "controlled": False}
+_COUNTED: dict[str, Any] = {"of": _with("stop"), **_ASKED}
+_OF_SEVERAL = {
+    "<point>": ", of each of several masses", "<pair>": ", of each two of them with a part between them",
+    "<part>": ", of each wall, with several masses",
+}  # fmt: skip
+
+
+def _distribution(
+    name: str, unit: str, said: str, when: str, where: Callable[[System], bool]
+) -> tuple[Quantity, Quantity]:
+    """Its density and its quantiles."""
+    given = {"when": f"`distributions=`{when}", "where": where, "of": _owner(name), **_ASKED}
+    return (
+        Quantity(f"{name}_density", unit_times("1", unit, -1), f"probability density of {said} in the window",
+                 dimensions=(f"{name}_bin",), **given),
+        Quantity(f"{name}_quantile", unit, f"quantiles of {said} in the window", dimensions=("probability",), **given),
+    )  # fmt: skip
+
+
+def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System], bool]) -> Quantity:
+    return Quantity(
+        f"{name}_quantile", unit, f"quantiles over the paths of {said} in the window",
+        when=f"`distributions=`{when}", where=where, dimensions=("probability",), of=_owner(name), **_ASKED,
+    )  # fmt: skip
+
+
+def _owner(name: str) -> Callable[[Part], bool]:
+    """Walls of the results of each wall; otherwise any part."""
+    return _with("stop") if name.startswith(_OF) else lambda part: True
+
 
 CATALOGUE = (
     Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_SINGLE),
@@ -170,27 +209,41 @@ CATALOGUE = (
     Quantity("<point>_v_mean_square_end", "m2 s-2", "mean square velocity of the mass at the end of the run",
              **_END_OF_SEVERAL),
     Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
-    *(Quantity(f"counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
-               when="`slowest_counted_impact=`", **_ASKED)
+    *(Quantity(f"{of}counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
+               when=f"`slowest_counted_impact=`{when}", where=where, **_COUNTED)
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
-                               ("impact_speed_mean_square", "m2 s-2", "mean square speed"))),
+                               ("impact_speed_mean_square", "m2 s-2", "mean square speed"))
+      for of, where, when in (("", _is_any, ""), (_OF, _is_several, ", of each wall, with several masses"))),
     *(entry
-      for name, unit, said in (("x", "m", "displacement"), ("v", "m s-1", "velocity"), ("amplitude", "m", "amplitude"),
-                               ("impact_speed", "m s-1", "speed before an impact"))
-      for entry in (
-          Quantity(f"{name}_density", unit_times("1", unit, -1), f"probability density of the {said} in the window",
-                   when="`distributions=`", dimensions=(f"{name}_bin",), **_ASKED),
-          Quantity(f"{name}_quantile", unit, f"quantiles of the {said} in the window", when="`distributions=`",
-                   dimensions=("probability",), **_ASKED))),
-    *(Quantity(f"{name}_quantile", unit, f"quantiles over the paths of the {said} in the window",
-               when="`distributions=`", dimensions=("probability",), **_ASKED)
-      for name, unit, said in (("x_minimum", "m", "smallest displacement"), ("x_maximum", "m", "largest displacement"),
-                               ("v_largest", "m s-1", "largest speed"),
-                               ("impact_speed_largest", "m s-1", "largest speed before an impact"))),
+      for name, unit, said in (("x", "m", "the displacement"), ("v", "m s-1", "the velocity"),
+                               ("amplitude", "m", "the amplitude"),
+                               ("impact_speed", "m s-1", "the speed before an impact"))
+      for entry in _distribution(name, unit, said, "", _is_single)),
+    *(entry
+      for name, unit, said in ((f"{_AT}x", "m", "the displacement of the mass"), (f"{_AT}v", "m s-1", "its velocity"),
+                               (f"{_PAIRS}elongation", "m", "the difference of their displacements"),
+                               (f"{_OF}impact_speed", "m s-1", "the speed before an impact on it"))
+      for entry in _distribution(name, unit, said, _OF_SEVERAL[name.partition("_")[0]], _is_several)),
+    *(_extreme(name, unit, said, "", _is_single)
+      for name, unit, said in (("x_minimum", "m", "the smallest displacement"),
+                               ("x_maximum", "m", "the largest displacement"),
+                               ("v_largest", "m s-1", "the largest speed"),
+                               ("impact_speed_largest", "m s-1", "the largest speed before an impact"))),
+    *(_extreme(name, unit, said, _OF_SEVERAL[name.partition("_")[0]], _is_several)
+      for name, unit, said in ((f"{_AT}x_minimum", "m", "the smallest displacement of the mass"),
+                               (f"{_AT}x_maximum", "m", "the largest displacement of the mass"),
+                               (f"{_AT}v_largest", "m s-1", "its largest speed"),
+                               (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
+                               (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
+                               (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
-             **_ASKED),
-    Quantity("x_spectrum", "m2 s rad-1", "two-sided spectral density of x", r"S_x(\omega)", "`spectrum=`",
-             dimensions=("frequency",), **_ASKED),
+             of=lambda part: False, **_ASKED),
+    *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",
+               where=where, dimensions=("frequency",), **_ASKED)
+      for of, said, formula, when, where in (
+          ("x", "x", r"S_x(\omega)", "", _is_single),
+          (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)", _OF_SEVERAL["<point>"], _is_several),
+          (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
     Quantity("x", "m", "displacement of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
     Quantity("v", "m s-1", "velocity of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
 )  # fmt: skip
@@ -250,4 +303,21 @@ def possible_results(system: System) -> tuple[str, ...]:
     >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
     ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
-    return tuple(dict.fromkeys(name for entry in CATALOGUE for name in entry.names(system)))
+    return _names(system, asked=False)
+
+
+def results_on_request(system: System) -> tuple[str, ...]:
+    """Names of all results of a run of such a system that need an argument of their own.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> [name for name in results_on_request(System(Spring(1.0))) if name.endswith("density")]
+    ['x_density', 'v_density', 'amplitude_density', 'impact_speed_density']
+    """
+    return _names(system, asked=True)
+
+
+def _names(system: System, *, asked: bool) -> tuple[str, ...]:
+    entries = (entry for entry in CATALOGUE if entry.asked == asked)
+    return tuple(dict.fromkeys(name for entry in entries for name in entry.names(system)))

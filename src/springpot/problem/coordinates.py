@@ -1,12 +1,13 @@
-"""Where the parts of a system act: its points, the masses at them, and a row of numbers for each part.
+"""Where the parts of a system act: its coordinates, the masses on them, and rows of numbers for points and parts.
 
-A row g stands for what a part sees of the coordinates x: its elongation is g.x, and its force acts along g.  One mass
-is the case of one row, 1.
+A row p says how a point moves with the coordinates q, its displacement is p.q.  A part between two points sees the
+difference g of their rows: its elongation is g.q, and its force acts along g.  Each mass is a coordinate, and a point
+of its own: its row has a single 1.  One mass is the case of one row, 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,83 +21,153 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """The points of a system, and the rows of its parts.
+    """The coordinates of a system, and the rows of its points and parts.
 
     Attributes
     ----------
     points : tuple of str
-        The names of the masses, in the order given.
-    masses : ndarray, shape (points,)
-        In kg; what inertial parts between points add is not in it.
-    elongations : dict of ndarray, shape (points,)
-        The row g of each part with two ends, by the part's name.
-    forces : dict of ndarray, shape (points,)
-        For each excitation the forces on the points per unit of it: 1 on one mass, or minus all masses for an
-        acceleration of the ground.
+        The names of the masses, in the order given, and after them those of the other points.
+    rows : ndarray, shape (points, coordinates)
+        How each moves.
+    masses, participations : ndarray, shape (coordinates,)
+        In kg; and how far each moves with the ground where everything does.
+    mass : ndarray, shape (coordinates, coordinates)
+        The mass matrix: of the masses, and of what inertial parts between points add.
+    ends : dict of (str, str)
+        Of each part with two ends, by its name.
+    elongations : dict of ndarray, shape (coordinates,)
+        The row g of each part with two ends, by its name.
+    forces : dict of ndarray, shape (coordinates,)
+        For each excitation the forces on the coordinates per unit of it: the row of a point, or minus all masses, times
+        their participations, for an acceleration of the ground.
     """
 
     points: tuple[str, ...]
+    rows: Floats
     masses: Floats
+    participations: Floats
+    mass: Floats
+    ends: Mapping[str, tuple[str, str]]
     elongations: Mapping[str, Floats]
     forces: Mapping[str, Floats]
+
+    @classmethod
+    def of_masses(cls, points: Sequence[str], masses: Sequence[float] | None = None) -> Coordinates:
+        """Those of masses alone, of 1 kg each where nothing else is given.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab", [2.0, 3.0]).mass.tolist()
+        [[2.0, 0.0], [0.0, 3.0]]
+        """
+        size = len(points)
+        of_each = np.ones(size) if masses is None else np.array(masses, float)
+        return cls(tuple(points), np.eye(size), of_each, np.ones(size), np.diag(of_each), {}, {}, {})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the coordinates: those of the masses."""
+        return self.points[: len(self.masses)]
 
     def row(self, between: tuple[str, str] | None) -> Floats:
         """The row of a part between two ends; not given, between the ground and the one mass.
 
         Examples
         --------
-        >>> Coordinates(("a", "b"), np.ones(2), {}, {}).row(("a", "b")).tolist()
+        >>> Coordinates.of_masses("ab").row(("a", "b")).tolist()
         [-1.0, 1.0]
         """
         first, second = between or ("ground", self.points[0])
         return self._axis(second) - self._axis(first)
 
     @property
+    def numbers(self) -> dict[tuple[float, ...], int]:
+        """The number of each row that is no coordinate's: of the other points, then of parts; equal ones share one.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Mass, Spring
+        >>> from springpot.problem.system import System
+        >>> springs = [Spring(1.0, between=ends) for ends in (("a", "b"), ("ground", "a"), ("a", "b"))]
+        >>> System(Mass(1.0, at="a"), Mass(1.0, at="b"), *springs).coordinates.numbers
+        {(-1.0, 1.0): 0, (1.0, 0.0): 1}
+        """
+        rows = (*self.rows[len(self.masses) :], *self.elongations.values())
+        return {row: number for number, row in enumerate(dict.fromkeys(tuple(row.tolist()) for row in rows))}
+
+    @property
     def pairs(self) -> dict[str, Floats]:
-        """The rows between two masses, each pair once, by the names of its ends in the order in which the first part
+        """The rows between two points, each pair once, by the names of its ends in the order in which the first part
         between them has them.
 
         Examples
         --------
-        >>> g = {"mount": np.array([-1.0, 1.0]), "stop": np.array([1.0, -1.0]), "leg": np.array([1.0, 0.0])}
-        >>> {name: row.tolist() for name, row in Coordinates(("a", "b"), np.ones(2), g, {}).pairs.items()}
+        >>> from springpot.problem.parts import Mass, Spring
+        >>> from springpot.problem.system import System
+        >>> springs = [Spring(1.0, between=ends) for ends in (("a", "b"), ("b", "a"), ("ground", "a"))]
+        >>> pairs = System(Mass(1.0, at="a"), Mass(1.0, at="b"), *springs).coordinates.pairs
+        >>> {name: row.tolist() for name, row in pairs.items()}
         {'a_b': [-1.0, 1.0]}
         """
-        found: dict[tuple[int, int], Floats] = {}
-        for row in self.elongations.values():
-            if np.count_nonzero(row) == 2:
-                first, second = int(np.argmin(row)), int(np.argmax(row))
-                if (second, first) not in found:
-                    found.setdefault((first, second), row)
-        return {f"{self.points[first]}_{self.points[second]}": row for (first, second), row in found.items()}
+        first: dict[frozenset[str], tuple[str, str]] = {}
+        for pair in self.ends.values():
+            if "ground" not in pair:
+                first.setdefault(frozenset(pair), pair)
+        return {"_".join(pair): self.row(pair) for pair in first.values()}
 
     def push(self, on: str) -> Floats:
-        """The forces on the points per unit of a force on one mass, or of an acceleration of the ground.
+        """The forces on the coordinates per unit of a force on one point, or of an acceleration of the ground.
 
         Examples
         --------
-        >>> Coordinates(("a", "b"), np.array([1.0, 2.0]), {}, {}).push("ground").tolist()
+        >>> Coordinates.of_masses("ab", [1.0, 2.0]).push("ground").tolist()
         [-1.0, -2.0]
         """
-        return -self.masses if on == "ground" else self._axis(on)
+        return -self.masses * self.participations if on == "ground" else self._axis(on)
 
     def _axis(self, end: str) -> Floats:
-        found = np.zeros(len(self.points))
-        if end != "ground":
-            found[self.points.index(end) if end in self.points else 0] = 1.0  # a mass alone is called mass too
-        return found
+        if end == "ground":
+            return np.zeros(len(self.masses))
+        row: Floats = self.rows[self.points.index(end) if end in self.points else 0]  # a mass alone is called mass too
+        return row
 
     def sum_of(self, numbers: Mapping[str, Any]) -> Any:
         """The matrix sum of number g g^T over parts with two ends, such as the stiffness matrix of their stiffnesses.
 
         Examples
         --------
-        >>> g = {"left": np.array([1.0, 0.0]), "link": np.array([-1.0, 1.0])}
-        >>> Coordinates(("a", "b"), np.ones(2), g, {}).sum_of({"left": 3.0, "link": 2.0}).tolist()
+        >>> from springpot.problem.parts import Mass, Spring
+        >>> from springpot.problem.system import System
+        >>> springs = {"left": Spring(3.0, between=("ground", "a")), "link": Spring(2.0, between=("a", "b"))}
+        >>> at = System(Mass(1.0, at="a"), Mass(1.0, at="b"), **springs).coordinates
+        >>> at.sum_of({"left": 3.0, "link": 2.0}).tolist()
         [[5.0, -2.0], [-2.0, 2.0]]
         """
-        size = len(self.points)
+        size = len(self.masses)
         return sum(
             (number * np.outer(self.elongations[name], self.elongations[name]) for name, number in numbers.items()),
             np.zeros((size, size)),
         )
+
+    def accelerations(self, forces: Floats) -> Floats:
+        """Those of the coordinates under forces on them, one row each: M^-1 f.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab", [1.0, 2.0]).accelerations(np.array([3.0, 3.0])).tolist()
+        [3.0, 1.5]
+        """
+        own = np.diag(self.mass)
+        if np.count_nonzero(self.mass) == own.size:
+            return np.asarray(forces / own)
+        return np.asarray(np.linalg.solve(self.mass, np.atleast_2d(forces).T).T.reshape(np.shape(forces)))
+
+    def reduced(self, row: Floats) -> float:
+        """The mass that moves along a row where all else is free: 1 / (g M^-1 g).
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab", [1.0, 1.0]).reduced(np.array([-1.0, 1.0]))
+        0.5
+        """
+        return 1.0 / float((row * self.accelerations(row)).sum())

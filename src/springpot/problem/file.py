@@ -350,5 +350,5 @@ def _schema_of(hint: Any) -> dict[str, Any]:
     if get_origin(hint) is Literal:
         return {"enum": [*get_args(hint)]}
     if get_origin(hint) is tuple:
-        return {"type": "array", "items": _A_NUMBER, "minItems": 1}
+        return {"type": "array", "items": {"type": "string"} if str in get_args(hint) else _A_NUMBER, "minItems": 1}
     return _A_NUMBER

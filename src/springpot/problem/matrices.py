@@ -2,54 +2,103 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.faults import shown
+from springpot.problem.modes import numbers_for, with_modes
 from springpot.problem.parts import Dashpot, Mass, Spring
 from springpot.problem.parts.registration import Part
 
 __all__ = ["parts_of_matrices"]
 
+Floats = NDArray[np.float64]
+
 _ROUNDING = 1e-13  # of a sum of a row, over the sum of its sizes
 
 
 def parts_of_matrices(
-    mass: ArrayLike, stiffness: ArrayLike, damping: ArrayLike | None, names: Sequence[str] | None
+    mass: ArrayLike,
+    stiffness: ArrayLike,
+    damping: ArrayLike | None,
+    names: Sequence[str] | Mapping[str, ArrayLike] | None,
+    ground: ArrayLike | None = None,
 ) -> Iterator[Part]:
-    """The masses, springs and dashpots of `springpot.System.from_matrices`.
+    """The parts of `springpot.System.from_matrices`.
 
     Raises
     ------
     TypeError, ValueError
-        If a matrix is not one, has another shape, is not symmetric, or that of the masses is not diagonal or singular.
+        If a matrix is not one, has another shape, is not symmetric, or that of the masses is singular.
 
     Examples
     --------
     >>> [*parts_of_matrices([[2.0]], [[8.0]], None, ["box"])]
     [Mass(value=2.0, at='box'), Spring(stiffness=8.0, between=('ground', 'box'))]
     """
-    masses = _matrix(mass, "mass", None)
+    masses = _symmetric(_matrix(mass, "mass", None), "mass")
     size = len(masses)
-    if np.any(masses - np.diag(np.diag(masses))):
-        raise ValueError("mass must be a diagonal matrix: a mass that two points share has no place in a System.")
-    if not np.all(np.diag(masses) > 0.0):
-        raise ValueError(f"mass must not be singular: each mass must be positive, not {np.diag(masses).min():g}.")
+    held = _symmetric(_matrix(stiffness, "stiffness", size), "stiffness")
+    damped = np.zeros_like(held) if damping is None else _symmetric(_matrix(damping, "damping", size), "damping")
+    least = np.linalg.eigvalsh(masses)
+    if not least[0] > _ROUNDING * least[-1]:
+        raise ValueError(f"mass must not be singular: each motion must have a mass, but one has {least[0]:.3g} kg.")
+    if isinstance(names, Mapping) or ground is not None or np.any(masses - np.diag(np.diag(masses))):
+        yield from _by_modes(masses, held, damped, names, ground)
+        return
+    points = _names(names, size)
+    yield from (Mass(value, at=point) for value, point in zip(np.diag(masses).tolist(), points, strict=True))
+    for kind, matrix, name in ((Spring, held, "stiffness"), (Dashpot, damped, "damping")):
+        yield from _between(kind, matrix, points, name)
+
+
+def _names(names: Sequence[str] | None, size: int) -> list[str]:
     points = [f"m{place + 1}" for place in range(size)] if names is None else [*names]
     if isinstance(names, str) or len(points) != size:
         raise ValueError(f"names must be a name for each of the {size} masses, not {shown(names)}.")
     if same := [point for place, point in enumerate(points) if point in points[:place]]:
         raise ValueError(f"names must be different, but {shown(same[0])} is the name of two masses.")
-    yield from (Mass(value, at=point) for value, point in zip(np.diag(masses).tolist(), points, strict=True))
-    for kind, given, name in ((Spring, stiffness, "stiffness"), (Dashpot, damping, "damping")):
-        if given is not None:
-            yield from _between(kind, _symmetric(_matrix(given, name, size), name), points, name)
+    return points
 
 
-def _matrix(given: ArrayLike, name: str, size: int | None) -> NDArray[np.float64]:
+def _by_modes(masses: Floats, held: Floats, damped: Floats, names: Any, ground: ArrayLike | None) -> Iterator[Part]:
+    """The modes of the matrices, and the points by their shapes; dampers that couple modes have points of their own."""
+    size = len(masses)
+    if isinstance(names, Mapping):
+        rows = np.array([numbers_for(f"names of {point}", row, size, True) for point, row in names.items()])
+        points, moves = [*names], np.zeros(size)
+    else:
+        points, rows, moves = _names(names, size), np.eye(size), np.ones(size)
+    if ground is not None:
+        moves = numbers_for("ground", ground, size, several=True)
+    root = np.linalg.inv(np.linalg.cholesky(masses))
+    squares, ways = np.linalg.eigh(root @ held @ root.T)
+    squares[np.abs(squares) <= _ROUNDING * np.abs(squares).max()] = 0.0
+    shapes = root.T @ ways
+    seen = rows @ shapes
+    seen[np.abs(seen) <= _ROUNDING * np.abs(seen).max()] = 0.0
+    largest = np.take_along_axis(seen, np.abs(seen).argmax(axis=0)[None, :], axis=0)[0]
+    scales = np.where(largest == 0.0, 1.0, largest)  # a mode's displacement is that of the point that moves most
+    shapes, seen, modal = shapes / scales, seen / scales, scales**-2.0
+    between = shapes.T @ damped @ shapes
+    own, moved = np.diag(between), shapes.T @ masses @ moves / modal
+    found = dict(zip(points, seen, strict=True))
+    if np.abs(between - np.diag(own)).max() <= 1e-12 * np.abs(own).max():
+        yield from with_modes(modal, squares * modal, own, moved, found)
+        return
+    sizes, alike = np.linalg.eigh(damped)
+    if sizes[0] < -_ROUNDING * sizes[-1]:
+        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {sizes[0]:.6g}.")
+    dampers = [(c, way) for c, way in zip(sizes.tolist(), alike.T, strict=True) if c > _ROUNDING * sizes[-1]]
+    found |= {f"damper_{n}": way @ shapes for n, (_, way) in enumerate(dampers, 1)}
+    yield from with_modes(modal, squares * modal, np.zeros(size), moved, found)
+    yield from (Dashpot(c, between=("ground", f"damper_{n}")) for n, (c, _) in enumerate(dampers, 1))
+
+
+def _matrix(given: ArrayLike, name: str, size: int | None) -> Floats:
     try:
         found = np.asarray(given, float)
     except (TypeError, ValueError):
@@ -63,7 +112,7 @@ def _matrix(given: ArrayLike, name: str, size: int | None) -> NDArray[np.float64
     return found
 
 
-def _symmetric(matrix: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+def _symmetric(matrix: Floats, name: str) -> Floats:
     apart = np.abs(matrix - matrix.T)
     if apart.max() > _ROUNDING * np.abs(matrix).max():
         first, second = sorted(np.unravel_index(apart.argmax(), apart.shape))
@@ -74,7 +123,7 @@ def _symmetric(matrix: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     return 0.5 * (matrix + matrix.T)
 
 
-def _between(kind: Any, matrix: NDArray[np.float64], points: list[str], name: str) -> Iterator[Part]:
+def _between(kind: Any, matrix: Floats, points: list[str], name: str) -> Iterator[Part]:
     """A part to the ground for each sum of a row, and one between two masses for each number off the diagonal."""
     for place, point in enumerate(points):
         total, size = matrix[place].sum(), np.abs(matrix[place]).sum()

@@ -119,9 +119,10 @@ MESSAGES: dict[str, Kind] = {
     ),
     "uncountable_impacts": Kind(
         _PROBLEM,
-        "impact rate and speeds are undefined, but energies are correct: {reason}. {advice}.",
-        "Give slowest_counted_impact=, which is for one mass, or a Contact in place of the wall, or ask for powers and "
-        "forces of the wall, which are finite.",
+        "impact rate and speeds are undefined, but energies are correct: {reason}. "
+        "slowest_counted_impact counts those that are faster.",
+        "Give slowest_counted_impact=, or a Contact in place of the wall, or ask for powers and forces of the wall, "
+        "which are finite.",
     ),
     "transient_in_window": Kind(
         _STATIONARY,

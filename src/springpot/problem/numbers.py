@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from springpot.machine.faults import listed, meant, shown
-from springpot.problem.parts.checks import Checked
+from springpot.problem.parts.checks import Checked, fields_of, is_said
 from springpot.problem.parts.registration import Number, Part, kind_of
 from springpot.problem.system import System
 
@@ -133,8 +133,11 @@ def number_of(system: System, name: str) -> tuple[Part, Number, int]:
 
 
 def _numbers(part: Any, said: Mapping[str, Any] | None = None) -> Iterator[tuple[str, float, Number, int]]:
-    """Path, value, what it is, and place among coefficients, of each number of a part."""
+    """Path, value, what it is, and place among coefficients, of each number of a part that is written."""
+    left_out = {own.name for own in fields_of(type(part)) if not is_said(own, part)}
     for name, number in (said or part.numbers).items():
+        if name in left_out:
+            continue
         value = getattr(part, name)
         if isinstance(value, Checked):
             inner = number if isinstance(number, dict) else None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
 from springpot.problem.coordinates import Coordinates, Floats
 from springpot.problem.matrices import parts_of_matrices
-from springpot.problem.parts import Constant, Contact, Force, Mass, ParametricNoise, ThermalNoise
+from springpot.problem.modes import parts_of_modes
+from springpot.problem.parts import Constant, Contact, Force, Mass, Point, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
@@ -77,7 +78,7 @@ class System:
     *parts
         The parts, of `springpot.problem.parts`.  With a `Mass` they are in SI units; without one, everything is per
         unit mass.  Several masses have names, ``at=``; parts say which they are `between`, excitations which they are
-        `on`.
+        `on`.  A `Point` moves as a combination of masses does.
     **named
         More parts, with names of your own.  A part without one is called by its kind, with a number where there are
         several: ``barrier_1``, ``barrier_2``.
@@ -135,21 +136,28 @@ class System:
         stiffness: ArrayLike,
         damping: ArrayLike | None = None,
         *,
-        names: Sequence[str] | None = None,
+        names: Sequence[str] | Mapping[str, ArrayLike] | None = None,
+        ground: ArrayLike | None = None,
     ) -> System:
         """Masses, springs and dashpots from their matrices.
 
-        Each number off the diagonal is a spring or dashpot between two masses, and each sum of a row one to the ground;
-        those of 0 are left out.
+        With a diagonal mass matrix each number off the diagonal is a spring or dashpot between two masses, and each sum
+        of a row one to the ground; those of 0 are left out.  Any other mass matrix is that of its modes, ``mode_1``,
+        ``mode_2``, ..., as from `from_modes`, and the names are points on them; dampers that couple the modes are
+        between the ground and points ``damper_1``, ``damper_2``, ...
 
         Parameters
         ----------
-        mass : array_like, shape (masses, masses)
-            Diagonal, in kg.
-        stiffness, damping : array_like, shape (masses, masses)
+        mass : array_like, shape (coordinates, coordinates)
+            Symmetric and not singular, in kg.
+        stiffness, damping : array_like, shape (coordinates, coordinates)
             Symmetric, in N/m and N s/m.
-        names : sequence of str, optional
-            Of the masses; ``m1``, ``m2``, ... if they are left out.
+        names : sequence of str, or dict of array_like, optional
+            Of the coordinates, ``m1``, ``m2``, ... if they are left out; or of points, each with its displacement where
+            one coordinate moves by 1 alone, as ``{"middle": [0.5, 0.5]}``.
+        ground : array_like, optional
+            How far each coordinate moves where everything moves by 1.  Without it that is 1, and with points nothing:
+            then no acceleration of the ground can act.
 
         Returns
         -------
@@ -159,8 +167,7 @@ class System:
         Raises
         ------
         TypeError, ValueError
-            If a matrix is not one, has another shape, is not symmetric, or that of the masses is not diagonal or
-            singular.
+            If a matrix is not one, has another shape, is not symmetric, or that of the masses is singular.
 
         Examples
         --------
@@ -168,7 +175,51 @@ class System:
         >>> frame.parts[2:]
         (Spring(stiffness=30.0, between=('ground', 'm1')), Spring(stiffness=20.0, between=('m1', 'm2')))
         """
-        return cls(*parts_of_matrices(mass, stiffness, damping, names))
+        return cls(*parts_of_matrices(mass, stiffness, damping, names, ground))
+
+    @classmethod
+    def from_modes(
+        cls,
+        frequencies: ArrayLike,
+        masses: ArrayLike,
+        shapes: Mapping[str, ArrayLike],
+        damping_ratios: ArrayLike = 0.0,
+        participations: ArrayLike = 0.0,
+    ) -> System:
+        """A structure by its modes, from a measurement or a finite element program.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (modes,)
+            Of each mode in rad/s; 0 of one that no spring holds.
+        masses : array_like, shape (modes,)
+            Modal masses in kg, those of the shapes given; one number is that of all modes.
+        shapes : dict of array_like, shape (modes,)
+            For each point the value of every mode's shape there, by the name of the point.
+        damping_ratios : array_like, shape (modes,)
+            Over the critical damping; one number is that of all modes.
+        participations : array_like, shape (modes,)
+            How far each mode moves where everything moves by 1, phi^T M 1 / modal mass.  Without them no acceleration
+            of the ground can act.
+
+        Returns
+        -------
+        System
+            Of masses ``mode_1``, ``mode_2``, ..., each with its spring and dashpot, and of a `Point` for each shape.
+            Without excitation: add it, and other parts, as ``System(*frame.parts, WhiteNoise(0.1, on="tip"))``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If numbers are not as many as the modes, not finite or negative, or a shape has no name.
+
+        Examples
+        --------
+        >>> mast = System.from_modes([6.0, 40.0], [2.0, 1.5], {"top": [1.0, -1.0], "middle": [0.4, 0.7]}, 0.01)
+        >>> mast.points
+        ('mode_1', 'mode_2', 'top', 'middle')
+        """
+        return cls(*parts_of_modes(frequencies, masses, shapes, damping_ratios, participations))
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
@@ -199,22 +250,37 @@ class System:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """The names of its masses; ``("mass",)`` of a single one without a name."""
-        return tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
+        """The names of its masses, ``("mass",)`` of a single one without a name, and after them of its other points."""
+        masses = tuple(mass.at for mass in self.of(Mass) if mass.at) or ("mass",)
+        return (*masses, *(point.at for point in self.of(Point)))
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The points, their masses, and the row of numbers of each part."""
-        masses = np.array([mass.value for mass in self.of(Mass)] or [1.0])
-        elongations: dict[str, Floats] = {}
-        forces: dict[str, Floats] = {}
-        found = Coordinates(self.points, masses, elongations, forces)
-        for name, part in self.named():
-            if isinstance(part, Element):
-                elongations[name] = found.row(part.between)
-            elif isinstance(part, Excitation) and not isinstance(part, ThermalNoise | ParametricNoise):
-                forces[name] = found.push(getattr(part, "on", "mass"))
-        return found
+        """The coordinates and their masses, and the row of numbers of each point and part."""
+        masses, points = self.of(Mass) or (Mass(1.0),), self.of(Point)
+        alone = Coordinates.of_masses(self.points[: len(masses)], [mass.value for mass in masses])
+        shares = np.zeros((len(points), len(masses)))
+        for row, point in zip(shares, points, strict=True):
+            row[[alone.names.index(name) for name in point.of]] = point.shares
+        at = replace(
+            alone, points=self.points, rows=np.vstack([alone.rows, shares]),
+            participations=np.array([mass.participation for mass in masses]),
+        )  # fmt: skip
+        elements = {name: part for name, part in self.named() if isinstance(part, Element | Force)}
+        pushes = {
+            name: at.push(getattr(part, "on", "mass"))
+            for name, part in self.named()
+            if isinstance(part, Excitation) and not isinstance(part, ThermalNoise) and name not in elements
+        }
+        whole = replace(
+            at, ends={name: part.between for name, part in elements.items() if part.between},
+            elongations={
+                name: at.row(part.between) if isinstance(part, Element) or part.between else at.push(part.on)
+                for name, part in elements.items()
+            }, forces=pushes,
+        )  # fmt: skip
+        inertial = {name: part.inertia for name, part in elements.items() if part.inertia}
+        return replace(whole, mass=whole.mass + whole.sum_of(inertial))
 
     @property
     def mass(self) -> float:
@@ -340,10 +406,7 @@ def check_single(system: System) -> None:
     >>> check_single(System(Spring(80.0)))
     """
     if len(points := system.points) > 1:
-        raise NotCoveredError(
-            f"one mass is needed, and the system has {len(points)}, {listed(points)}: only `simulate`, `theory.linear` "
-            "and `theory.modes` take several."
-        )
+        raise NotCoveredError(f"one mass is needed, and the system has {len(points)}, {listed(points)}.")
 
 
 def system_of(model: object, name: str = "system") -> System:
@@ -414,29 +477,58 @@ def _check_together(system: System) -> None:
 def _check_ends(system: System) -> None:
     """That the masses have names where there are several, and every part is between, or on, one of them."""
     masses, points = system.of(Mass), system.points
-    if len(masses) > 1 and not all(mass.at for mass in masses):
+    several = len(masses) > 1 or bool(system.of(Point))
+    if several and not all(mass.at for mass in masses):
         raise ValueError(
             f"each of the {len(masses)} masses must have a name, as Mass({masses[0].value:g}, at='box'), which parts "
             "are between and excitations are on."
         )
     for point in points:
         if points.count(point) > 1:
-            raise ValueError(f"{point} is the name of two masses: give one of them another name.")
+            raise ValueError(
+                f"{point} is the name of two {'points' if system.of(Point) else 'masses'}: give one of them another "
+                "name."
+            )
+    _check_combinations(system)
     for name, part in system.named():
-        if isinstance(part, Element):
+        if isinstance(part, Element) or getattr(part, "between", None):
             _check_between(name, part, points)
-        elif isinstance(part, ParametricNoise) and len(points) > 1:
-            raise ValueError(f"{name} multiplies the displacement of one mass: it cannot be with {len(points)} masses.")
         elif isinstance(part, Excitation) and (on := getattr(part, "on", "")):
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
-    _check_pairs(system)
+    if len(points) > 1:
+        _check_rows(system)
+        _check_pairs(system)
+
+
+def _check_combinations(system: System) -> None:
+    """That points are made of masses, and masses alone move with the ground as they are."""
+    masses = tuple(mass.at for mass in system.of(Mass) if mass.at)
+    for name, part in system.named():
+        if isinstance(part, Point):
+            for one in part.of:
+                if one not in masses:
+                    near = meant(one, masses) or (f"; there are {listed([*masses])}." if masses else "; there is none.")
+                    raise ValueError(f"{name} is a combination of masses, but {one!r} is no mass{near}")
+        elif isinstance(part, Mass) and part.participation != 1.0 and not system.of(Point):
+            raise ValueError(f"participation of {name} must be 1 in a system without a Point, as it moves by itself.")
+
+
+def _check_rows(system: System) -> None:
+    """That each part sees some motion, and each acceleration of the ground acts on something."""
+    at = system.coordinates
+    for name, row in at.elongations.items():
+        if not row.any():
+            raise ValueError(f"{name} is between {listed([*at.ends[name]])}, which always move alike.")
+    for name, push in at.forces.items():
+        if not push.any():
+            raise ValueError(f"{name} accelerates the ground, but no mass has a participation.")
 
 
 def _check_pairs(system: System) -> None:
-    """That no two pairs of masses have results of the same name."""
-    ends = (part.between for _, part in system.named() if isinstance(part, Element) and part.between)
-    first = {frozenset(pair): pair for pair in reversed([*ends]) if "ground" not in pair}
-    names = ["_".join(pair) for pair in first.values()]
+    """That no two pairs of points have results of the same name."""
+    ends = (pair for pair in system.coordinates.ends.values() if "ground" not in pair)
+    pairs = {frozenset(pair): pair for pair in reversed([*ends])}
+    names = ["_".join(pair) for pair in pairs.values()]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{name}_elongation_mean would be the name of two results: give a mass another name.")
@@ -449,7 +541,7 @@ def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None
         raise ValueError(f"on of {name} must be {listed([*map(repr, known)], 'or')}, not {shown(on)}{near}")
 
 
-def _check_between(name: str, part: Element, points: tuple[str, ...]) -> None:
+def _check_between(name: str, part: Any, points: tuple[str, ...]) -> None:
     known = ("ground", *points)
     if part.between is None:
         if len(points) > 1:
@@ -484,11 +576,12 @@ def _check_alone(system: System) -> None:
 def _check_held(system: System) -> None:
     """That the energy of several masses does not fall without limit where one, or some of them, move."""
     springs = {name: part.linear_stiffness for name, part in system.named() if isinstance(part, Element)}
-    values, ways = np.linalg.eigh(system.coordinates.sum_of(springs))
+    at = system.coordinates
+    values, ways = np.linalg.eigh(at.sum_of(springs))
     falling = ways.T[values < -_ROUNDING * np.abs(values).max()]
     for way in (*np.eye(len(values)), *falling):
         if _along(system, way).open_ends():
-            moving = [point for point, share in zip(system.points, way, strict=True) if abs(share) > 1e-6]
+            moving = [point for point, share in zip(system.points, at.rows @ way, strict=True) if abs(share) > 1e-6]
             raise ValueError(
                 f"the potential must hold the masses, but it falls without limit where {listed(moving)} "
                 f"move{'s' if len(moving) == 1 else ''}: add a stiffer spring, a stiffening one or walls."

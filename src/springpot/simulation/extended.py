@@ -114,9 +114,9 @@ def _check(run: object) -> None:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
     more = {
         "distributions": run.distributions,
-        "a spectrum": run.spectrum is not None,
+        "a spectrum": run.spectra,
         "first passages": run.first_passages,
-        "observables": [name for name, unit in run.units.items() if not unit or name.startswith("counted_")],
+        "observables": [name for name, unit in run.units.items() if not unit or "counted_impact_" in name],
     }
     if there := [name for name, value in more.items() if value]:
         raise ValueError(f"run must have moments only, but it has {there[0]}, which need every step of each path.")

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
+from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
@@ -26,7 +27,7 @@ from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.options import DEFAULTS, Options, Requests
+from springpot.simulation.plan.options import DEFAULTS, Options, Progress, Requests
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
@@ -41,6 +42,7 @@ from springpot.simulation.watch.requested import Requested, requested
 
 __all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 
+LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
     "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
@@ -75,7 +77,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         plan = adapt(plan, progress=progress)
     simulation = simulation_of(plan)
     with _faults_of_own_forces(system):
-        ensemble = simulation.advance(observers=wanted.observers, progress=progress)
+        ensemble = simulation.advance(observers=wanted.observers, progress=_with_time(simulation, progress))
     seen = watched(simulation, ensemble.rows)
     values, errors = estimates_of(simulation, ensemble.rows, seen)
     observed = wanted.read(simulation, ensemble)
@@ -105,7 +107,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         record=ensemble.record,
         distributions=observed.distributions,
         extremes=observed.extremes,
-        spectrum=observed.spectrum,
+        spectra=observed.spectra,
         first_passages=observed.first_passages,
         path_sums=ensemble.rows,
         adapted=plan.adapted,
@@ -113,13 +115,32 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     )
 
 
+def _with_time(simulation: Simulation, progress: Progress | None) -> Progress | None:
+    """The progress of a run, with the time that is left if it is long; it is told before the run begins."""
+    settings = simulation.settings
+    whole = float(settings.paths) * settings.steps
+    if progress is None or whole < LONG:
+        return progress
+    clock = Clock(None)
+    clock.measure(*simulation.timed())
+    words = f"{settings.paths:,} paths of {settings.steps:,} steps"
+
+    def told(fraction: float) -> None:
+        left = (1.0 - fraction) * whole
+        progress(FractionDone(fraction, Estimate(whole, clock.seconds(left), words, math.nan)))
+
+    told(0.0)
+    return told
+
+
 def _errors_of_own(wanted: Requested, values: dict[str, float], seen: Watched) -> dict[str, float]:
     """The errors of what the user wanted of impacts, where none was seen."""
-    found = {}
-    if values.get("counted_impact_rate") == 0.0:
-        found["counted_impact_rate"] = error_of_unseen(seen.time)
-    if "" in seen.impacts and not seen.impacts[""].any():
-        found |= dict.fromkeys(wanted.impact_observables, math.nan)
+    unseen = [name for name in values if name.endswith("counted_impact_rate") and values[name] == 0.0]
+    found = dict.fromkeys(unseen, error_of_unseen(seen.time))
+    for name, observer in wanted.impact_observables.items():
+        walls = [observer.stop] if observer.stop or "" in seen.impacts else [*seen.impacts]
+        if walls and not any(seen.impacts[wall].any() for wall in walls):
+            found[name] = math.nan
     return found
 
 
@@ -248,9 +269,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     record_every : int
         Steps between two stored points; 1 if left out.  At most 50 million points are stored.
     progress : callable
-        Called with the fraction done, from any thread.  With ``rtol`` that float also has the attribute ``estimate``
-        (None before the pilot runs are over): ``estimate.path_steps``, ``estimate.seconds`` still to come,
-        ``estimate.reason`` for what takes the time, and ``estimate.aim``, the relative error that can be reached.
+        Called with the fraction done, from any thread.  With ``rtol``, or from 1e9 path-steps on, that float also has
+        the attribute ``estimate`` (None before the pilot runs are over): ``estimate.path_steps``, ``estimate.seconds``
+        still to come, ``estimate.reason`` for what takes the time, and with ``rtol`` ``estimate.aim``, the relative
+        error that can be reached.
 
     Returns
     -------

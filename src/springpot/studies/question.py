@@ -28,7 +28,7 @@ from springpot.problem.file import read_system
 from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts.checks import put
-from springpot.problem.system import System, check_single, checked_system
+from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import names_in_results, scalars_of
 from springpot.studies.tables import PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
@@ -302,8 +302,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         content = read_toml(source, title)
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
-        content = {**content, "system": _read_system(content["system"], folder, title)}
-        check_single(content["system"])
+        system = _read_system(content["system"], folder, title)
+        usual = {} if len(system.points) == 1 else {"quantities": [f"{system.points[0]}_x_mean_square"]}
+        content = {**usual, **content, "system": system}
     try:
         content = _in_one_form(content)
         _check_keys(content)

@@ -189,7 +189,7 @@ def check_some(study: Study, most: int) -> int:
                     reason = motion.uncountable
                     raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
-            plan_of(system, **(explicit or {"start": "stationary"}))
+            plan_of(system, **_started(system, explicit or {"start": "stationary"}))
         except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
@@ -220,6 +220,26 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        return simulated(task.system, **task.settings, **more, seed=task.seed, threads=threads, progress=progress), ""
+        system = task.system
+        settings = _started(system, task.settings)
+        return simulated(system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
+
+
+def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:
+    """The settings with the start that a stationary run of the system has: several masses may have to start from rest.
+
+    Raises
+    ------
+    NoStationaryStateError
+        If they would, and there is no stationary state.
+    """
+    from springpot.simulation.plan.motions import motion_of
+    from springpot.simulation.plan.plan import check_motion
+
+    if len(system.points) == 1 or settings.get("start") != "stationary":
+        return settings
+    motion = motion_of(system)
+    check_motion(motion, "start='stationary'")
+    return {**settings, "start": "rest"} if motion.from_rest else settings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
-from springpot.problem.system import System, check_single
+from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
 from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS
@@ -13,7 +13,7 @@ from springpot.theory.solve import solve_one
 
 __all__ = ["OF_OSCILLATORS", "TEMPLATE", "of_system"]
 
-_TRIED = "envelope", "linearization"  # quick, and for most systems; in the file where they have an answer
+_TRIED = "linear", "envelope", "linearization"  # quick, and for most systems; in the file where they have an answer
 
 TEMPLATE = """\
 # A study: a grid of {kind}, each computed by every method below.{takes}
@@ -80,7 +80,6 @@ def of_system(device: System, place: str) -> dict[str, str]:
     >>> words["methods"]  # nothing dissipates, so no theory has an answer
     '"monte_carlo"'
     """
-    check_single(device)
     numbers = numbers_of(device)
     usable = [name for name in numbers if _varies(device, name)]
     heavy = {name for name, part in device.named() if "inertia" in part.powers}
@@ -91,7 +90,10 @@ def of_system(device: System, place: str) -> dict[str, str]:
         unit = unit_of(device, name)
         lines.append(f"{'' if name == first else '# '}{name} = {values}" + (f"  # {unit}" if unit != "1" else ""))
     theories = [name for name in _TRIED if solve_one(device, name)[0] is not None]
-    chosen = ["x_mean_square", *(["impact_rate"] if device.stops else [])]
+    known = scalars_of(device)
+    chosen = [name for name in known if name.endswith(("x_mean_square", "impact_rate"))]
+    if "impact_rate" in chosen:  # of one mass: of all walls together
+        chosen = ["x_mean_square", "impact_rate"]
     return {
         "kind": "systems",
         "takes": "",
@@ -99,7 +101,7 @@ def of_system(device: System, place: str) -> dict[str, str]:
         "fixed": "",
         "axes": "\n".join(lines),
         "zipped": "",
-        "quantities": ", ".join(scalars_of(device)),
+        "quantities": ", ".join(known),
         "chosen": "[" + ", ".join(f'"{name}"' for name in chosen) + "]",
         "methods": ", ".join(f'"{name}"' for name in (*theories, "monte_carlo")),
         "monte_carlo": """\

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
     from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
     from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
+    from springpot.theory.methods.systems.boltzmann import ExactOfPoints
     from springpot.theory.methods.systems.energy import ExactLaw
     from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
@@ -31,6 +32,7 @@ __all__ = [
     "Envelope",
     "Exact",
     "ExactLaw",
+    "ExactOfPoints",
     "Fatigue",
     "FokkerPlanck",
     "HalfCycles",
@@ -65,6 +67,7 @@ _PLACES = {
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
     "methods.systems.amplitude": ("AmplitudeAveraging", "averaging_amplitude"),
+    "methods.systems.boltzmann": ("ExactOfPoints",),
     "methods.systems.energy": ("ExactLaw",),
     "methods.systems.half_cycles": ("HalfCycles", "half_cycles"),
     "methods.systems.linear": ("LinearResponse", "linear"),

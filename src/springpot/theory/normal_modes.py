@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.parts import Springpot
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 
-__all__ = ["Modes", "modes"]
+__all__ = ["Modes", "free_motion", "modes", "stiffness_matrix", "unseen_mode"]
 
 FloatArray = NDArray[np.float64]
+
+_EQUAL = 1e-9  # frequencies that are one, and what a row sees of a mode that does not move it
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +25,14 @@ class Modes:
     Parameters
     ----------
     points : tuple of str
-        The names of the masses.
+        The names of the masses, and of other points.
     frequencies : ndarray, shape (modes,)
         In rad/s; 0 of motion that no spring holds, NaN of motion that springs push away.
     shapes : ndarray, shape (points, modes)
-        A column for each mode, Phi^T M Phi = 1.
+        A column for each mode; on the masses Phi^T M Phi = 1.
     participations : ndarray, shape (modes,)
-        Phi^T M 1, in kg^(1/2): what an acceleration of the ground feeds to each.
+        Phi^T M 1, in kg^(1/2): what an acceleration of the ground feeds to each.  Of masses that have participations
+        these are in place of the ones.
     """
 
     points: tuple[str, ...]
@@ -73,22 +76,55 @@ def modes(system: System) -> Modes:
     ([0.393454, 4.980481], 1.2)
     """
     at = checked_system(system).coordinates
-    parts = [(name, part) for name, part in system.named() if isinstance(part, Element)]
-    stiffness = at.sum_of({name: part.linear_stiffness + _of_order_0(part) for name, part in parts})
-    mass = np.diag(at.masses) + at.sum_of({name: part.inertia for name, part in parts})
-    root = np.linalg.inv(np.linalg.cholesky(mass))
-    squares, ways = np.linalg.eigh(root @ stiffness @ root.T)
+    squares, shapes = free_motion(at.mass, stiffness_matrix(system))
     squares[np.abs(squares) < 1e-14 * np.abs(squares).max()] = 0.0
-    shapes = root.T @ ways
-    participations = shapes.T @ at.masses
+    participations = -shapes.T @ at.push("ground")
     largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=0)[None, :], axis=0)[0]
-    fed = np.abs(participations) > 1e-9 * np.sqrt(at.masses.sum())
+    fed = np.abs(participations) > 1e-9 * np.linalg.norm(participations)
     signs = np.where(np.where(fed, participations, largest) < 0.0, -1.0, 1.0)
     with np.errstate(invalid="ignore"):
         frequencies = np.sqrt(squares)
-    return Modes(at.points, frequencies, shapes * signs, participations * signs)
+    return Modes(at.points, frequencies, at.rows @ shapes * signs, participations * signs)
 
 
-def _of_order_0(part: Element) -> float:
-    """The stiffness of a springpot that is a spring."""
-    return part.coefficient if isinstance(part, Springpot) and part.order == 0.0 else 0.0
+def stiffness_matrix(system: System) -> FloatArray:
+    """Of the linear springs, and of the linear part of the others."""
+    elements = {name: part for name, part in system.named() if isinstance(part, Element)}
+    springs = {name: (*part.force_coefficients(), 0.0, 0.0)[1] for name, part in elements.items()}
+    return np.asarray(system.coordinates.sum_of(springs))
+
+
+def free_motion(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The squares of the frequencies, rising, and the shapes, in columns of unit modal mass.
+
+    Examples
+    --------
+    >>> squares, shapes = free_motion(np.diag([1.0, 4.0]), np.diag([9.0, 4.0]))
+    >>> squares.tolist(), np.abs(shapes).tolist()
+    ([1.0, 9.0], [[0.0, 1.0], [0.5, 0.0]])
+    """
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    squares, ways = np.linalg.eigh(root @ stiffness @ root.T)
+    return squares, root.T @ ways
+
+
+def unseen_mode(squares: FloatArray, shapes: FloatArray, rows: Sequence[FloatArray]) -> float | None:
+    """The frequency of a mode of `free_motion` that stretches none of some rows; None if there is none.
+
+    Examples
+    --------
+    >>> motion = free_motion(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]))
+    >>> unseen_mode(*motion, [np.array([-1.0, 1.0])]), unseen_mode(*motion, [np.array([1.0, 0.0])])
+    (1.0, None)
+    """
+    seen = np.array(rows).reshape(len(rows), -1) @ shapes
+    seen = seen / np.linalg.norm(seen, axis=1)[:, None]
+    frequencies = np.sqrt(np.maximum(squares, 0.0))
+    start = 0
+    for stop in range(1, len(squares) + 1):
+        if stop == len(squares) or frequencies[stop] - frequencies[start] > _EQUAL * frequencies[stop]:
+            alike = seen[:, start:stop]  # of equal frequency: any sum of them is a mode
+            if np.linalg.matrix_rank(alike, tol=_EQUAL) < stop - start:
+                return float(frequencies[start])
+            start = stop
+    return None

@@ -17,6 +17,7 @@ __all__ = [
     "NEVER_STRUCK",
     "OF_A_POINT",
     "OF_A_WALL",
+    "OF_A_WALL_OF_SEVERAL",
     "OF_ENDS",
     "ROUNDED",
     "Moments",
@@ -49,6 +50,7 @@ OF_A_POINT = ("x_mean", "x_mean_square", "v_mean_square")
 OF_ENDS = ("elongation_mean", "elongation_mean_square")
 """What there is of each pair of masses with a part between them."""
 OF_A_WALL = ("impact_rate", "impact_speed_mean")
+OF_A_WALL_OF_SEVERAL = (*OF_A_WALL, "impact_speed_mean_square", "force_mean")
 NEVER_STRUCK = 0.0, math.nan, math.nan
 """Rate, mean and mean square speed of the impacts on a wall without any."""
 
@@ -105,7 +107,8 @@ def names_of_results(system: System) -> tuple[str, ...]:
     >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
     ('stop_impact_rate', 'stop_impact_speed_mean')
     """
-    of_walls = (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL)
+    of_a_wall = OF_A_WALL if len(system.points) == 1 else OF_A_WALL_OF_SEVERAL
+    of_walls = (f"{wall}_{what}" for wall in system.stops for what in of_a_wall)
     return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 from springpot.machine.faults import known_word
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import NoConvergenceError, NotCoveredError, Result
 
-__all__ = ["solve_all", "solve_one"]
+__all__ = ["grouped", "solve_all", "solve_one"]
+
+_MOST_NAMES = 6  # before a sentence
 
 
 def solve_all(system: System) -> tuple[dict[str, Result], dict[str, str]]:
@@ -40,6 +44,20 @@ def solve_all(system: System) -> tuple[dict[str, Result], dict[str, str]]:
     solved = {name: solve_one(system, name) for name in METHODS}
     answers = {name: result for name, (result, _) in solved.items() if result is not None}
     return answers, {name: statement for name, (result, statement) in solved.items() if result is None}
+
+
+def grouped(statements: Mapping[str, str]) -> Iterator[str]:
+    """The sentences of `solve_all`, each once, after the names of its methods; of many the first ones.
+
+    Examples
+    --------
+    >>> [*grouped({"linear": "Not a wall.", "exact": "Not friction.", "envelope": "Not a wall."})]
+    ['linear, envelope: Not a wall.', 'exact: Not friction.']
+    """
+    for statement in dict.fromkeys(statements.values()):
+        names = [name for name, own in statements.items() if own == statement]
+        shown = names if len(names) <= _MOST_NAMES else [*names[:2], f"{len(names) - 2} others"]
+        yield f"{', '.join(shown)}: {statement}"
 
 
 def solve_one(system: System, method: str) -> tuple[Result | None, str]:

@@ -14,7 +14,7 @@ import numpy as np
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
 from springpot.problem.parts.checks import put, real
-from springpot.problem.parts.registration import Number, Part, Point
+from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
     STANDARD_GRAVITY,
     DensityUnit,
@@ -43,7 +43,7 @@ __all__ = [
     "WhiteNoise",
 ]  # fmt: skip
 
-On = Point
+On = PointName
 """A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
 then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
@@ -63,7 +63,9 @@ class Excitation(Part, abstract=True):
 
     def alone(self) -> Self:
         """On the mass, whatever its name."""
-        return self if getattr(self, "on", "mass") in ("mass", "ground") else replace(self, on="mass")  # type: ignore[type-var]
+        named = {"on": "mass"} if getattr(self, "on", "mass") not in ("mass", "ground") else {}
+        ends = {"between": None} if getattr(self, "between", None) else {}
+        return replace(self, **named, **ends) if named or ends else self  # type: ignore[type-var]
 
     def words(self, name: str, unit: Units) -> str:
         """What it is, where it has a symbol in the equation; ``unit`` gives the units of its numbers."""
@@ -670,11 +672,14 @@ class Force(Excitation):
         Factor on it.
     on : str
         The mass on which it acts, by its name, where there are several; x and v are those of this mass.
+    between : tuple of str, optional
+        Instead the two masses between which it acts, as a part with two ends does: x and v are those of the second
+        less those of the first, which feels the opposite force.
 
     Raises
     ------
     TypeError, ValueError
-        If it is not a function, or the factor is not a finite number.
+        If it is not a function, the factor is not a finite number, or both ``on`` and ``between`` are given.
 
     Notes
     -----
@@ -696,12 +701,17 @@ class Force(Excitation):
         float, Number("×", "the function times", "1", "signed", "It is a factor on the function.", mass=1.0)
     ] = 1.0
     on: On = field(default="mass", repr=False, kw_only=True)
+    between: Ends = field(default=None, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise TypeError(f"function must be a function f(t, x, v), not {shown(self.function)}.")
         super().__post_init__()
         _check_on_mass(self.on)
+        if self.between is not None:
+            put(self, between=checked_ends(self.between))
+            if self.on != "mass":
+                raise ValueError(f"on must be left out of a force between two ends, not {self.on!r}.")
 
     @property
     def has_function(self) -> bool:
@@ -761,8 +771,10 @@ class PoissonImpulses(Excitation):
 
 
 @dataclass(frozen=True)
-class ParametricNoise(Excitation):
+class ParametricNoise(Element, Excitation):
     """A white noise that multiplies the displacement, in the sense of Ito and of Stratonovich alike: the force x xi2.
+
+    Between two masses it multiplies the elongation: a spring whose stiffness is a white noise.
 
     Parameters
     ----------

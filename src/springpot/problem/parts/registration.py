@@ -16,8 +16,9 @@ from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Element", "Ends", "Number", "Part", "Point", "Power", "Slopes", "check", "in_words", "kind_of", "per_unit_mass",
-    "powers_of", "stated_numbers", "unit_times",
+    "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends", "in_words",
+    "kind_of",
+    "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
@@ -28,9 +29,10 @@ Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
 
 Ends = tuple[str, str] | None
-"""The two masses between which a part acts, or the ground and a mass; not given, the ground and the one mass."""
-Point = Annotated[str, "the name of a mass"]
-_NAMES = (Ends, Point)
+"""The two points between which a part acts, or the ground and a point; not given, the ground and the one mass."""
+PointName = Annotated[str, "the name of a mass or point"]
+Names = Annotated[tuple[str, ...], "the names of masses"]
+_NAMES = (Ends, PointName, Names)
 
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
 _WORD = re.compile(r"([A-Za-z]+)(?:\^(-?[a-z]+)|(-?\d+))?")
@@ -435,14 +437,26 @@ class Element(Part, abstract=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.between is not None:
-            put(self, between=_ends(self.between))
+            put(self, between=checked_ends(self.between))
 
     def alone(self) -> Self:
         """Without its ends."""
         return self if self.between is None else replace(self, between=None)
 
 
-def _ends(given: object) -> tuple[str, str]:
+def checked_ends(given: object) -> tuple[str, str]:
+    """The names of two different ends.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are not.
+
+    Examples
+    --------
+    >>> checked_ends(["ground", "box"])
+    ('ground', 'box')
+    """
     if not isinstance(given, tuple | list) or len(given) != 2 or not all(isinstance(end, str) for end in given):
         raise TypeError(f"between must be the names of two ends, as ('ground', 'box'), not {shown(given)}.")
     first, second = given

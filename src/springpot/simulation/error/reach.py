@@ -40,7 +40,6 @@ from springpot.simulation.error.levels import (
 from springpot.simulation.estimate.samples import has_damping
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.block import COLUMNS
-from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion
@@ -319,14 +318,7 @@ def _pilots(motion: Motion, rtol: float) -> int:
 
 def _measure_speed(level: Level, report: _Report) -> None:
     """Measure the path-steps per second with a short run."""
-    settings = level.simulation.settings
-    steps = min(settings.steps, 8192)
-    length = steps * settings.step
-    few = level.simulation.but(paths=LANES * settings.threads, duration=length, window=(0.0, length))
-    for _ in range(2):  # the first may have to load or compile the kernel
-        begun = time.perf_counter()
-        few.advance(stream=level.stream, halved=level.halved, progress=report.block)
-    report.clock.measure(float(few.settings.paths * steps), time.perf_counter() - begun)
+    report.clock.measure(*level.simulation.timed(stream=level.stream, halved=level.halved, progress=report.block))
 
 
 def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:

@@ -138,6 +138,7 @@ def _read(simulation: Simulation, rows: Floats) -> Samples:
     parts, settings = simulation.parts, simulation.settings
     low, high = settings.window_steps
     over = {"steps": float(high - low), "time": (high - low) * settings.step, "one": 1.0}
+    over["groups"] = float(_groups_in(settings))
     column = dict(zip(parts.columns, rows.T, strict=True))
     found: Samples = {}
     for reading in parts.readings:
@@ -147,8 +148,9 @@ def _read(simulation: Simulation, rows: Floats) -> Samples:
             found[reading.name] = float(values.mean()), values
         else:
             found[reading.name] = ratio(whole, column[reading.over])
+    damped = sum((factor * column[name] for name, factor in parts.damped.items()), np.zeros(len(rows)))
+    damped = damped / over["steps"] + parts.taken_at_once
     taken = {name: (column[f"{name} loss"], column[f"{name} momentum"]) for name in parts.struck}
-    damped = column["power"] / over["steps"] + parts.taken_at_once
     balance = _balance(parts, column, damped, taken, over["time"], 1.0)
     return _possible(simulation, found | {name: (float(values.mean()), values) for name, values in balance.items()})
 
@@ -248,15 +250,20 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
     """Mean square voltage of each circuit, and the power that all deliver."""
     if system.of(ThermalNoise):  # the noise of its resistor is beside the mode, in the matched force
         return {}
-    low, high = settings.window_steps
-    instants = sum(1 for n in range(GROUP - 1, settings.steps + GROUP, GROUP) if low <= n < high)
+    instants = _groups_in(settings)
     found, harvested = {}, np.zeros(column["x"].size)
     for name, part in system.named():
         if isinstance(part, PiezoelectricCircuit):
-            square = column[f"voltage of {name}"] / max(instants, 1) * system.inertia
+            square = column[f"voltage of {name}"] / instants * system.inertia
             found[f"{name}_voltage_mean_square"] = square
             harvested = harvested + square / part.resistance
     return {**found, "harvested_power": harvested} if found else {}
+
+
+def _groups_in(settings: Settings) -> int:
+    """Groups of steps whose end is in the window; at least 1."""
+    low, high = settings.window_steps
+    return max(sum(1 for n in range(GROUP - 1, settings.steps + GROUP, GROUP) if low <= n < high), 1)
 
 
 def _of_contacts(parts: Parts | PartsOfSeveral, column: dict[str, Floats], time: float) -> dict[str, Floats]:

@@ -100,9 +100,12 @@ def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict
     whole = scheme.impact_bias * (step * motion.scales.fastest_rate) ** 2
     biases = {}
     for name, wall in motion.struck_alone.items():
+        if values.get(f"{name}_impact_rate") == 0.0:
+            continue  # no impact was seen
         powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
         own = {quantity: values.get(f"{name}_{quantity}", math.nan) for quantity in powers}
-        slow = replace(wall, restitution=max(wall.restitution, _COUNTABLE))
+        seen = restitution_of_missed(dict(motion.system.named())[name], wall.intensity, step)
+        slow = replace(wall, restitution=max(seen, _COUNTABLE))
         for quantity, bias in impact_step_biases(slow, step, own).items():
             biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
         for quantity in ("force_mean", "power"):

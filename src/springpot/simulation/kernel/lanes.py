@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 
 __all__ = [
     "ENTRY", "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "OF_USER", "QUICK", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no",
+    "MOST_STATES", "OF_USER", "QUICK", "beyond", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no",
     "stack_array", "typed", "u32", "u64", "yes",
 ]  # fmt: skip
 
@@ -85,6 +85,12 @@ def stack_array(count: int) -> Any:
         return types.CPointer(like)(like), codegen
 
     return array
+
+
+@intrinsic
+def beyond(typing_context, pointer, count):
+    """The array that begins ``count`` numbers later."""
+    return pointer(pointer, count), lambda context, builder, signature, args: builder.gep(args[0], [args[1]])
 
 
 @intrinsic

@@ -1,5 +1,7 @@
 """Restitution in the kernel: a number, a power of the speed, or a user's function of it.
 
+``share_left(rule, speed)``
+    The restitution at a speed.
 ``rebound(rule, arriving, frequency, accumulators, place, lane, weight)``
     The speed after an impact.  Speeds are over ``frequency``.  A rule other than a number adds the energy that the wall
     takes to sum ``place`` of the walls' own, and the momentum to the next one.
@@ -28,7 +30,7 @@ from springpot.simulation.kernel.lanes import INLINE, LANES, lesser
 from springpot.simulation.kernel.questions import answers
 from springpot.simulation.kernel.user_functions import inlined
 
-__all__ = ["Fixed", "Power", "lossless", "number_of", "rebound", "rule_of", "takings"]
+__all__ = ["Fixed", "Power", "lossless", "number_of", "rebound", "rule_of", "share_left", "takings"]
 
 
 class Fixed(NamedTuple):
@@ -45,7 +47,7 @@ class Power(NamedTuple):
     exponent: float
 
 
-def rebound(rule: Any, arriving: Any, frequency: Any, accumulators: Any, place: Any, lane: Any, weight: Any) -> Any:
+def share_left(rule: Any, speed: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
@@ -65,9 +67,9 @@ def takings(rule: Any) -> Any:
     raise NotImplementedError
 
 
-@answers(rebound, Fixed)
-def _rebound_fixed(rule, arriving, frequency, accumulators, place, lane, weight):
-    return rule.restitution * arriving
+@answers(share_left, Fixed)
+def _share_fixed(rule, speed):
+    return rule.restitution
 
 
 @answers(lossless, Fixed)
@@ -85,12 +87,9 @@ def _takings_of_number(rule):
     return 0
 
 
-@answers(rebound, Power)
-def _rebound_power(rule, arriving, frequency, accumulators, place, lane, weight):
-    speed = frequency * arriving
-    share = lesser(1.0, rule.restitution * (speed / rule.speed) ** -rule.exponent) if speed > 0.0 else 1.0
-    _take(accumulators, place, lane, weight, speed, share)
-    return share * arriving
+@answers(share_left, Power)
+def _share_of_power(rule, speed):
+    return lesser(1.0, rule.restitution * (speed / rule.speed) ** -rule.exponent) if speed > 0.0 else 1.0
 
 
 @answers(lossless, Power)
@@ -109,9 +108,14 @@ def _takings_of_power(rule):
 
 
 @njit(**INLINE)
-def _take(accumulators, place, lane, weight, speed, share):
-    accumulators.extras[place * LANES + lane] += weight * 0.5 * (1.0 - share * share) * speed * speed
-    accumulators.extras[(place + 1) * LANES + lane] += weight * (1.0 + share) * speed
+def rebound(rule, arriving, frequency, accumulators, place, lane, weight):
+    """Compiled code only; see the module's text."""
+    speed = frequency * arriving
+    share = share_left(rule, speed)
+    if takings(rule) > 0:
+        accumulators.extras[place * LANES + lane] += weight * 0.5 * (1.0 - share * share) * speed * speed
+        accumulators.extras[(place + 1) * LANES + lane] += weight * (1.0 + share) * speed
+    return share * arriving
 
 
 def rule_of(wall: Barrier, name: str, unit: float) -> Any:
@@ -152,13 +156,10 @@ def _of_function(function: Callable[..., float], name: str, numbers: int = 0) ->
     kind = make(f"UserRestitution{next(_numbers)}", ("unit", *(f"number_{n}" for n in range(numbers))))
     kind.__module__ = "__user__"  # so that its kernels are not kept on disk
 
-    @answers(rebound, kind)
-    def follow(rule, arriving, frequency, accumulators, place, lane, weight):
-        speed = frequency * arriving
+    @answers(share_left, kind)
+    def follow(rule, speed):
         share = inner(rule.unit * speed, *rule[1:])
-        share = 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
-        _take(accumulators, place, lane, weight, speed, share)
-        return share * arriving
+        return 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
 
     @answers(lossless, kind)
     def never(rule):

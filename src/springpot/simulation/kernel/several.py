@@ -18,12 +18,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.extending import intrinsic
 
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.forces import cubic, nonic
-from springpot.simulation.kernel.lanes import ENTRY, GROUP, INLINE, LANES, f64, lesser, no, stack_array, typed, yes
-from springpot.simulation.kernel.questions import Forcing, supply, wake
+from springpot.simulation.kernel.forces import Parametric, cubic, nonic
+from springpot.simulation.kernel.lanes import (
+    ENTRY,
+    GROUP,
+    INLINE,
+    LANES,
+    beyond,
+    f64,
+    lesser,
+    no,
+    stack_array,
+    typed,
+    yes,
+)
+from springpot.simulation.kernel.questions import Forcing, push, supply, wake
 from springpot.simulation.kernel.random import draw
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
@@ -41,13 +52,15 @@ from springpot.simulation.kernel.several_impacts import (
     repair,
 )
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Poisson, Table
+from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
     "FILTERED", "HARMONIC", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
-    "MOST_STATES", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
+    "MOST_STATES", "MOST_TAPS", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
 ]  # fmt: skip
 
 MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, 12, 12
+MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources
 FILTERED, HARMONIC, TABLE, POISSON = 0, 1, 2, 3  # kinds of sources
@@ -64,9 +77,11 @@ _normals = stack_array(MOST_NOISES * GROUP * LANES)
 _four = stack_array(GROUP * LANES)
 _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
-_of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS) * LANES)
+_of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
+_of_taps = stack_array(MOST_TAPS * LANES)
 _hits = stack_array(HITS * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
+_shown = stack_array((MOST_POINTS + MOST_ROWS) * GROUP * LANES)
 
 
 class Memories(NamedTuple):
@@ -77,6 +92,7 @@ class Memories(NamedTuple):
     table: Any  # (rows,) where its powers and weights begin
     powers: Any  # as in `springpot.simulation.kernel.block.Memory`
     weights: Any
+    tapped: Any  # (taps,) modes whose squares are summed, once in every group
 
 
 class Sources(NamedTuple):
@@ -123,14 +139,9 @@ class _Sums(NamedTuple):
     vv: Any
     u: Any
     uu: Any
+    ww: Any
     power: Any
     works: Any
-
-
-@intrinsic
-def _beyond(typing_context, pointer, count):
-    """The array that begins ``count`` numbers later."""
-    return pointer(pointer, count), lambda context, builder, signature, args: builder.gep(args[0], [args[1]])
 
 
 @njit(**INLINE)
@@ -146,8 +157,9 @@ def _clear(size, sums, zero):
     _set(sums.vv, size.points, zero)
     _set(sums.u, size.gauged, zero)
     _set(sums.uu, size.gauged, zero)
+    _set(sums.ww, size.shown, zero)
     _set(sums.power, 1, zero)
-    _set(sums.works, size.sources + size.dampers, zero)
+    _set(sums.works, size.sources + size.dampers + size.shaken, zero)
 
 
 @njit(**INLINE)
@@ -260,6 +272,20 @@ def _gather(size, q, j, g, given, s):
 
 
 @njit(**INLINE)
+def _shake(size, q, j, g, forcing, s, weight):
+    """The impulses of noise that multiplies elongations, and its expected works."""
+    for r in range(size.shaken):
+        e, b, slot = q.shaken_at[r] * LANES, (GROUP * (size.noises + r) + j) * LANES, size.sources + size.dampers + r
+        law = Parametric(q.zero, q.shaken[2 * r], q.shaken[2 * r + 1])
+        for lane in range(LANES):
+            s.f[lane], _ = push(law, slot, 0, s.u[e + lane], s.w[e + lane], g[b + lane], forcing, 0, lane, weight)
+        for p in range(q.row_begin[q.shaken_at[r]], q.row_begin[q.shaken_at[r] + 1]):
+            value, i = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.impulse[i + lane] += value * s.f[lane]
+
+
+@njit(**INLINE)
 def _pull(size, q, m, j, h, d, s):
     """The impulses of springs, dampers and memory on the masses."""
     minus = -q.step
@@ -325,6 +351,23 @@ def _kick(size, q, s, weight, sums):
             s.seen[at + lane] = x + half * v
             s.moved[at + lane] = x + q.step * v
             sums.vv[at + lane] += weight * middle * middle
+
+
+@njit(**INLINE)
+def _speeds(size, q, s, weight, sums):
+    """The mean of the velocities before and after the kick, squared, of points that are no coordinates."""
+    part = typed(0.5, q.step)
+    for e in range(size.shown):
+        i = e * LANES
+        for lane in range(LANES):
+            s.f[lane] = s.w[i + lane]
+        for p in range(q.row_begin[e], q.row_begin[e + 1]):
+            value, b = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                s.f[lane] += value * s.v[b + lane]
+        for lane in range(LANES):
+            middle = part * s.f[lane]
+            sums.ww[i + lane] += weight * middle * middle
 
 
 @njit(**INLINE)
@@ -394,13 +437,33 @@ def _see(size, s, sums):
 
 
 @njit(**INLINE)
-def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight):
+def _show(size, q, j, now_x, s, x, v):
+    """Write what observers see of step j: x and v of the masses, then the elongations and their rates."""
+    for i in range(size.points):
+        at, to = i * LANES, (GROUP * i + j) * LANES
+        for lane in range(LANES):
+            x[to + lane] = now_x[at + lane] + s.seen[at + lane]
+            v[to + lane] = s.seen_v[at + lane]
+    for e in range(size.rows):
+        at, to = e * LANES, (GROUP * (size.points + e) + j) * LANES
+        for lane in range(LANES):
+            x[to + lane] = s.seen_u[at + lane]
+            v[to + lane] = 0.0
+        for p in range(q.row_begin[e], q.row_begin[e + 1]):
+            value, i = q.row[p], q.row_at[p] * LANES
+            for lane in range(LANES):
+                v[to + lane] += value * s.seen_v[i + lane]
+
+
+@njit(**INLINE)
+def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight, observers):
     """From the state at time 0 to the first kick."""
     n = size.points
     for i in range(n):
         x[i], v[i] = start[path, i], start[path, n + i]
         x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
-    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight)
+        v[2 * MOST_POINTS + i] = q.constant[i]
+    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers)
     put_in(size, q, s, d, -1, x, v, lane)
     for i in range(n):
         now_x[i * LANES + lane], now_v[i * LANES + lane] = x[i], v[i]
@@ -410,16 +473,17 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
 @njit(**ENTRY)
 def several(
     size, q, exact, memories, sources, start,
-    first, blocks, steps, low, high, k0, k1, stream, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, observers, record, every, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
     ``q`` and ``exact`` are the numbers in the precision of the sweep and in double precision.  ``start`` has x and v at
     time 0 of one path, or of each.  The other arguments are those of `springpot.simulation.kernel.block.block`; written
-    are ``record``, (paths, points in time, masses, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of the
-    masses; of u and u^2 of the gauged elongations; of the power of linear dampers and memory, and of the works of
-    sources and nonlinear dampers; HITS sums of each wall and contact; energies at the ends of the window; x and v at
-    the end; twice the limits on events.
+    are ``record``, (paths, points in time, coordinates, 2), and ``out``, a row for each path: sums of x, x^2, v^2 of
+    the coordinates; of u and u^2 of the gauged elongations, and w^2 of the shown; of the power of linear dampers and
+    memory, and of the works of sources, nonlinear dampers and noise that multiplies elongations; HITS sums of each wall
+    and contact; the squares of tapped modes; energies at the ends of the window; x and v at the end; twice the limits
+    on events.
     """
     n, zero = size.points, q.zero
     z, h, d = _modes(zero), _by_step(zero), _increments(zero)
@@ -431,30 +495,34 @@ def several(
         _of_points(zero), _lane(zero), _lane(zero),
     )  # fmt: skip
     terms = _Sums(
-        _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _lane(zero),
-        _of_sources(zero),
+        _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero),
+        _lane(zero), _of_sources(zero),
     )  # fmt: skip
     sums = _Sums(
-        _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0), _of_sources(0.0)
-    )
+        _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
+        _of_sources(0.0),
+    )  # fmt: skip
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
-    forcing = Forcing(terms.works, terms.works, given, _states(zero), _four(zero), g)
+    shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
+    forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
     for number in range(blocks):
         path_0 = first + number * LANES
         _clear(size, sums, 0.0)
         _set(hits, HITS * (size.walls + size.contacts), 0.0)
         _set(limits, 2, 0.0)
+        _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
         _set(h, GROUP * size.rows, zero)
         _set(d, (GROUP + 2) * size.rows, zero)
         for lane in range(LANES):
             path = (number * LANES + lane) % start.shape[0]
             _begin(
-                size, exact, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, 1.0 if low == 0 < high else 0.0
-            )
+                size, exact, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, 1.0 if low == 0 < high else 0.0,
+                observers,
+            )  # fmt: skip
             for i in range(n):
                 x[i], v[i] = start[path, i], start[path, n + i]
             energy_first[lane] = energy_last[lane] = energy_of(size, exact, x, v)
@@ -464,31 +532,35 @@ def several(
         for t in range(0, steps, GROUP):
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            for r in range(size.noises):
-                draw(t // GROUP, path_0, stream, r, k0, k1, _beyond(g, r * GROUP * LANES))
+            for r in range(size.noises + size.shaken):
+                draw(t // GROUP, path_0, stream, r, k0, k1, beyond(g, r * GROUP * LANES))
             _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
             for i in range(n * LANES):
                 s.x0[i], s.v[i] = now_x[i], now_v[i]
                 s.moved[i] = s.gained[i] = zero
             for e in range(size.rows):
-                _along(exact, e, now_x, total, _beyond(s.u, e * LANES))
-                _along(exact, e, now_v, total, _beyond(s.w, e * LANES))
+                _along(exact, e, now_x, total, beyond(s.u, e * LANES))
+                _along(exact, e, now_v, total, beyond(s.w, e * LANES))
             _clear(size, terms, zero)
+            in_window = low < t + GROUP and t < high
+            watched = in_window and observers.on_steps.size > 0
             for j in range(GROUP):
                 step = t + j
                 within, next_within = low <= step < high, low <= step + 1 < high
                 marked = step == low - 1 or step == high - 1 or step == steps - 1
-                shown = marked or record.shape[0] > 0
+                shown = marked or watched or record.shape[0] > 0
                 weight = one if within else zero
-                damp_before(size, q, s, hits, forcing, weight, no())
+                damp_before(size, q, s, hits, forcing, step, weight, no())
                 _gather(size, q, j, g, given, s)
+                _shake(size, q, j, g, forcing, s, weight)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
                 press(size, q, s, hits, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
+                _speeds(size, q, s, weight, terms)
                 _stretch(size, q, s, d, j, weight, terms)
-                damp_later(size, q, s, d, j, hits, forcing, weight, yes())
+                damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):
                         s.seen_v[i] = s.v[i]
@@ -496,10 +568,12 @@ def several(
                     for lane in range(LANES):
                         if s.clear[lane] <= zero:
                             repair(
-                                size, exact, now_x, now_v, s, d, j, hits, limits, x, v, lane,
-                                1.0 if within else 0.0, 1.0 if next_within else 0.0,
+                                size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
+                                1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
-                touch(size, q, s, d, j, hits, f64(weight))
+                touch(size, q, s, d, j, hits, f64(weight), observers)
+                if watched:
+                    _show(size, exact, j, now_x, s, shown_x, shown_v)
                 if within:
                     _see(size, s, terms)
                 if marked:
@@ -530,14 +604,22 @@ def several(
                     )  # fmt: skip
                 for i in range(6 * e * LANES, (6 * e + 2) * LANES):
                     d[i] = d[i + GROUP * LANES]
-            if low < t + GROUP and t < high:
+            if low <= t + GROUP - 1 < high:
+                for k in range(size.taps):
+                    for lane in range(LANES):
+                        mode = f64(z[memories.tapped[k] * LANES + lane])
+                        tapped[k * LANES + lane] += mode * mode
+            if watched:
+                show_steps(observers, shown_x, shown_v, exact.step, t, low, high)
+            if in_window:
                 _add(sums.x, terms.x, n)
                 _add(sums.xx, terms.xx, n)
                 _add(sums.vv, terms.vv, n)
                 _add(sums.u, terms.u, size.gauged)
                 _add(sums.uu, terms.uu, size.gauged)
+                _add(sums.ww, terms.ww, size.shown)
                 _add(sums.power, terms.power, 1)
-                _add(sums.works, terms.works, size.sources + size.dampers)
+                _add(sums.works, terms.works, size.sources + size.dampers + size.shaken)
         for lane in range(LANES):
             row, column = number * LANES + lane, 0
             column = _write(out, row, column, sums.x, n, lane)
@@ -545,9 +627,11 @@ def several(
             column = _write(out, row, column, sums.vv, n, lane)
             column = _write(out, row, column, sums.u, size.gauged, lane)
             column = _write(out, row, column, sums.uu, size.gauged, lane)
+            column = _write(out, row, column, sums.ww, size.shown, lane)
             column = _write(out, row, column, sums.power, 1, lane)
-            column = _write(out, row, column, sums.works, size.sources + size.dampers, lane)
+            column = _write(out, row, column, sums.works, size.sources + size.dampers + size.shaken, lane)
             column = _write(out, row, column, hits, HITS * (size.walls + size.contacts), lane)
+            column = _write(out, row, column, tapped, size.taps, lane)
             column = _write(out, row, column, energy_first, 1, lane)
             column = _write(out, row, column, energy_last, 1, lane)
             column = _write(out, row, column, x_end, n, lane)

@@ -1,8 +1,8 @@
-"""Nonlinear dampers and soft contacts between several masses.
+"""Nonlinear dampers, forces of the user and soft contacts between several masses.
 
-A damper is followed alone for half a step before and half a step after the kick, as with one mass, by the same laws: of
-its elongation and the reduced mass along its row.  Several are followed one after another, and after the kick in
-reverse.  The elastic force of a contact is in the kick, its dissipation is a damper.
+A damper or force is followed alone for half a step before and half a step after the kick, as with one mass, by the same
+laws: of its elongation and the reduced mass along its row.  Several are followed one after another, and after the kick
+in reverse.  The elastic force of a contact is in the kick, its dissipation is a damper.
 """
 
 from __future__ import annotations
@@ -15,11 +15,14 @@ from springpot.simulation.kernel.forces import CoulombDamper, PowerDamper, VanDe
 from springpot.simulation.kernel.lanes import INLINE, LANES, f64, typed
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.several_impacts import HITS
+from springpot.simulation.kernel.several_laws import damp_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
+from springpot.simulation.kernel.watching import show_impact
 
-__all__ = ["CONTACT", "COULOMB", "POWERS", "VAN_DER_POL", "damp_before", "damp_later", "press", "touch"]
+__all__ = ["CONTACT", "COULOMB", "FORCE", "POWERS", "VAN_DER_POL", "damp_before", "damp_later", "press", "touch"]
 
-COULOMB, POWERS, VAN_DER_POL, CONTACT = 0, 1, 2, 3  # kinds of dampers
+# kinds of dampers; from FORCE on forces of the user, in the order of the chain
+COULOMB, POWERS, VAN_DER_POL, CONTACT, FORCE = 0, 1, 2, 3, 4
 
 
 class ContactDamper(NamedTuple):
@@ -40,8 +43,10 @@ def _damp_contact(force, slot, n, x, v, forcing, lane, weight, after):
 
 
 @njit(**INLINE)
-def _change(size, q, k, u, w, forcing, lane, weight, after):
-    """The change of the elongation's velocity by damper k in half a step."""
+def _change(size, q, k, n, u, w, forcing, lane, weight, after):
+    """The change of the elongation's velocity by damper k in half of step n."""
+    if q.damper_kind[k] >= FORCE:
+        return damp_by(q.forces, q.damper_kind[k] - FORCE, size.sources + k, n, u, w, forcing, lane, weight, after)
     a, b, slot = q.damper[3 * k], q.damper[3 * k + 1], size.sources + k
     if q.damper_kind[k] == COULOMB:
         return damp(CoulombDamper(a), slot, 0, u, w, forcing, lane, weight, after)
@@ -54,24 +59,24 @@ def _change(size, q, k, u, w, forcing, lane, weight, after):
 
 
 @njit(**INLINE)
-def damp_before(size, q, s, hits, forcing, weight, no):
-    """Half a step of all dampers before the kick."""
+def damp_before(size, q, s, hits, forcing, n, weight, no):
+    """Half of step n of all dampers before the kick."""
     for k in range(size.dampers):
         e = q.damper_at[k] * LANES
         for lane in range(LANES):
-            s.f[lane] = _change(size, q, k, s.u[e + lane], s.w[e + lane], forcing, lane, weight, no)
+            s.f[lane] = _change(size, q, k, n, s.u[e + lane], s.w[e + lane], forcing, lane, weight, no)
         _turn(size, q, s, hits, k, weight)
 
 
 @njit(**INLINE)
-def damp_later(size, q, s, d, j, hits, forcing, weight, yes):
-    """Half a step of all dampers after the kick; the drift, which is already taken, is with the new velocity."""
+def damp_later(size, q, s, d, j, hits, forcing, n, weight, yes):
+    """Half of step n of all dampers after the kick; the drift, which is already taken, is with the new velocity."""
     half = typed(0.5, q.step) * q.step
     for k in range(size.dampers - 1, -1, -1):
         e, at = q.damper_at[k] * LANES, (6 * q.damper_at[k] + 2 + j) * LANES
         for lane in range(LANES):
             u = s.u[e + lane] - d[at + lane]  # that of the kick
-            s.f[lane] = _change(size, q, k, u, s.w[e + lane], forcing, lane, weight, yes)
+            s.f[lane] = _change(size, q, k, n, u, s.w[e + lane], forcing, lane, weight, yes)
         _turn(size, q, s, hits, k, weight)
         for i in range(size.points):
             share, at = q.turn[k * size.points + i], i * LANES
@@ -121,15 +126,21 @@ def press(size, q, s, hits, weight):
 
 
 @njit(**INLINE)
-def touch(size, q, s, d, j, hits, weight):
+def touch(size, q, s, d, j, hits, weight, observers):
     """Count the contacts that a drift begins."""
     for c in range(size.contacts):
         e, new = q.contact_at[c] * LANES, (6 * q.contact_at[c] + 2 + j) * LANES
         at, place, away = HITS * (size.walls + c) * LANES, q.contact[5 * c], q.contact[5 * c + 1]
         for lane in range(LANES):
             u = s.u[e + lane]
+            s.f[lane] = q.zero
             if away * (u - place) < q.zero and away * (u - d[new + lane] - place) >= q.zero:
                 speed = abs(s.w[e + lane])
+                s.f[lane] = speed
                 hits[at + lane] += weight
                 hits[at + LANES + lane] += weight * speed
                 hits[at + 2 * LANES + lane] += weight * speed * speed
+        if weight > 0.0 and observers.on_impacts.size > 0:
+            for lane in range(LANES):
+                if s.f[lane] > q.zero:
+                    show_impact(observers, size.walls + c, weight, f64(s.f[lane]), lane)

@@ -11,32 +11,38 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from springpot.simulation.kernel.forces import Cubic, Nonic, cubic, nonic
-from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64
-from springpot.simulation.kernel.restitution import Fixed, rebound
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64
+from springpot.simulation.kernel.restitution import Power, share_left
+from springpot.simulation.kernel.several_laws import share_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
+from springpot.simulation.kernel.watching import show_impact
 
 __all__ = [
-    "CUBIC", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "Numbers", "Size", "cubic_of", "energy_of", "fly",
-    "nonic_of", "put_in", "repair",
+    "CUBIC", "FIXED", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "POWER", "RULE", "Numbers", "Size", "cubic_of",
+    "energy_of", "fly", "nonic_of", "put_in", "repair",
 ]  # fmt: skip
 
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
 HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
+FIXED, POWER, RULE = 0, 1, 2  # kinds of restitution; from RULE on the user's, in the order of the chain
 
 
 class Size(NamedTuple):
     """How many there are; numbers at run time, so that one compilation serves all."""
 
-    points: int
+    points: int  # coordinates
     rows: int  # elongations
     gauged: int  # the first of them, whose mean and mean square are summed
+    shown: int  # the first of these, whose velocity's mean square is summed too: points that are no coordinates
     walls: int
     noises: int  # white
     sources: int  # other excitation
     dampers: int  # nonlinear ones
     contacts: int
+    shaken: int  # elongations that a noise multiplies
+    taps: int  # modes of memories whose mean square is kept
     modes: int  # of all memories
 
 
@@ -55,6 +61,7 @@ class Numbers(NamedTuple):
     source_begin: Any  # of other excitation
     source_at: Any
     source: Any
+    is_smooth: Any  # (sources,) 1 of a force that changes little within a step, otherwise 0
     constant: Any  # (points,) impulse of constant forces in a step
     spring_kind: Any  # (rows,) 0, CUBIC or NINTH
     spring: Any  # (10 rows,) coefficients of the springs, times the step
@@ -65,7 +72,8 @@ class Numbers(NamedTuple):
     wall_at: Any  # (walls,) number of the elongation
     side: Any  # 1: the elongation stays above the place, -1: below
     place: Any
-    restitution: Any
+    restitution_kind: Any  # (walls,)
+    restitution: Any  # (3 walls,) a number, or those of `springpot.simulation.kernel.restitution.Power`
     jump: Any  # (walls * points,) change of the velocities per unit of change of the elongation's velocity
     along: Any  # (walls * rows,) change of the elongations' velocities per unit of change of the wall's
     reduced: Any  # (walls,) reduced mass
@@ -77,6 +85,11 @@ class Numbers(NamedTuple):
     cross: Any  # (dampers * rows,) change of the elongations' velocities per unit of change of its own
     contact_at: Any  # (contacts,) number of the elongation
     contact: Any  # (5 contacts,) as of `springpot.simulation.kernel.soft_contacts.Soft`
+    shaken_at: Any  # (shaken,) number of the elongation
+    shaken: Any  # (2 shaken,) as of `springpot.simulation.kernel.forces.Parametric`
+    # chains of `springpot.simulation.kernel.several_laws`
+    rules: Any  # of restitution
+    forces: Any
 
 
 @njit(**INLINE)
@@ -122,11 +135,22 @@ def energy_of(size, q, x, v):
 
 
 @njit(**INLINE)
-def _given_along(size, q, x, struck):
-    """What springs and constant forces change of a struck elongation's velocity per time, times its reduced mass."""
+def _pushed(size, q, given, j, lane, v):
+    """Put the impulses of constant forces and of smooth excitation in step j behind the velocities."""
+    for i in range(size.points):
+        v[2 * MOST_POINTS + i] = q.constant[i]
+    for r in range(size.sources):
+        for p in range(q.source_begin[r], q.source_begin[r + 1]):
+            impulse = f64(given[(GROUP * r + j) * LANES + lane])
+            v[2 * MOST_POINTS + q.source_at[p]] += q.is_smooth[r] * q.source[p] * impulse
+
+
+@njit(**INLINE)
+def _given_along(size, q, x, v, struck):
+    """What springs and smooth forces change of a struck elongation's velocity per time, times its reduced mass."""
     given = 0.0
     for i in range(size.points):
-        given += q.constant[i] * q.jump[struck * size.points + i]
+        given += v[2 * MOST_POINTS + i] * q.jump[struck * size.points + i]
     for e in range(size.rows):
         along = q.along[struck * size.rows + e]
         if q.spring_kind[e] == 0 or along == 0.0:
@@ -141,13 +165,25 @@ def _given_along(size, q, x, struck):
     return given / q.step
 
 
+@njit(**INLINE)
+def _restitution(q, w, speed):
+    """Of wall w at a speed."""
+    if q.restitution_kind[w] == FIXED:
+        return q.restitution[3 * w]
+    if q.restitution_kind[w] == POWER:
+        return share_left(Power(q.restitution[3 * w], q.restitution[3 * w + 1], q.restitution[3 * w + 2]), speed)
+    return share_by(q.rules, q.restitution_kind[w] - RULE, speed)
+
+
 @njit(**LINKED)
-def fly(size, q, x, v, left, since, hits, limits, lane, weight):
+def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
 
     It begins at the time ``since`` after the middle between two kicks.  Before that middle the kick has given the
-    masses more of the springs' impulse than they have by then, after it less: an impact takes the velocity without
-    this, else each changes the energy at random, which heats a motion with little damping.
+    masses more of the impulse of springs and smooth forces than they have by then, after it less: an impact takes the
+    velocity without this, else each changes the energy at random, which heats a motion with little damping.  An impact
+    after which the masses would not part in spite of the restitution, no faster than what presses on them makes them
+    within a step, is their rest on each other: the sums have it, observers do not see it.
     """
     events, end, n = 0, since + left, size.points
     while True:
@@ -168,11 +204,13 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
         deep -= speed * soonest  # where it lies behind the wall (by rounding, or as it began): put back onto it
         for i in range(n):
             x[i] += soonest * v[i] - q.side[struck] * deep * q.jump[struck * n + i]
-        closing = speed - q.side[struck] * _given_along(size, q, x, struck) / q.reduced[struck] * (end - left)
+        gain = -q.side[struck] * _given_along(size, q, x, v, struck) / q.reduced[struck]  # of closing speed per time
+        closing = speed + gain * (end - left)
         if closing <= 0.0:
             closing = speed
-        r = q.restitution[struck] if events < MOST_EVENTS else 0.0
-        change = closing + rebound(Fixed(r), closing, 1.0, hits, 0, lane, weight)
+        r = _restitution(q, struck, closing) if events < MOST_EVENTS else 0.0
+        change = closing + r * closing
+        rests = change <= speed and closing <= gain * q.step
         if change < speed:  # nothing still closes
             change = speed
         for i in range(n):
@@ -183,6 +221,8 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
         hits[at + 2 * LANES] += weight * closing * closing
         hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
         hits[at + 4 * LANES] += weight * q.reduced[struck] * change
+        if weight > 0.0 and not rests:
+            show_impact(observers, struck, weight, closing, lane)
         events += 1
         if events == MOST_EVENTS:
             limits[lane] += 1.0
@@ -195,7 +235,7 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight):
 
 
 @njit(**LINKED)
-def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, after):
+def repair(size, q, now_x, now_v, s, d, j, given, hits, limits, x, v, lane, before, after, observers):
     """The drift of one lane again, in double precision and with impacts; how many there were.
 
     ``before`` and ``after`` the observation are the weights of its two halves.  Nothing is written where there was no
@@ -206,10 +246,11 @@ def repair(size, q, now_x, now_v, s, d, j, hits, limits, x, v, lane, before, aft
         x[i] = now_x[i * LANES + lane] + f64(s.before[i * LANES + lane])
         v[i] = now_v[i * LANES + lane] + f64(s.gained[i * LANES + lane])
         x[MOST_POINTS + i] = x[i]
-    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before)
+    _pushed(size, q, given, j, lane, v)
+    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before, observers)
     for i in range(n):
         x[2 * MOST_POINTS + i], v[MOST_POINTS + i] = x[i], v[i]
-    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after)
+    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after, observers)
     if events == 0:
         return 0
     for i in range(n):

@@ -16,16 +16,17 @@ import numpy.typing as npt
 from numba import njit, types
 from numba.extending import intrinsic
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, f64, typed
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64, typed
 
 __all__ = [
-    "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
-    "add_impacts", "show_impacts", "show_steps",
+    "ALL", "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
+    "add_impacts", "show_impact", "show_impacts", "show_steps",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 BATCHES = 64  # groups of paths with separate counts, for standard errors
+ALL = -1  # walls
 
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
@@ -37,7 +38,11 @@ are paths of the run.
 
 _numbers = types.CPointer(types.float64)
 ON_STEPS = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, types.int64, _numbers)
-"""(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count."""
+"""(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count.
+
+Of several masses x and v are those of the displacement that the observer is ``of``, and after them, GROUP * LANES
+numbers each, those of the next ones.
+"""
 ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""
 
@@ -56,6 +61,12 @@ class Observer:
         Whether the array has LANES numbers for each observed quantity, or counts of the whole block.
     every : int
         Groups of steps between two calls of ``on_steps``.
+    of : int
+        Number of the displacement that ``on_steps`` sees first.
+    stop : str
+        The wall or contact whose impacts ``on_impacts`` sees; empty for all.
+    place : float
+        Of this wall, in m, where there are several masses.
     """
 
     on_steps: Any
@@ -63,6 +74,9 @@ class Observer:
     initial: Floats
     per_path: bool
     every: int = 1
+    of: int = 0
+    stop: str = ""
+    place: float = 0.0
 
 
 class Observers(NamedTuple):
@@ -72,9 +86,11 @@ class Observers(NamedTuple):
     on_impacts: npt.NDArray[np.int64]
     place: npt.NDArray[np.int64]
     every: npt.NDArray[np.int64]  # groups between two calls of on_steps
+    begin: npt.NDArray[np.int64]  # where in the arrays of x and v
+    stop: npt.NDArray[np.int64]  # number of the wall, or ALL
 
 
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(4)))
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(6)))
 
 
 class Accumulators(NamedTuple):
@@ -116,7 +132,10 @@ def show_steps(observers, x, v, step, n, low, high):
     """Call the observers with four steps of all lanes; the first call is for the group in which the window begins."""
     for i in range(observers.on_steps.size):
         if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
-            _call_on_steps(observers.on_steps[i], (x, v, step, n, low, high, observers.place[i]))
+            begin = observers.begin[i]
+            _call_on_steps(
+                observers.on_steps[i], (beyond(x, begin), beyond(v, begin), step, n, low, high, observers.place[i])
+            )
 
 
 @njit(**INLINE)
@@ -152,13 +171,18 @@ def show_impacts(observers, speeds, clear, within, beyond):
 
 
 @njit(**INLINE)
+def show_impact(observers, stop, count, speed, lane):
+    """Call the observers of all walls, and of the wall of this number, with ``count`` impacts of a lane."""
+    for i in range(observers.on_impacts.size):
+        if observers.on_impacts[i] != 0 and (observers.stop[i] == ALL or observers.stop[i] == stop):
+            _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))
+
+
+@njit(**INLINE)
 def add_impacts(accumulators, lane, weight, count, speed):
     """Add ``count`` impacts at one speed if they lie in the window (``weight`` 1, otherwise 0)."""
     if weight > 0.0:
         accumulators.impacts[lane] += count
         accumulators.speeds[lane] += count * speed
         accumulators.squares[lane] += count * speed * speed
-        observers = accumulators.observers
-        for i in range(observers.on_impacts.size):
-            if observers.on_impacts[i] != 0:
-                _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))
+        show_impact(accumulators.observers, ALL, count, speed, lane)

@@ -25,8 +25,9 @@ from springpot.simulation.kernel.block import COLUMNS, Memory
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, mean_in_step, memory_of
+from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.readings import Reading
@@ -123,9 +124,8 @@ class Parts:
         v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
         return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
-    @property
-    def header(self) -> list[float]:
-        """Of the observers' arrays."""
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array: the same for all."""
         return [*self.units.state, self.units.time, self.frequency, self.wall_position, LANES]
 
     @property
@@ -140,6 +140,16 @@ class Parts:
     @property
     def readings(self) -> tuple[Reading, ...]:
         """Results that are read by the names of the columns: none."""
+        return ()
+
+    @property
+    def damped(self) -> dict[str, float]:
+        """The column of the power of dampers and memory."""
+        return {"power": 1.0}
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """Walls of which observers can see the impacts alone: none."""
         return ()
 
     @property
@@ -234,7 +244,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         units=units,
         history=history,
         named=named,
-        taps=tuple(_tap(arm, step) for arm in taps),
+        taps=tuple(tap_of(arm, step) for arm in taps),
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
@@ -246,11 +256,6 @@ def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
     energy = motion.unit.potential.energy(np.append(motion.law.places, position))
     started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
     return math.sqrt(max(_FASTEST_FLIGHT**2 * motion.law.temperature, started))
-
-
-def _tap(arm: Arm, step: float) -> Arm:
-    """The same with the voltage per unit of the mode as the memory keeps it: it holds increments, not their decay."""
-    return Arm(arm.strength, arm.rate, arm.name, arm.volts * mean_in_step(arm.rate * step))
 
 
 def _units(motion: Motion, position: float, velocity: float) -> Units:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from springpot.simulation.lowering.parts import Arm, Lowered
 from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings
 
-__all__ = ["answer_of", "mean_in_step", "memory_of", "rough_answer_of"]
+__all__ = ["answer_of", "memory_of", "rough_answer_of", "tap_of"]
 
 _SMOOTHED = 0.27  # by the spectra of the step, at orders from 0.3 to 0.9: within 0.06
 
@@ -54,7 +55,12 @@ def _moment_of_arm(arm: Arm, step: float) -> float:
     return arm.strength * step * (0.5 / math.tanh(0.5 * y) - 1.0 / y) / y
 
 
-def mean_in_step(rate: float) -> float:
+def tap_of(arm: Arm, step: float) -> Arm:
+    """A circuit with its voltage per unit of the mode as the memory keeps it: it holds increments, not their decay."""
+    return replace(arm, volts=arm.volts * _mean_in_step(arm.rate * step))
+
+
+def _mean_in_step(rate: float) -> float:
     """The mean of exp(-rate t) over a step, ``rate`` per step."""
     return -math.expm1(-rate) / rate if rate > 1e-12 else 1.0
 
@@ -77,7 +83,7 @@ def memory_of(
         error = max(error, history.relative_error)
     for arm in arms:
         rate = arm.rate * step
-        weight = arm.strength * mean_in_step(rate)
+        weight = arm.strength * _mean_in_step(rate)
         rates, strengths = np.append(rates, rate), np.append(strengths, weight)
         answer = _answer_of_arm(arm, step)
         last = (_moment_of_arm(arm, step) - answer) / step

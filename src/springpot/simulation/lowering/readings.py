@@ -19,9 +19,9 @@ class Reading:
         Of the result.
     above : dict
         The columns of the sum, each with its factor.
-    over : {"steps", "time", "one"} or str
-        What it is divided by: the steps or the time of the window, nothing, or the column of that name (a ratio of two
-        means over all paths).
+    over : {"steps", "time", "groups", "one"} or str
+        What it is divided by: the steps, the time or the groups of steps of the window, nothing, or the column of that
+        name (a ratio of two means over all paths).
     added : float
         To the quotient.
     power : int
@@ -30,6 +30,6 @@ class Reading:
 
     name: str
     above: Mapping[str, float]
-    over: Literal["steps", "time", "one"] | str = "steps"
+    over: Literal["steps", "time", "groups", "one"] | str = "steps"
     added: float = 0.0
     power: int = 1

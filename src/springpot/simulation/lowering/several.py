@@ -16,40 +16,19 @@ import numpy.typing as npt
 
 from springpot.machine.faults import NotCoveredError
 from springpot.memory import ExponentialSum
-from springpot.problem.parts import (
-    Barrier,
-    ColoredNoise,
-    Constant,
-    Contact,
-    Dashpot,
-    FractionalMaxwell,
-    Friction,
-    Harmonic,
-    KanaiTajimiNoise,
-    Mass,
-    Maxwell,
-    PoissonImpulses,
-    PolynomialDashpot,
-    PolynomialSpring,
-    RecordedExcitation,
-    SpectralExcitation,
-    Spring,
-    Springpot,
-    ThermalNoise,
-    VanDerPol,
-    WhiteNoise,
-)
-from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
+from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, several_dampers, sources
+from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
+from springpot.simulation.kernel.several_laws import chain_of
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of
-from springpot.simulation.lowering.parts import Lowered, Named, lower, numbers_of, thermal_noise
+from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
+from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, numbers_of, thermal_noise
 from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
@@ -60,11 +39,7 @@ __all__ = ["PartsOfSeveral", "compose_several"]
 
 Floats = npt.NDArray[np.float64]
 
-_COVERED = (
-    Barrier, ColoredNoise, Constant, Contact, Dashpot, FractionalMaxwell, Friction, Harmonic, KanaiTajimiNoise, Mass,
-    Maxwell, PoissonImpulses, PolynomialDashpot, PolynomialSpring, RecordedExcitation, SpectralExcitation, Spring,
-    Springpot, ThermalNoise, VanDerPol, WhiteNoise,
-)  # fmt: skip
+_ENDS = "x_end", "v_end"
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
@@ -77,7 +52,7 @@ class PartsOfSeveral:
     size, sweep, exact, memories, sources
         Of `springpot.simulation.kernel.several.several`.
     start : Start
-        x and v at time 0, in the kernel's units: shape (1, 2 masses).
+        x and v at time 0, in the kernel's units: shape (1, 2 coordinates).
     units : Units
     unit_mass : float
         The kernel's unit, in kg.
@@ -88,11 +63,17 @@ class PartsOfSeveral:
     taken_at_once : float
         What dampers and memory take of it within the kicks that bring it; the sums of a run do not have it.
     named : tuple of Named
-        Sources and nonlinear dampers, in the order of their works.
+        Sources, nonlinear dampers and noise that multiplies elongations, in the order of their works.
     moved : tuple of float
         The mass in which the work of each is counted, in that of the kernel.
     points, gauged, walls : tuple of str
-        Names in the columns.
+        Names in the columns: of the coordinates, of all rows, and of walls and contacts.
+    others : ndarray, shape (other points, coordinates)
+        The rows of points that are no coordinates.
+    taps : tuple of Arm
+        Circuits whose voltage is observed.
+    damped : dict
+        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
     law : BoltzmannOfSeveral or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     readings : tuple of Reading
@@ -116,6 +97,9 @@ class PartsOfSeveral:
     points: tuple[str, ...]
     gauged: tuple[str, ...]
     walls: tuple[str, ...]
+    others: Floats
+    taps: tuple[Arm, ...]
+    damped: Mapping[str, float]
     law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
@@ -132,6 +116,7 @@ class PartsOfSeveral:
             **{f"v^2 of {point}": speed**2 for point in self.points},
             **{f"u of {row}": length for row in self.gauged},
             **{f"u^2 of {row}": length**2 for row in self.gauged},
+            **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.size.shown]},
             "power": energy / time,
             **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
             **{
@@ -139,6 +124,7 @@ class PartsOfSeveral:
                 for wall in self.walls
                 for name, factor in zip(_OF_A_WALL, of_walls, strict=True)
             },
+            **{f"voltage of {tap.name}": tap.volts**2 * self.unit_mass for tap in self.taps},
             "energy_first": energy,
             "energy_last": energy,
             **{f"x_end of {point}": length for point in self.points},
@@ -149,22 +135,22 @@ class PartsOfSeveral:
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
-        """Of x and v at a time."""
-        return len(self.points), 2
+        """Of x and v of all points at a time."""
+        return len(self.points) + len(self.others), 2
 
     def start_of_record(self, states: Floats) -> Floats:
         """x and v at time 0 as the record has them."""
-        return states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+        return np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
 
     @property
     def mass(self) -> float:
         """Energies of the columns are those of all masses."""
         return 1.0
 
-    @property
-    def header(self) -> list[float]:
-        """There are no observers."""
-        return []
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -183,11 +169,6 @@ class PartsOfSeveral:
         return math.nan
 
     @property
-    def wall_position(self) -> float:
-        """Of a single wall, for observers."""
-        return math.nan
-
-    @property
     def wall(self) -> None:
         """The walls are rigid and have sums of their own."""
         return None
@@ -197,13 +178,15 @@ class PartsOfSeveral:
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows = given
-            if halved or observers.on_steps.size:
-                raise NotCoveredError("observers and levels of several masses are not there yet.")
+            if halved:
+                raise NotCoveredError("levels of several masses are not there yet.")
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, record, settings.record_every, stop, rows,
+                first, blocks, settings.steps, low, high, k0, k1, stream, observers,
+                record, settings.record_every, stop, rows,
             )  # fmt: skip
+            record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 
         return advance
 
@@ -228,67 +211,81 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     """
     system, settings, scheme = plan.system, plan.settings, plan.settings.numerical_scheme
     coordinates = system.coordinates
-    _check_covered(plan)
     units, unit_mass = _units(plan)
     step = settings.step / units.time
-    masses = coordinates.masses / unit_mass
+    mass, many = coordinates.mass / unit_mass, len(coordinates.names)
     rows = _rows(plan, units, unit_mass, step)
-    place_of = {name: n for n, (_, names) in enumerate(rows) for name in names}
-    totals, g = [row.total for row, _ in rows], np.array([row.row for row, _ in rows]).reshape(-1, len(masses))
+    totals, g = [row.total for row in rows], np.array([row.row for row in rows]).reshape(-1, many)
     answers = np.array([answer_of(total, step) for total in totals])
-    mass = np.diag(masses)
+    reduced = 1.0 / (g * unit_mass * coordinates.accelerations(g)).sum(axis=1)
+    jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
     solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
-    memories, near, history = _memories(totals, scheme, step, settings)
+    memories, near, history, taps = _memories(totals, scheme, step, settings)
     noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
-    at = np.array([place_of[name] for name, _ in walls], np.int64)
-    jump, reduced = _jumps(g[at], masses)
+    at = np.array([coordinates.numbers[tuple(coordinates.elongations[name])] for name, _ in walls], np.int64)
+    jump = jumps[at]
+    rules = [rule_of(wall, name, units.speed) for name, wall in walls]
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(totals, g, masses, touched)]
+    dampers = [*_dampers(totals, reduced, touched)]
+    shaken = [(n, step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
+              for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
+    keep = np.einsum("ei,ij,ej->e", g, solve, g)  # twice the energy that a kick along a row brings and dampers leave
     turned = np.array([each.row for each in dampers], np.int64)
-    turn, _ = _jumps(g[turned], masses)
+    turn = jumps[turned]
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
-    wide = np.zeros((len(masses), (len(masses) + 3) // 4 * 4))
-    wide[:, : len(masses)] = solve
+    wide = np.zeros((many, (many + 3) // 4 * 4))
+    wide[:, :many] = solve
     row_begin, row_at, row = _sparse(g)
     noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
-    source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, len(masses)))
+    source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, many))
     inward = np.array([wall.inwards for _, wall in walls], float)
+    smooth = np.array([float(each.is_smooth) for each in given])
     numbers = (
-        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, step * constant,
+        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, smooth, step * constant,
         np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
         near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
-        np.array([wall.restitution for _, wall in walls], float), jump.ravel(), (jump @ g.T).ravel(),
-        reduced, mass.ravel(),
+        *_restitutions(rules), jump.ravel(), (jump @ g.T).ravel(),
+        reduced[at], mass.ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
+        np.array([n for n, _, _ in shaken], np.int64),
+        np.array([[square, 0.5 * square / reduced[n]] for n, square, _ in shaken], float).ravel(),
     )  # fmt: skip
-
-    def of(kind: Any) -> kernel.Numbers:
-        return kernel.Numbers(kind(step), kind(0.0), *(v if v.dtype.kind == "i" else v.astype(kind) for v in numbers))
-
-    kind = np.dtype(_precision(plan, noises, given)).type
-    fed = 0.5 * float(np.trace(noises @ np.diag(1.0 / masses) @ noises.T)) if len(noises) else 0.0
-    left = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
+    exact = kernel.Numbers(
+        step,
+        0.0,
+        *numbers,
+        chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
+        chain_of([each.law for each in dampers if each.law is not None]),
+    )
+    random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
+    own = any(each.law is not None for each in dampers)
+    kind = np.dtype(_precision(plan.settings, random and not own)).type
+    fed = 0.5 * unit_mass * float((noises * coordinates.accelerations(noises)).sum())
+    kept = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
     power = unit_mass * units.speed**2 / units.time
     x0, v0 = start_of(plan)
     names = *(name for name, _ in walls), *(name for _, name, _ in touched)
     whole = PartsOfSeveral(
         size=kernel.Size(
-            len(masses),
+            many,
             len(rows),
             len(rows),
+            len({*map(tuple, coordinates.rows[many:])}),
             len(walls),
             len(noises),
             len(given),
             len(dampers),
             len(touched),
+            len(shaken),
+            len(taps),
             int(memories.count.sum()),
         ),
-        sweep=of(kind),
-        exact=of(np.float64),
+        sweep=with_arrays(exact, kind)._replace(step=kind(step), zero=kind(0.0)),
+        exact=exact,
         memories=with_arrays(memories, kind),
         sources=_sources(given, kind),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
@@ -296,42 +293,42 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         unit_mass=unit_mass,
         history=history,
         expected_power=power * fed,
-        taken_at_once=power * (fed - left),
+        taken_at_once=power * (fed - kept),
         law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
-        named=(*(each.named for each in given), *(each.named for each in dampers)),
-        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers)),
-        points=coordinates.points,
+        named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
+        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
+        damped={
+            "power": 1.0,
+            **{f"work of {named.name}": (1.0 - keep[n] * reduced[n]) / settings.step for n, _, named in shaken},
+        },
+        taps=taps,
+        points=coordinates.names,
+        others=coordinates.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(rows))),
         walls=names,
         struck={name: f"{name} impacts" for name in names},
     )
     _check_sizes(whole)
     brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
-    lacking = 0.25 * units.speed**2 * np.diag(solve @ brought) / masses
-    return replace(whole, readings=tuple(_readings(plan, whole, lacking, place_of, g)))
-
-
-def _check_covered(plan: Plan) -> None:
-    for name, part in plan.system.named():
-        if not isinstance(part, _COVERED):
-            raise NotCoveredError(
-                f"{name} cannot be simulated in a system of several masses: {part.said} has no law for them. Leave it "
-                "out, or take one mass."
-            )
-        if isinstance(part, Barrier) and callable(part.restitution):
-            raise NotCoveredError(
-                f"{name} has a restitution that depends on the speed, which several masses cannot have: give a number."
-            )
+    lack = unit_mass * coordinates.accelerations(solve @ brought)
+    lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", coordinates.rows, lack, coordinates.rows)
+    shaking = [
+        (f"row {n}", 0.25 * square * (units.speed / units.length) ** 2
+         * (coordinates.rows @ solve @ g[n]) * (coordinates.rows @ jumps[n] / reduced[n]))
+        for n, square, _ in shaken
+    ]  # fmt: skip
+    return replace(whole, readings=tuple(_readings(plan, whole, lacking, shaking)))
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
     size = parts.size
     for what, count, most in (
-        ("masses", size.points, kernel.MOST_POINTS), ("pairs of ends", size.rows, kernel.MOST_ROWS),
+        ("masses", size.points, kernel.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
         ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
-        ("sources of white noise", size.noises, kernel.MOST_NOISES),
+        ("sources of white noise", size.noises + size.shaken, kernel.MOST_NOISES),
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
-        ("nonlinear dampers", size.dampers, kernel.MOST_DAMPERS), ("memory modes", size.modes, kernel.MOST_MODES),
+        ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
+        ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
         ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
@@ -343,23 +340,21 @@ def _units(plan: Plan) -> tuple[Units, float]:
     scales, (x0, v0) = plan.motion.scales, start_of(plan)
     walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
     longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
-    masses = plan.system.coordinates.masses
+    masses = np.diag(plan.system.coordinates.mass)
     units = Units(
         2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0, 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0
     )
     return units, 2.0 ** round(float(np.log2(masses).mean()))
 
 
-def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[tuple[_Row, list[str]]]:
-    """The rows, each with all that lies on it, and the names of its parts."""
-    found: dict[tuple[float, ...], tuple[_Row, list[str]]] = {}
-    elongations = plan.system.coordinates.elongations
-    for name, part in plan.system.named():
-        if not isinstance(part, Element):
-            continue
-        row, names = found.setdefault(tuple(elongations[name]), (_Row(elongations[name]), []))
-        more = lower(part.per_mass(unit_mass), name, units, step)
-        found[tuple(elongations[name])] = _Row(row.row, row.total + more), [*names, name]
+def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]:
+    """The rows in the order of their numbers, each with all that lies on it."""
+    at, parts = plan.system.coordinates, dict(plan.system.named())
+    found = {row: _Row(np.array(row)) for row in at.numbers}
+    for name, elongation in at.elongations.items():
+        row, part = found[tuple(elongation)], parts[name]
+        more = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
+        found[tuple(elongation)] = _Row(row.row, row.total + more)
     return [*found.values()]
 
 
@@ -367,19 +362,29 @@ def _kind_of(springs: Floats) -> int:
     return NINTH if springs[4:].any() else CUBIC if springs.any() else 0
 
 
-def _jumps(g: Floats, masses: Floats) -> tuple[Floats, Floats]:
-    """Changes of the velocities per unit of change of each wall's, and the reduced masses."""
-    reduced = 1.0 / (g**2 / masses).sum(axis=1)
-    return reduced[:, None] * g / masses, reduced
+def _restitutions(rules: Sequence[Any]) -> tuple[npt.NDArray[np.int64], Floats]:
+    """The kind of each wall's rule, and its three numbers; the user's functions are numbered."""
+    kinds, numbers, own = [], list[tuple[float, ...]](), 0
+    for rule in rules:
+        match rule:
+            case Fixed():
+                kinds.append(several_impacts.FIXED)
+            case Power():
+                kinds.append(several_impacts.POWER)
+            case _:
+                kinds.append(several_impacts.RULE + own)
+                own += 1
+        numbers.append((*rule, 0.0, 0.0)[:3] if isinstance(rule, Fixed | Power) else (0.0,) * 3)
+    return np.array(kinds, np.int64), np.array(numbers, float).ravel()
 
 
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
-    """x(0) and x'(0) in the order of the points, in m and m/s."""
-    size = len(plan.system.points)
+    """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
+    names = plan.system.coordinates.names
     if plan.settings.start == "stationary":  # drawn
-        return np.zeros(size), np.zeros(size)
+        return np.zeros(len(names)), np.zeros(len(names))
     both = plan.settings.initial_position, plan.settings.initial_velocity
-    x0, v0 = (np.array([given[point] for point in plan.system.points]) for given in both)  # type: ignore[index]
+    x0, v0 = (np.array([given[name] for name in names]) for given in both)  # type: ignore[index]
     return x0, v0
 
 
@@ -390,12 +395,13 @@ def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64],
 
 def _memories(
     totals: Sequence[Lowered], scheme: Any, step: float, settings: Settings
-) -> tuple[kernel.Memories, Floats, ExponentialSum]:
-    """The modes of each row; the weights of the newest increments in each step of a group; and all modes together."""
+) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Arm, ...]]:
+    """The modes of each row; the weights of the newest increments in each step of a group; all modes; and circuits."""
     tables: dict[Any, tuple[int, Any, ExponentialSum]] = {}
     begin, count, table = (np.zeros(len(totals), np.int64) for _ in range(3))
     near = np.zeros((len(totals), GROUP, 5))
     powers, weights, modes, histories = list[Any]([np.zeros(0)]), list[Any]([np.zeros(0)]), 0, []
+    taps = list[tuple[int, Arm]]()
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
@@ -405,6 +411,8 @@ def _memories(
             weights.append(own.weights)
         table[e], own, history = tables[key]
         begin[e], count[e] = modes, own.powers.size // 4
+        first = modes + history.rates.size - len(total.arms)
+        taps += [(first + n, tap_of(arm, step)) for n, arm in enumerate(total.arms) if arm.name]
         modes += int(count[e])
         histories.append(history)
         new, old, r1, r2, r3 = (float(number) for number in own[2:])
@@ -414,12 +422,18 @@ def _memories(
         np.concatenate([np.zeros(0), *(history.weights for history in histories)]),
         max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
     )  # fmt: skip
-    return kernel.Memories(begin, count, table, np.concatenate(powers), np.concatenate(weights)), near, together
+    tapped = np.array([mode for mode, _ in taps], np.int64)
+    memories = kernel.Memories(begin, count, table, np.concatenate(powers), np.concatenate(weights), tapped)
+    return memories, near, together, tuple(arm for _, arm in taps)
+
+
+def _no_law(word: int, place: int, parts: int) -> None:
+    """The kernel has its numbers elsewhere."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Damper:
-    """A nonlinear damper, or the dissipation of a contact.
+    """A nonlinear damper, the dissipation of a contact, or a force of the user.
 
     Attributes
     ----------
@@ -428,18 +442,21 @@ class _Damper:
         The number of its elongation, and the kind of its law.
     numbers : tuple of float
         As the kernel has them.
+    law : NamedTuple or None
+        Of the user's force.
     """
 
     named: Named
     row: int
     kind: int
     numbers: tuple[float, float, float]
+    law: Any = None
 
 
 def _dampers(
-    totals: Sequence[Lowered], g: Floats, masses: Floats, touched: Sequence[tuple[int, str, Contact]]
+    totals: Sequence[Lowered], reduced: Floats, touched: Sequence[tuple[int, str, Contact]]
 ) -> Iterator[_Damper]:
-    _, reduced = _jumps(g, masses)
+    own = 0
     for n, total in enumerate(totals):
         mass = float(reduced[n])
         for named in total.forces:
@@ -450,10 +467,13 @@ def _dampers(
                     yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
                 case forces.VanDerPolDamper():
                     yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                case _:
+                    force, own = law._replace(half=law.half / mass), own + 1
+                    yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)
     for c, (n, name, contact) in enumerate(touched):
         if contact.dissipation > 0.0:
             mass = float(reduced[n])
-            named = Named(name, lambda word, place, parts: None, 0, "nothing")
+            named = Named(name, _no_law, 0, "nothing")
             yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
 
 
@@ -461,13 +481,15 @@ def _dampers(
 class _Given:
     """A source of excitation: its law in the kernel, its name, and the row on which it acts.
 
-    ``brought`` is the variance of what it brings anew within each step.
+    ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
+    steps are nearly alike.
     """
 
     named: Named
     law: Any
     row: Floats
     brought: float
+    is_smooth: bool
 
 
 def _excitation(
@@ -475,10 +497,9 @@ def _excitation(
 ) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
     white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(g.shape[1])
-    for name, part in plan.system.named():
-        if not isinstance(part, Excitation) or isinstance(part, ThermalNoise):
-            continue
-        row = plan.system.coordinates.forces[name]
+    parts = dict(plan.system.named())
+    for name, row in plan.system.coordinates.forces.items():
+        part = parts[name]
         row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
         more = lower(part.per_mass(1.0 if part.of_ground else unit_mass), name, units, step)
         if more.white > 0.0:
@@ -512,7 +533,8 @@ def _placed(given: Sequence[tuple[Named, Floats, float | None]]) -> Iterator[_Gi
         count[named.name] = count.get(named.name, 0) + 1
         own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
         law = named.make(word, place, 1)
-        yield _Given(own, law, row, _drawn(law) if brought is None else brought)
+        smooth = brought is None and not isinstance(law, sources.Poisson)
+        yield _Given(own, law, row, _drawn(law) if brought is None else brought, smooth)
         word, place = word + sources.WORDS, place + named.states
 
 
@@ -552,32 +574,40 @@ def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
     )
 
 
-def _precision(plan: Plan, noises: Floats, given: Sequence[_Given]) -> str:
-    """Of the sweep: double without noise, since one path is the answer then, and its last digits may be wanted."""
-    is_random = len(noises) > 0 or any(isinstance(each.law, sources.Filtered | sources.Poisson) for each in given)
-    single = is_random and plan.settings.precision == "float32" and plan.settings.memory_tolerance >= SINGLE_PRECISION
+def _is_random(law: Any) -> bool:
+    return isinstance(law, sources.Filtered | sources.Poisson)
+
+
+def _precision(settings: Settings, noisy: bool) -> str:
+    """Of the sweep: double with forces of the user, which may need it, and without noise.
+
+    Without it one path is the answer, and its last digits may be wanted.
+    """
+    single = noisy and settings.precision == "float32" and settings.memory_tolerance >= SINGLE_PRECISION
     return "float32" if single else "float64"
 
 
 def _readings(
-    plan: Plan, parts: PartsOfSeveral, lacking: Floats, place_of: Mapping[str, int], g: Floats
+    plan: Plan, parts: PartsOfSeveral, lacking: Floats, shaking: Sequence[tuple[str, Floats]]
 ) -> Iterator[Reading]:
     """Every result but the balance of energy.
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
     quarter of their difference squared, by noise and by the dampers that take it again.  With S of `compose_several`,
-    M and the covariance B of the noise's impulse it is the diagonal of S B M^-1 / 4: exact for matched noise of
-    dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and white
-    noise.
+    M and the covariance B of the noise's impulse it is p S B M^-1 p / 4 of a point with the row p: exact for matched
+    noise of dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and
+    white noise.  ``shaking``: the same of noise that multiplies an elongation, per square of that, by its row.
     """
-    system = plan.system
-    for point, lack in zip(parts.points, lacking, strict=True):
-        yield Reading(f"{point}_x_mean", {f"x of {point}": 1.0})
-        yield Reading(f"{point}_x_mean_square", {f"x^2 of {point}": 1.0})
-        yield Reading(f"{point}_v_mean_square", {f"v^2 of {point}": 1.0}, added=float(lack))
-    place = {tuple(row): place_of[name] for name, row in system.coordinates.elongations.items()}
-    for pair, g_of_pair in system.coordinates.pairs.items():
-        row = parts.gauged[place[tuple(g_of_pair)]]
+    system, at = plan.system, plan.system.coordinates
+    gauged = dict(zip(at.numbers, parts.gauged, strict=True))
+    for i, (point, own, lack) in enumerate(zip(at.points, at.rows.tolist(), lacking, strict=True)):
+        letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
+        yield Reading(f"{point}_x_mean", {f"{letters[0]} of {of}": 1.0})
+        yield Reading(f"{point}_x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
+        above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
+        yield Reading(f"{point}_v_mean_square", above, added=float(lack))
+    for pair, own_row in at.pairs.items():
+        row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
         yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
     for name, part in system.named():
@@ -588,12 +618,16 @@ def _readings(
             lost = {f"work of {name}": -1.0} if f"work of {name}" in parts.columns else {f"{name} loss": 1.0}
             yield Reading(f"{name}_power", lost, "time")
             yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
-    for name, part in system.named():
-        if isinstance(part, Friction | PolynomialDashpot | VanDerPol) and f"work of {name}" in parts.columns:
-            yield Reading(f"{name}_power", {f"work of {name}": -1.0}, "time")
+    if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
+        squares = {name: f"voltage of {name}" for name in (tap.name for tap in parts.taps)}
+        for name, square in squares.items():
+            yield Reading(f"{name}_voltage_mean_square", {square: 1.0}, "groups")
+        delivered = {square: 1.0 / dict(system.named())[name].resistance for name, square in squares.items()}
+        yield Reading("harvested_power", delivered, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
-        yield Reading("damping_power", {"power": 1.0}, added=parts.taken_at_once)
-    for point in parts.points:
-        yield Reading(f"{point}_x_mean_end", {f"x_end of {point}": 1.0}, "one")
-        yield Reading(f"{point}_x_mean_square_end", {f"x_end of {point}": 1.0}, "one", power=2)
-        yield Reading(f"{point}_v_mean_square_end", {f"v_end of {point}": 1.0}, "one", power=2)
+        yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
+    for point, shares in zip(at.points, at.rows.tolist(), strict=True):
+        x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
+        yield Reading(f"{point}_x_mean_end", x, "one")
+        yield Reading(f"{point}_x_mean_square_end", x, "one", power=2)
+        yield Reading(f"{point}_v_mean_square_end", v, "one", power=2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.crew import work_together
-from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
-from springpot.simulation.kernel.watching import BATCHES, HEADER, Observer, Observers
+from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, Observer, Observers
 from springpot.simulation.lowering.compose import Floats, Parts, compose
 from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
@@ -79,6 +80,17 @@ class Simulation:
         """The same with other parts of the kernel, by their names in `Parts`."""
         return replace(self, parts=replace(self.parts, **parts))
 
+    def timed(self, **given: Any) -> tuple[float, float]:
+        """Path-steps of a short run, and its seconds; arguments are those of `advance`."""
+        settings = self.settings
+        steps = min(settings.steps, 8192)
+        length = steps * settings.step
+        few = self.but(paths=LANES * settings.threads, duration=length, window=(0.0, length), record=0)
+        for _ in range(2):  # the first may have to load or compile the kernel
+            begun = time.perf_counter()
+            few.advance(**given)
+        return float(few.settings.paths * steps), time.perf_counter() - begun
+
     def advance(
         self,
         *,
@@ -104,14 +116,14 @@ class Simulation:
         together = 1 if observers or settings.record else _blocks_of_a_call(settings, blocks)
         next_call = itertools.count()
         done = itertools.count(1)
-        kernel, header = self.parts.kernel(), self.parts.header
+        kernel = self.parts.kernel()
         states = self.parts.states(settings, skipped, blocks * LANES, stream)
         observed = [_room(observer, blocks) for observer in observers]
         adding = threading.Lock()
 
         def work() -> None:
-            arrays = [np.concatenate([header, observer.initial]) for observer in observers]
-            addresses = _addresses(observers, arrays)
+            arrays = [np.concatenate([self.parts.header_of(each), each.initial]) for each in observers]
+            addresses = _addresses(observers, arrays, self.parts.walls)
             while not stop[0] and (number := together * next(next_call)) < blocks:
                 first, count = number * LANES, min(together, blocks - number)
                 some = slice(first, first + count * LANES)
@@ -164,8 +176,8 @@ def _room(observer: Observer, blocks: int) -> Floats:
     return np.zeros((min(blocks, BATCHES), observer.initial.size))
 
 
-def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats]) -> Observers:
-    """The observers in the form that the kernel takes: addresses."""
+def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats], walls: Sequence[str]) -> Observers:
+    """The observers in the form that the kernel takes: addresses; ``walls`` are in the order of the kernel."""
 
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
         return np.fromiter(values, np.int64)
@@ -175,4 +187,6 @@ def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats]) -> Obser
         on_impacts=numbers(0 if o.on_impacts is None else o.on_impacts.address for o in observers),
         place=numbers(array.ctypes.data for array in arrays),
         every=numbers(o.every for o in observers),
+        begin=numbers(o.of * GROUP * LANES for o in observers),
+        stop=numbers(walls.index(o.stop) if o.stop else ALL for o in observers),
     )

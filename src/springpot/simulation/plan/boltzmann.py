@@ -33,10 +33,10 @@ class BoltzmannOfSeveral:
     Attributes
     ----------
     temperature : float
-    root : ndarray, shape (points, points)
+    root : ndarray, shape (coordinates, coordinates)
         Displacements of the linear springs' law per normal.
-    speeds : ndarray, shape (points,)
-        Standard deviations of the velocities.
+    speeds : ndarray, shape (coordinates, coordinates)
+        Velocities per normal.
     others : tuple
         Rows, with what lies on them beside linear springs.
     """
@@ -68,7 +68,7 @@ class BoltzmannOfSeveral:
             tried = normals.standard_normal(x.shape) @ self.root.T
             found = missing & (normals.random(count) < self.kept(tried))
             x[found], missing = tried[found], missing & ~found
-        return x, self.speeds * normals.standard_normal(x.shape)
+        return x, normals.standard_normal(x.shape) @ self.speeds.T
 
 
 def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
@@ -82,7 +82,7 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
     ...     ThermalNoise(0.6),
     ... )
     >>> boltzmann_of_several(pair).speeds.round(4).tolist()
-    [0.7746, 1.0954]
+    [[0.7746, 0.0], [0.0, 1.0954]]
     """
     thermal = system.of(ThermalNoise)
     driven = any(isinstance(part, Excitation) and not isinstance(part, ThermalNoise) for part in system.parts)
@@ -91,7 +91,7 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
         return None
     coordinates = system.coordinates
     elements = [(coordinates.elongations[name], part) for name, part in system.named() if isinstance(part, Element)]
-    size = len(system.points)
+    size = len(coordinates.names)
     stiffness = sum(
         (
             float(part.linear_stiffness + part.modulus(0.0) * part.remembers) * np.outer(row, row)
@@ -105,7 +105,8 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
     if not values[0] > _HELD * values[-1] or not rises:
         return None
     theta = thermal[0].temperature
-    law = BoltzmannOfSeveral(theta, shapes * np.sqrt(theta / values), np.sqrt(theta / coordinates.masses), others)
+    speeds = np.asarray(np.linalg.cholesky(coordinates.accelerations(theta * np.eye(size))), float)
+    law = BoltzmannOfSeveral(theta, shapes * np.sqrt(theta / values), speeds, others)
     tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
     return law if law.kept(tried).mean() > _LEAST_KEPT else None
 

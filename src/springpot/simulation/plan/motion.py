@@ -30,6 +30,7 @@ from springpot.problem.system import System
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls"]
@@ -98,6 +99,38 @@ class Motion:
     def unobserved(self) -> str:
         """Why there are no observers and levels of this motion; empty if there can be."""
         return ""
+
+    @cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """The displacements whose distributions and spectra a run can have."""
+        names = {name: name for name in ("x", "v", "amplitude", "impact_speed")}
+        if not self.system.natural_frequency > 0.0:
+            del names["amplitude"]
+        return (Seen(names, stop=""),)
+
+    @cached_property
+    def levels(self) -> dict[str, tuple[str, Seen]]:
+        """What can pass a level, by name: the quantity, and the displacement that it is of."""
+        # an impact is reported without its place: of several walls it may be any, and the ends of steps have to do
+        one_wall = len(self.touched) == len(self.walls) <= 1
+        own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
+        return {name: (name, own) for name in LEVELS}
+
+    @property
+    def arguments(self) -> dict[str, tuple[str, int]]:
+        """What the arguments of an observable may be called; empty if they are t, x and v in this order.
+
+        Of each x or v, and the number of the displacement; and t.
+        """
+        return {}
+
+    def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
+        """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
+        return self.position_of_rest if x is None else x, v
+
+    def intensity_of(self, seen: Seen) -> float:
+        """Of the white noise in the acceleration of a displacement, in m^2 s^-3."""
+        return self.intensity
 
     @property
     def from_rest(self) -> str:

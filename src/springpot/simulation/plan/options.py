@@ -52,8 +52,14 @@ class Options(TypedDict, total=False):
         "stationary, but rest if an initial state or the Riemann-Liouville derivative is given, or if there is no "
         "stationary state.",
     ]
-    initial_position: Annotated[float | None, "x(0), in m; the run then starts from there."]
-    initial_velocity: Annotated[float | None, "x'(0), in m/s; the run then starts from there."]
+    initial_position: Annotated[
+        float | dict[str, float] | None,
+        "x(0), in m; the run then starts from there.  Of several masses by their names, 0 where none is given.",
+    ]
+    initial_velocity: Annotated[
+        float | dict[str, float] | None,
+        "x'(0), in m/s; the run then starts from there.  Of several masses by their names, 0 where none is given.",
+    ]
     derivative: Annotated[Derivative, "Definition of the derivative; the two differ if x(0) is not 0"]
     memory_tolerance: Annotated[float, "Relative error allowed in the memory kernel"]
     contact_tolerance: Annotated[float, "Scheme grunwald only: distance from the wall that counts as an impact, in m"]

@@ -125,7 +125,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     scheme_of_run = motion.scheme_for(options["scheme"])
     duration, step, steps = _grid(motion, wanted, options["step"], scheme_of_run)
     window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
-    record, record_every = _record(options["record"], options["record_every"], paths, steps)
+    record, record_every = _record(options["record"], options["record_every"], paths, steps, len(system.points))
     settings = Settings(
         paths=paths,
         duration=duration,
@@ -266,21 +266,21 @@ def _window(window: tuple[float, float] | None, duration: float, step: float) ->
     return first * step, last * step  # whole steps
 
 
-def _record(record: int, every: int | None, paths: int, steps: int) -> tuple[int, int]:
+def _record(record: int, every: int | None, paths: int, steps: int, masses: int) -> tuple[int, int]:
     """How many paths are stored, and every how many steps."""
     record = whole_number(record, "record", 0, paths)
     if every is not None and record == 0:
         raise ValueError("record_every has no effect without record, the number of paths to store.")
     every = 1 if every is None else whole_number(every, "record_every", 1, steps)
-    if record * (steps // every) > MOST_RECORDED:
-        wanted = math.ceil(record * steps / MOST_RECORDED)
-        fewer = MOST_RECORDED // (steps // every)
+    if record * masses * (steps // every) > MOST_RECORDED:
+        wanted = math.ceil(record * masses * steps / MOST_RECORDED)
+        fewer = MOST_RECORDED // (masses * (steps // every))
         advice = f"record_every={wanted} or more" if wanted <= steps else ""
         if fewer > 0:
             advice += f"{' or ' if advice else ''}at most {fewer} paths"
         raise ValueError(
-            f"record asks for {record} paths of {steps // every} points, but at most {MOST_RECORDED:,} points are "
-            f"stored: use {advice}."
+            f"record asks for {record} paths of {steps // every} points{f' of {masses} masses' if masses > 1 else ''}, "
+            f"but at most {MOST_RECORDED:,} points are stored: use {advice}."
         )
     return record, every
 
@@ -291,6 +291,7 @@ def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: 
         if given is not None:
             raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
         if motion.from_rest:
+            check_motion(motion, "start='stationary'")
             raise ValueError(f"start must be 'rest': {motion.from_rest}.")
         if derivative != "caputo":
             raise ValueError(

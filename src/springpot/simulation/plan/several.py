@@ -24,9 +24,14 @@ from springpot.problem.parts import (
     Constant,
     Contact,
     Dashpot,
+    Force,
+    FractionalMaxwell,
     Friction,
     Harmonic,
     KanaiTajimiNoise,
+    Maxwell,
+    ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
@@ -37,12 +42,13 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.registration import Element
-from springpot.problem.parts.walls import Stop, slow_restitution
+from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
@@ -65,7 +71,7 @@ class Modes:
         In rad/s, rising; 0 of a motion that stretches no spring.
     rate : ndarray, shape (modes,)
         At which each loses its energy, in 1/s.
-    shapes : ndarray, shape (points, modes)
+    shapes : ndarray, shape (coordinates, modes)
         Columns of unit modal mass.
     temperature : ndarray, shape (modes,)
         Mean modal energy by a balance of what excitation feeds in and dampers take out, in J; of a mode that nothing
@@ -156,9 +162,9 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
 def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
     """The modes, with more stiffness and damping of some parts."""
     coordinates = system.coordinates
-    root = 1.0 / np.sqrt(coordinates.masses)
+    root = np.linalg.inv(np.linalg.cholesky(coordinates.mass))
     rows = [
-        (name, part, coordinates.elongations[name] * root) for name, part in system.named() if isinstance(part, Element)
+        (name, part, root @ coordinates.elongations[name]) for name, part in system.named() if isinstance(part, Element)
     ]
 
     def matrix(numbers: Mapping[str, float]) -> Floats:
@@ -191,8 +197,8 @@ def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
         rate[i] = (
             moved[:, i] @ matrix({name: linear(name, part, p).imag / p.imag for name, part, _ in rows}) @ moved[:, i]
         )
-    temperature, excited = _temperatures(system, frequency, rate, root[:, None] * moved)
-    return Modes(frequency, rate, root[:, None] * moved, temperature, excited)
+    temperature, excited = _temperatures(system, frequency, rate, root.T @ moved)
+    return Modes(frequency, rate, root.T @ moved, temperature, excited)
 
 
 def _alone(rows: Any) -> float:
@@ -208,14 +214,30 @@ def _alone(rows: Any) -> float:
 def _temperatures(system: System, frequency: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, bool]:
     if thermal := system.of(ThermalNoise):
         return np.full(len(rate), thermal[0].temperature), True
-    fed = np.zeros(len(rate))
-    for name, row in system.coordinates.forces.items():
-        part = next(part for own, part in system.named() if own == name)
-        fed += (row @ shapes) ** 2 * [_density(part, w) for w in frequency]
+    fed, coordinates, parts = np.zeros(len(rate)), system.coordinates, dict(system.named())
+    for name, row in coordinates.forces.items():
+        fed += (row @ shapes) ** 2 * [_density(parts[name], w) for w in frequency]
+    fed = _with_multiplied(system, frequency, rate, fed, shapes)
     # where nothing dissipates, what is fed in within a radian
     whole = float(fed.sum()) / (float(rate.sum()) if rate.sum() > 0.0 else max(float(frequency.max()), 1e-300))
     damped = rate > _UNDAMPED * frequency
     return np.where(damped & (fed > 0.0), fed / np.where(damped, rate, 1.0), whole), bool(fed.any())
+
+
+def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Floats, shapes: Floats) -> Floats:
+    """The power fed into each mode with that of noise which multiplies elongations, and so grows with the motion.
+
+    Where such noise feeds in more than is taken out, nothing of it is counted.
+    """
+    noises = [(name, part) for name, part in system.named() if isinstance(part, ParametricNoise)]
+    if not noises or not rate.all():
+        return fed
+    seen = np.array([(system.coordinates.elongations[name] @ shapes) ** 2 for name, _ in noises])
+    w = np.maximum(frequency, _RIGID * max(float(frequency.max()), 1e-300))
+    grows = 0.5 * (seen.T * [part.intensity for _, part in noises]) @ (seen / w**2)  # of power with each temperature
+    if not np.abs(np.linalg.eigvals(grows / rate[:, None])).max() < 1.0:
+        return fed
+    return np.asarray(rate * np.linalg.solve(np.diag(rate) - grows, fed))
 
 
 def _density(part: Any, w: float) -> float:
@@ -245,6 +267,36 @@ class MotionOfSeveral(Motion):
             f"it is for one mass, and the system has {len(self.system.points)}; of several there are means, mean "
             "squares, impacts, powers and recorded paths"
         )
+
+    @cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """Each mass, each pair, and the impacts on each wall."""
+        return seen_of_several(self.system)
+
+    @cached_property
+    def levels(self) -> dict[str, tuple[str, Seen]]:
+        """Displacements and velocities of the masses, and elongations of parts and pairs."""
+        return levels_of_several(self.system)
+
+    @cached_property
+    def arguments(self) -> dict[str, tuple[str, int]]:
+        """The same and the time."""
+        return {"t": ("t", 0)} | {
+            name: (quantity, seen.number or 0)
+            for name, (quantity, seen) in self.levels.items()
+            if quantity in ("x", "v")
+        }
+
+    def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
+        """Along the row of the displacement."""
+        names = self.system.coordinates.names
+        at_rest = dict(zip(names, self._nearest_to_rest(), strict=True))
+        places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
+        return float(seen.row @ places), float(seen.row @ speeds)
+
+    def intensity_of(self, seen: Seen) -> float:
+        """Of white noise and of that of dashpots at a temperature, along the row of the displacement."""
+        return self._intensity_along(seen.row)
 
     @property
     def from_rest(self) -> str:
@@ -297,7 +349,7 @@ class MotionOfSeveral(Motion):
     def _intensity_along(self, row: Floats) -> float:
         """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
-        turned, thermal = row / coordinates.masses, self.system.of(ThermalNoise)
+        turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
         white = sum(
             parts[name].intensity * float(turned @ force) ** 2
             for name, force in coordinates.forces.items()
@@ -334,7 +386,7 @@ class MotionOfSeveral(Motion):
                     "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
             elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
-                two = np.count_nonzero(self.system.coordinates.elongations[name]) == 2
+                two = "ground" not in self.system.coordinates.ends[name]
                 alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
                 found[name] = (
                     f"{name} is lossy, and no white noise drives its two ends apart"
@@ -348,7 +400,7 @@ class MotionOfSeveral(Motion):
         """Why there is no stationary state; empty if there is one."""
         if self.recorded:
             return "a record has a beginning and an end"
-        if not self.modes.excited:
+        if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():
             return f"no spring or wall keeps {listed(free)} near the ground"
@@ -363,16 +415,17 @@ class MotionOfSeveral(Motion):
         """The points of a motion that stretches no spring and that no wall ends."""
         from scipy import linalg, optimize  # slow to import
 
-        rows = self.system.coordinates.elongations
+        at = self.system.coordinates
+        rows = at.elongations
         springs = [
             rows[name] for name, part in self.system.named()
             if isinstance(part, Element) and (any(part.force_coefficients()) or part.modulus(0.0) != 0.0)
         ]  # fmt: skip
-        free = linalg.null_space(np.array(springs).reshape(-1, len(self.system.points)))
+        free = linalg.null_space(np.array(springs).reshape(-1, len(at.names)))
         if not free.shape[1]:
             return []
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
-        parts, forces = dict(self.system.named()), self.system.coordinates.forces
+        parts, forces = dict(self.system.named()), at.forces
         pushed = sum((p.force * forces[name] for name, p in parts.items() if isinstance(p, Constant)), 0.0 * free[:, 0])
         closing = np.array([*walls, -pushed @ free]).reshape(
             -1, free.shape[1]
@@ -380,13 +433,14 @@ class MotionOfSeveral(Motion):
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
             if room.x is not None and float(direction @ room.x) > 1e-9:
-                away = np.abs(free @ room.x)
-                return [point for point, far in zip(self.system.points, away, strict=True) if far > 1e-6 * away.max()]
+                away = np.abs(at.rows @ free @ room.x)
+                return [point for point, far in zip(at.points, away, strict=True) if far > 1e-6 * away.max()]
         return []
 
     def usual_energy(self, values: Mapping[str, float]) -> float:
-        """The kinetic energy, in J."""
-        masses = zip(self.system.points, self.system.coordinates.masses, strict=True)
+        """The kinetic energy, in J; without what inertial parts share between masses."""
+        at = self.system.coordinates
+        masses = zip(at.names, np.diag(at.mass), strict=True)
         return 0.5 * sum(float(mass) * values[f"{point}_v_mean_square"] for point, mass in masses)
 
     def scheme_for(self, word: Scheme) -> SchemeOfRun:
@@ -396,8 +450,8 @@ class MotionOfSeveral(Motion):
     def placed(self, given: Any) -> dict[str, float]:
         """x(0) of each mass: in equilibrium, or as near to it as the walls let them."""
         if given is None:
-            return dict(zip(self.system.points, self._nearest_to_rest().tolist(), strict=True))
-        places = _by_point(given, "initial_position", self.system.points)
+            return dict(zip(self.system.coordinates.names, self._nearest_to_rest().tolist(), strict=True))
+        places = _by_point(given, "initial_position", self.system.coordinates.names)
         x = np.array([*places.values()])
         for name, part in self.system.named():
             if isinstance(part, Barrier):
@@ -412,12 +466,12 @@ class MotionOfSeveral(Motion):
 
     def moving(self, given: Any) -> dict[str, float]:
         """x'(0) of each mass."""
-        return _by_point({} if given is None else given, "initial_velocity", self.system.points)
+        return _by_point({} if given is None else given, "initial_velocity", self.system.coordinates.names)
 
     def _equilibrium(self) -> Floats:
         """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
-        x = np.zeros(len(self.system.points))
+        x = np.zeros(len(coordinates.names))
         force = sum(
             (part.force * coordinates.forces[name] for name, part in parts.items() if isinstance(part, Constant)), x
         )
@@ -471,12 +525,12 @@ def _least_forces(inward: Floats, least: Floats) -> Floats | None:
 def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float]:
     """A number for each point; 0 of those not named."""
     if not isinstance(given, Mapping):
-        example = {points[0]: 0.01}
+        example = f"{ {points[0]: 0.01} }, in the command as {points[0]}=0.01"
         raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
     for point in given:
         if point not in points:
             near = meant(point, points) if isinstance(point, str) else ""
-            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}'}.")
+            raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
     return {
         point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
         for point in points
@@ -491,7 +545,8 @@ def motion_of_several(system: System) -> MotionOfSeveral:
 
 
 def _scales(system: System, modes: Modes) -> Scales:
-    rows, masses = system.coordinates.elongations, system.coordinates.masses
+    at = system.coordinates
+    rows, size = at.elongations, len(at.names)
     held = modes.frequency[modes.frequency > _RIGID * max(float(modes.frequency.max()), 1e-300)]
     elements = [(part, rows[name]) for name, part in system.named() if isinstance(part, Element)]
     bent = {
@@ -506,21 +561,24 @@ def _scales(system: System, modes: Modes) -> Scales:
             for part, row in elements
             if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol)
         ),
-        np.zeros((len(masses), len(masses))),
+        np.zeros((size, size)),
     )
-    fastest.append(float(np.linalg.eigvals(dampers / masses[:, None]).real.max()))
+    fastest.append(float(np.linalg.eigvals(at.accelerations(dampers.T).T).real.max()))
+    arms = sum((_strength(part) * np.outer(row, row) for part, row in elements), np.zeros((size, size)))
+    fastest.append(math.sqrt(max(float(np.linalg.eigvals(at.accelerations(arms.T).T).real.max()), 0.0)))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
     fastest += [
-        _rate_in(part, row, masses, _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
+        _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
     fastest += _hops(system, modes)
     largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
-    if lossy := [wall for wall in system.of(Barrier) if wall.dissipates]:
-        loss = max(1.0 - slow_restitution(wall) ** 2 for wall in lossy)
+    if lossy := [(part, modes.speed(row)) for part, row in elements if isinstance(part, Barrier) and part.dissipates]:
+        usual = (restitution_at(wall, math.sqrt(2.0) * speed) for wall, speed in lossy)
+        loss = max(1.0 - min(max(share, 0.0), 1.0) ** 2 for share in usual)
         energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
-    spreads = [modes.spread(row) for row in np.eye(len(masses))]
+    spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
     settled = max(energy, default=math.inf)
     return Scales(
@@ -536,6 +594,18 @@ def _scales(system: System, modes: Modes) -> Scales:
         mean=0.0,
         guessed=True,
     )
+
+
+def _strength(part: Any) -> float:
+    """Stiffness of an arm or circuit at once, before it gives way."""
+    match part:
+        case Maxwell():
+            return float(part.stiffness)
+        case FractionalMaxwell():
+            return float(part.spring.stiffness)
+        case PiezoelectricCircuit():
+            return float(part.coupling**2 / part.capacitance)
+    return 0.0
 
 
 def _strongest_damping(part: Any, spread: float, speed: float) -> float:
@@ -561,7 +631,7 @@ def _hops(system: System, modes: Modes) -> list[float]:
         {name: parts[name].linear_stiffness + max(more.get(name, (0.0, 0.0))[0], 0.0) for name in rows}
     )
     free = (1e-3 * float(modes.frequency.max()) or 1.0) ** 2  # so weakly everything is held
-    values, shapes = np.linalg.eigh(stiffness + free * np.diag(coordinates.masses))
+    values, shapes = np.linalg.eigh(stiffness + free * coordinates.mass)
     if not walls or not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
         return []
     soft = shapes / np.sqrt(values)
@@ -572,14 +642,14 @@ def _hops(system: System, modes: Modes) -> list[float]:
     pressing = _least_forces(inward @ soft, least) if (least > 0.0).any() else None
     if pressing is None:
         return []
-    reduced = 1.0 / (inward**2 / coordinates.masses).sum(axis=1)
+    reduced = [coordinates.reduced(row) for row in inward]
     speeds = [modes.speed(row) for row in inward]
     return [float(f / m / v) for f, m, v in zip(pressing, reduced, speeds, strict=True) if v > 0.0]
 
 
-def _rate_in(contact: Contact, row: Floats, masses: Floats, speed: float) -> float:
+def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
     """Of the linear spring as stiff as a contact where it is deepest, at a speed of touch."""
-    reduced, power = 1.0 / float((row**2 / masses).sum()), contact.exponent + 1.0
+    power = contact.exponent + 1.0
     depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
     return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
 
@@ -591,10 +661,19 @@ def _curvature(part: Any, spread: float) -> float:
 
 
 def _creep_time(part: Any, row: Floats, system: System) -> float:
-    """Of a springpot or dashpot that is stronger than the springs along its row."""
-    if not isinstance(part, Springpot | Dashpot) or not part.coefficient > 0.0:
+    """Of what is, for slow motion, a springpot or dashpot that is stronger than the springs along its row."""
+    match part:
+        case Springpot() | FractionalMaxwell():
+            pot = part if isinstance(part, Springpot) else part.springpot
+            order, coefficient = pot.order, pot.coefficient
+        case Dashpot() | Maxwell():
+            order, coefficient = 1.0, part.coefficient
+        case PiezoelectricCircuit():
+            order, coefficient = 1.0, part.coupling**2 * part.resistance
+        case _:
+            return 0.0
+    if not coefficient > 0.0:
         return 0.0
-    order = part.order if isinstance(part, Springpot) else 1.0
     coordinates = system.coordinates
     stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in system.named() if isinstance(p, Element)})
     values, shapes = np.linalg.eigh(stiffness)
@@ -604,9 +683,9 @@ def _creep_time(part: Any, row: Floats, system: System) -> float:
     give = float(((row @ shapes[:, held]) ** 2 / values[held]).sum())
     if not give > 0.0:
         return 0.0
-    reduced = 1.0 / float((row**2 / coordinates.masses).sum())
+    reduced = coordinates.reduced(row)
     frequency = math.sqrt(1.0 / (give * reduced))
-    if part.coefficient / reduced <= frequency ** (2.0 - order):
+    if coefficient / reduced <= frequency ** (2.0 - order):
         return 0.0
-    logarithm = math.log(part.coefficient * give) / order
+    logarithm = math.log(coefficient * give) / order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf

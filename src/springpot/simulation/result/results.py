@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import name_results, with_error
-from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.catalogue import possible_results, results_on_request, unit_of, unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
-from springpot.simulation.watch.observables import COUNTED, EXTREMES, OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR
+from springpot.simulation.watch.observables import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum
 
@@ -85,10 +85,11 @@ def estimates_from(
     step_biases: Mapping[str, Any] | None = None,
 ) -> dict[str, Estimate]:
     """Estimates by name, from their parts by name."""
-    budgets, step_biases, known = budgets or {}, step_biases or {}, possible_results(system)
+    budgets, step_biases = budgets or {}, step_biases or {}
+    known = {*possible_results(system), *results_on_request(system)}
     return {
         name: Estimate(
-            value, errors[name], COUNTED.get(name) or (unit_of_result(system, name) if name in known else ""),
+            value, errors[name], unit_of_result(system, name) if name in known else "",
             budgets.get(name), step_biases.get(name),
         )
         for name, value in values.items()
@@ -117,12 +118,13 @@ class Run:
     record : ndarray, shape (recorded, points, 2)
         x and v of the recorded paths, at time 0 and after every ``record_every`` steps.
     distributions : dict
-        `springpot.simulation.Distribution` of x, v, amplitude and impact speed in the window, if requested.
+        `springpot.simulation.Distribution` of ``x``, ``v``, ``amplitude`` and ``impact_speed`` in the window, if
+        requested; of several masses ``box_x``, ``box_v``, ``panel_box_elongation``, ``stop_impact_speed``.
     extremes : dict
         Smallest and largest x, largest speed and impact speed of each path in the window, if requested: arrays of shape
         (paths,), taken at the ends of the steps and at the impacts.
-    spectrum : Spectrum or None
-        `springpot.simulation.Spectrum` of x in the window, if requested.
+    spectra : dict
+        `springpot.simulation.Spectrum` of ``x`` in the window, if requested, or of the displacements of several masses.
     first_passages : dict
         `springpot.simulation.PassageTimes` of each level requested, by quantity.
     path_sums : ndarray, shape (paths, sums)
@@ -143,7 +145,7 @@ class Run:
     record: npt.NDArray[np.float64]
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
-    spectrum: Spectrum | None = None
+    spectra: dict[str, Spectrum] = field(default_factory=dict)
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
@@ -194,7 +196,7 @@ class Run:
             **{name: _finite(at) for name, (at, _) in quantiles.items()},
             **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
             **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
-            **({} if self.spectrum is None else _spectrum_words(self.spectrum)),
+            **{name: _finite(column.tolist()) for name, (column, _) in self._spectral().items()},
             **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
             "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
@@ -235,6 +237,15 @@ class Run:
             curves[f"{name}_first_passage_survival_se"] = axis, error, "1"
         return curves
 
+    def _spectral(self) -> dict[str, tuple[npt.NDArray[np.float64], dict[str, Any]]]:
+        """Frequencies, and spectra with their errors, by name: numbers and attributes."""
+        found: dict[str, tuple[npt.NDArray[np.float64], dict[str, Any]]] = {}
+        for name, own in self.spectra.items():
+            found["frequency"] = own.frequency, {"units": "rad s-1"}
+            found[f"{name}_spectrum"] = own.density, {"units": "m2 s rad-1", "resolution": own.resolution}
+            found[f"{name}_spectrum_se"] = own.standard_error, {"units": "m2 s rad-1"}
+        return found
+
     def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
         """Quantiles at PROBABILITIES of distributions, extremes and passage times: values, errors, unit."""
         quantiles = {
@@ -242,7 +253,7 @@ class Run:
             for name, sketch in self.distributions.items()
         }
         for name, samples in self.extremes.items():
-            quantiles[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), EXTREMES[name])
+            quantiles[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), unit_of(f"{name}_quantile"))
         for name, passage in self.first_passages.items():
             quantiles[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
         return quantiles
@@ -309,14 +320,8 @@ class Run:
             data[f"{name}_se"] = ("probability", error, {"units": unit})
             if name in biases:
                 data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
-        if (estimate := self.spectrum) is not None:
-            coordinates["frequency"] = ("frequency", estimate.frequency, {"units": "rad s-1"})
-            data["x_spectrum"] = (
-                "frequency",
-                estimate.density,
-                {"units": "m2 s rad-1", "resolution": estimate.resolution},
-            )
-            data["x_spectrum_se"] = ("frequency", estimate.standard_error, {"units": "m2 s rad-1"})
+        for name, (column, attributes) in self._spectral().items():
+            (coordinates if name == "frequency" else data)[name] = ("frequency", column, attributes)
         for name, (axis, column, unit) in self._curves().items():
             (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
         for name, sketch in self.distributions.items():
@@ -382,11 +387,3 @@ class Run:
 
 def _finite(numbers: list[float]) -> list[float | None]:
     return [number if math.isfinite(number) else None for number in numbers]
-
-
-def _spectrum_words(spectrum: Spectrum) -> dict[str, list[float | None]]:
-    return {
-        "frequency": _finite(spectrum.frequency.tolist()),
-        "x_spectrum": _finite(spectrum.density.tolist()),
-        "x_spectrum_se": _finite(spectrum.standard_error.tolist()),
-    }

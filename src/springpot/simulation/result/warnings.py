@@ -179,9 +179,7 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
 def _about_uncountable(motion: Motion) -> Iterator[Message]:
     """Of walls whose impacts have no rate, and what has one in their place."""
     if reason := motion.uncountable:
-        counted = "slowest_counted_impact counts those that are faster"
-        soft = "Power and force of the wall are finite, and a Contact in its place has a finite impact rate"
-        yield say("uncountable_impacts", reason=reason, advice=soft if motion.unobserved else counted)
+        yield say("uncountable_impacts", reason=reason)
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:

@@ -20,8 +20,9 @@ from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, bits_of, f32, i32
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.plan.seen import Seen
 
-__all__ = ["SKETCHED", "Distribution", "distributions_in", "sample_quantiles", "sketches"]
+__all__ = ["SKETCHED", "Distribution", "distributions_in", "observer_of", "sample_quantiles", "sketches"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,7 +32,7 @@ _, _, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
 SKETCHED = {
     "x": ("m", "m-1"), "v": ("m s-1", "s m-1"), "amplitude": ("m", "m-1"), "impact_speed": ("m s-1", "s m-1"),
 }  # fmt: skip
-"""Quantities whose distributions are estimated, their units and those of their densities."""
+"""Quantities whose distributions are estimated, their units and those of their densities; with one mass by name."""
 
 _PARTS = 64  # bins in an octave
 _LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
@@ -44,17 +45,25 @@ FEWEST_BATCHES = 10  # for a usable standard error
 SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time scale
 
 
-def sketches(group_in_time_scales: float) -> Observer:
-    """Counts for the distributions of SKETCHED.
+def sketches(seen: Seen, group_in_time_scales: float) -> Observer:
+    """Counts for those of the distributions of SKETCHED that a displacement has.
 
     Parameters
     ----------
+    seen : Seen
     group_in_time_scales : float
         Length of four steps in units of the shortest time scale; samples are about ``SAMPLING`` of it apart.
     """
     every = max(1, int(SAMPLING / group_in_time_scales))
-    on_steps, on_impacts = _sketch_parts()
-    return Observer(on_steps, on_impacts, np.zeros(6 * _BINS), per_path=False, every=every)
+    return observer_of(seen, *_sketch_parts(), np.zeros(6 * _BINS), per_path=False, every=every)
+
+
+def observer_of(
+    seen: Seen, on_steps: Any, on_impacts: Any, initial: Floats, *, per_path: bool = True, every: int = 1
+) -> Observer:
+    """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
+    steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
+    return Observer(steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place)
 
 
 @njit(**INLINE)
@@ -189,19 +198,17 @@ class Distribution:
         return np.asarray(np.sqrt(batches.size / (batches.size - 1.0) * (apart**2).sum(axis=0)) / self.size)
 
 
-def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distribution]:
+def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, counts: Floats) -> dict[str, Distribution]:
     """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
     units = simulation.parts.units
-    place = units.state[0] * simulation.parts.wall_position + 0.0  # of a single rigid wall
+    place = units.state[0] * simulation.parts.header_of(observer)[_WALL] + 0.0  # of a single wall
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
     one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
     both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
     x, v = units.state
     scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
     distributions = {}
-    for name, names in SKETCHED.items():
-        if name == "amplitude" and not simulation.motion.system.natural_frequency > 0.0:
-            continue
+    for name, called in seen.names.items():
         taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
         if name in ("x", "v"):
             negative = counts[:, _SLOTS[name] + _BINS : _SLOTS[name] + 2 * _BINS]
@@ -211,7 +218,7 @@ def distributions_in(simulation: Simulation, counts: Floats) -> dict[str, Distri
         taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
         if scale[name] < 0.0:
             taken, edges = taken[:, ::-1], edges[::-1]
-        distributions[name] = Distribution(*names, edges + place if name == "x" else edges, taken)
+        distributions[called] = Distribution(*SKETCHED[name], edges + place if name == "x" else edges, taken)
     return distributions
 
 

@@ -23,7 +23,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -31,23 +31,20 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import cause_of, shown
+from springpot.machine.faults import cause_of, few, meant, shown
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.observables import is_taken
 from springpot.simulation.watch.passage_times import PassageTimes
 
-__all__ = ["QUANTITIES", "Passage", "checked", "from_the_start", "passage_times"]
+__all__ = ["Passage", "checked", "from_the_start", "passage_times"]
 
 Floats = npt.NDArray[np.float64]
 Wanted = Mapping[str, Any]
-
-QUANTITIES = {
-    "x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2",
-}  # fmt: skip
-"""Quantities that can pass a level, other than observables, and the units of the levels."""
 
 _OR_FROM = ", or {'level': 0.004, 'reference': 0.006} from a reference"
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
@@ -55,7 +52,9 @@ SETTLED = 2.0  # relaxation times after which the rate of passages is assumed co
 _FIRST = len(HEADER)
 _LENGTH, _SPEED, _TIME, _, _WALL, _ = range(_FIRST)
 # for each lane, from _FIRST on: state of the previous step, then constants
-_PASSED, _SEEN, _X, _V, _STRUCK, _LEVEL, _SIGN, _REFERENCE, _ROOT, _OMEGA = (_FIRST + LANES * i for i in range(10))
+_PASSED, _SEEN, _X, _V, _STRUCK, _LEVEL, _SIGN, _REFERENCE, _ROOT, _OMEGA, _SIDE = (
+    _FIRST + LANES * i for i in range(11)
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +89,8 @@ def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
     Parameters
     ----------
     wanted : dict
-        Name and level of each quantity; ``distance`` may have ``{"level": ..., "reference": ...}``, and any other name
-        is an observable's, with a pair of a function f(t, x, v) and a level.
+        Name and level of each quantity; a distance may have ``{"level": ..., "reference": ...}``, and with one mass any
+        other name is an observable's, with a pair of a function f(t, x, v) and a level.
 
     Raises
     ------
@@ -109,65 +108,67 @@ def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
 def _passage(plan: Plan, name: str, given: Any) -> Passage:
     motion, settings = plan.motion, plan.settings
     title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
-    if name not in QUANTITIES:
+    quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
+    if not quantity and motion.arguments:
+        near = meant(str(name), motion.levels) or f"; there are {few(sorted(motion.levels))}"
+        raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
+    if not quantity:
         function, given = _observable(plan, name, given)
         level, parts = finite_number(given, title, low=-LARGEST, high=LARGEST), _observable_parts(name, function)
     else:
-        given, reference = _level_and_reference(name, given)
-        signed = name in ("x", "v")
+        given, reference = _level_and_reference(name, quantity, given)
+        signed = quantity in ("x", "v")
         low = -LARGEST if signed else 0.0
         level = finite_number(given, title, low=low, high=LARGEST, open_low=not signed)
         if signed:
-            sign = _direction(plan, name, level)
-        parts = _parts(name)
-    frequency = motion.system.resonance if name == "amplitude" else motion.system.natural_frequency
-    if name in ("amplitude", "energy") and not frequency > 0.0:
+            sign = _direction(plan, name, quantity, seen, level)
+        parts = _parts(quantity)
+    frequency = math.nan
+    if not motion.arguments:
+        frequency = motion.system.resonance if quantity == "amplitude" else motion.system.natural_frequency
+    if quantity in ("amplitude", "energy") and not frequency > 0.0:
         raise ValueError(f"first_passage of {name} needs a linear spring: use x, v, speed, distance or an observable.")
-    squared = 0.5 * (frequency * level) ** 2 if name == "amplitude" else level
-    initial = np.zeros((10, LANES))
+    squared = 0.5 * (frequency * level) ** 2 if quantity == "amplitude" else level
+    initial = np.zeros((11, LANES))
     initial[0] = -1.0
     if settings.window_steps[0] == 0 and settings.initial_position is not None:
-        initial[1:4] = np.array([[1.0], [settings.initial_position], [settings.initial_velocity]])
-    root = SHIFT * math.sqrt(motion.intensity * settings.step)
-    initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency]])
-    on_steps, on_impacts = parts
-    one_wall = len(motion.touched) == len(motion.walls) <= 1
-    # an impact is reported without its place: of several walls it may be any, and the ends of steps have to do
-    observer = Observer(on_steps, on_impacts if one_wall else None, initial.ravel(), per_path=True)
-    return Passage(name, level, reference, QUANTITIES.get(name, ""), observer)
+        x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
+        initial[1:4] = np.array([[1.0], [x], [v]])
+    root = SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
+    initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency], [seen.side]])
+    observer = observer_of(seen, *parts, initial.ravel())
+    return Passage(name, level, reference, LEVELS.get(quantity, ""), observer)
 
 
-def _level_and_reference(name: str, given: Any) -> tuple[Any, float]:
+def _level_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, float]:
     """The level of a quantity, not yet checked, and the reference of a distance."""
+    wrong = (
+        f"first_passage of {name} must be one level{_OR_FROM if quantity == 'distance' else ''}, not {shown(given)}."
+    )
     if isinstance(given, tuple | list | np.ndarray):
-        raise TypeError(
-            f"first_passage of {name} must be one level{_OR_FROM if name == 'distance' else ''}, not {shown(given)}."
-        )
+        raise TypeError(wrong)
     if not isinstance(given, Mapping):
-        return given, 0.0 if name == "distance" else math.nan
-    if name != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
-        raise ValueError(
-            f"first_passage of {name} must be one level{_OR_FROM if name == 'distance' else ''}, not {shown(given)}."
-        )
-    where = "first_passage reference of distance"
+        return given, 0.0 if quantity == "distance" else math.nan
+    if quantity != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
+        raise ValueError(wrong)
+    where = f"first_passage reference of {name}"
     return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
 
 
-def _direction(plan: Plan, name: str, level: float) -> float:
+def _direction(plan: Plan, name: str, quantity: str, seen: Seen, level: float) -> float:
     """1 if the level is passed upwards: it lies above the start of the run (in the stationary state, above rest)."""
     motion, settings = plan.motion, plan.settings
-    if name == "v":
-        begins = cast(float, settings.initial_velocity)
-        return 1.0 if level > begins or (level == begins >= 0.0) else -1.0
-    if not motion.low <= level <= motion.high:
+    x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
+    if quantity == "v":
+        return 1.0 if level > v or (level == v >= 0.0) else -1.0
+    if not seen.low <= level <= seen.high:
         raise ValueError(
-            f"first_passage level of x is {level:g} m, behind a wall: x lies between {motion.low:g} and "
-            f"{motion.high:g}."
+            f"first_passage level of {name} is {level:g} m, behind a wall: {name} lies between {seen.low:g} and "
+            f"{seen.high:g}."
         )
-    begins = motion.position_of_rest if settings.initial_position is None else cast(float, settings.initial_position)
-    if level == begins:
-        return {motion.low: -1.0, motion.high: 1.0}.get(level, motion.sign)
-    return 1.0 if level > begins else -1.0
+    if level == x:
+        return {seen.low: -1.0, seen.high: 1.0}.get(level, motion.sign)
+    return 1.0 if level > x else -1.0
 
 
 def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> PassageTimes:
@@ -195,7 +196,7 @@ def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> Pas
 
 def _observable(plan: Plan, name: object, given: Any) -> tuple[Callable[..., float], Any]:
     """The function and the level of an observable."""
-    known = ", ".join(QUANTITIES)
+    known = ", ".join(LEVELS)
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise ValueError(f"first_passage must name {known} or an observable in one word, not {shown(name)}.")
     if not isinstance(given, tuple | list) or len(given) != 2:
@@ -352,10 +353,10 @@ def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
                             at = t - h + inside if inside >= 0.0 else -1.0
                 struck = array[_STRUCK + lane]
                 if struck > 0.0 and seen:
-                    turned = array[_SPEED] * speed_before < 0.0 < array[_SPEED] * speed
-                    if turned or j == last:
+                    away = array[_SIDE + lane] * array[_SPEED]  # from the wall
+                    if away * speed_before < 0.0 < away * speed or j == last:
                         wall = array[_LENGTH] * array[_WALL]
-                        if at < 0.0 and value(t, wall, -array[_SPEED] * struck, level, sign, reference, omega) >= 0.0:
+                        if at < 0.0 and value(t, wall, -away * struck, level, sign, reference, omega) >= 0.0:
                             at = t - 0.5 * h
                         array[_STRUCK + lane] = 0.0
                 array[_PASSED + lane] = at

@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import keyword
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any, Literal
 
@@ -18,13 +18,15 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.faults import cause_of, shown
-from springpot.problem.catalogue import possible_results
+from springpot.machine.faults import cause_of, few, meant, shown
+from springpot.problem.catalogue import possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
-from springpot.simulation.watch.distributions import SKETCHED
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.seen import Seen
+from springpot.simulation.watch.distributions import observer_of
 
 __all__ = [
     "COUNTED",
@@ -33,6 +35,7 @@ __all__ = [
     "OF_A_WALL",
     "PARTS_OF_ERROR",
     "extremes",
+    "extremes_in",
     "faster_than",
     "is_taken",
     "mean_of",
@@ -43,8 +46,6 @@ Floats = npt.NDArray[np.float64]
 PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
 """Endings of names of errors."""
 
-OF_A_WALL = ("impact_rate", "impact_speed_mean", "power", "force_mean")
-"""Results of each wall and contact, as ``barrier_impact_rate`` and so on over all of them in datasets."""
 
 OF_A_POINT = tuple(f"{name}{end}" for end in ("", "_end") for name in ("x_mean", "x_mean_square", "v_mean_square"))
 """Results of each of several masses, without the point's name in datasets."""
@@ -57,6 +58,9 @@ COUNTED = {
 }  # fmt: skip
 """Results of the impacts that are not slower than a speed, and their units."""
 
+OF_A_WALL = ("impact_rate", "impact_speed_mean", "power", "force_mean", *COUNTED)
+"""Results of each wall and contact, as ``barrier_impact_rate`` and so on over all of them in datasets."""
+
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign.
 
@@ -67,48 +71,107 @@ They are taken at the ends of the steps and at the impacts.
 # --- a user's own ---------------------------------------------------------------------------------------------------
 
 
-def mean_of(name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
-    """Sum of a user's function: of (t, x, v) over the steps of the window, or of the speed over its impacts.
+def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
+    """Sum of a user's function: of the state over the steps of the window, or of the speed over its impacts.
 
-    Variables that the function captures have their values at the start of the run.
+    Of one mass the state is (t, x, v), and the speed one argument; of several the names of the arguments say what they
+    are.  Variables that the function captures have their values at the start of the run.
 
     Raises
     ------
     TypeError, ValueError
-        If the name is not valid, or the function cannot be compiled.
+        If the name is not valid, an argument is unknown, or the function cannot be compiled.
     """
-    wanted = "(t, x, v)" if kind == "state" else "(speed)"
+    wanted = ("(t, x, v)" if kind == "state" else "(speed)") if not motion.arguments else "what it observes"
     if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
         raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {shown(name)}.")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         given = shown(function)
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
+    own, stop = getattr(function, "py_func", function), ""
+    takes: tuple[tuple[str, int], ...] = ("t", 0), ("x", 0), ("v", 0)
+    if motion.arguments and kind == "state":
+        takes = tuple(motion.arguments[word] for word in _arguments(name, own, motion.arguments))
+    elif motion.arguments:
+        stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
+        stop = stops[_arguments(name, own, stops, most=1)[0]]
     try:
-        compiled = (_on_steps_of if kind == "state" else _on_impacts_of)(function)
+        compiled = _on_steps_of(own, takes) if kind == "state" else _on_impacts_of(own)
     except (NumbaError, TypeError) as reason:
         raise ValueError(
             f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
             f"{cause_of(reason)}"
         ) from reason
     on_steps, on_impacts = (compiled, None) if kind == "state" else (None, compiled)
-    return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True)
+    return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True, stop=stop)
+
+
+def _arguments(name: str, function: Callable[..., float], known: Iterable[str], most: int = 0) -> list[str]:
+    """The names of a function's arguments, if all are known.
+
+    Raises
+    ------
+    ValueError
+        With the nearest of the known ones.
+    """
+    words = [*inspect.signature(function).parameters]
+    for word in words:
+        if word not in known:
+            near = meant(word, known) or f"; there are {few(sorted(known))}"
+            raise ValueError(f"observable {name!r} has an argument {word!r}, which is nothing that can be seen{near}")
+    if not words or (most and len(words) > most):
+        raise ValueError(
+            f"observable {name!r} must have {'one argument' if most else 'an argument'}: {few(sorted(known))}."
+        )
+    return words
 
 
 def is_taken(system: System, name: str) -> bool:
     """Whether a run of a system uses a name already, for a result or in the dataset of its results."""
     if name in possible_results(system) or name.endswith(PARTS_OF_ERROR):
         return True
-    sketched = (f"{name}_{part}" for name in SKETCHED for part in ("density", "quantile", "bin", "bin_width"))
-    biased = ("impact_speed_density_step_bias", "impact_speed_quantile_step_bias", "v_largest_quantile_step_bias")
-    extreme = (f"{name}_quantile" for name in EXTREMES)
+    asked = results_on_request(system)
+    bins = (asked_for.removesuffix("_density") + end for asked_for in asked for end in ("_bin", "_bin_width"))
+    samples = (asked_for.removesuffix("_quantile") for asked_for in asked)
     walls = (f"barrier_{quantity}" for quantity in OF_A_WALL)
-    others = ("x", "v", "x_spectrum", "path", "time", "frequency", "probability", "barrier")
+    others = (*OF_A_POINT, "path", "time", "frequency", "probability", "barrier", "point")
     attributes = ("system", "settings", "diagnostics", "warnings")
-    return name in {*COUNTED, *sketched, *EXTREMES, *extreme, *biased, *walls, *others, *attributes}
+    return name in {*COUNTED, *asked, *bins, *samples, *walls, *others, *attributes}
 
 
-def _on_steps_of(function: Callable[..., float]) -> Any:
-    inner = njit(**INLINE)(getattr(function, "py_func", function))
+def _with(rest: Any, kind: str, begin: int) -> Any:
+    """``rest``, which is given one argument more: the time, or the displacement or velocity that begins there."""
+    if kind == "t":
+
+        @njit(**INLINE)
+        def value(t, length, speed, x, v, at, given):
+            return rest(t, length, speed, x, v, at, (*given, t))
+
+    elif kind == "x":
+
+        @njit(**INLINE)
+        def value(t, length, speed, x, v, at, given):
+            return rest(t, length, speed, x, v, at, (*given, length * x[begin + at]))
+
+    else:
+
+        @njit(**INLINE)
+        def value(t, length, speed, x, v, at, given):
+            return rest(t, length, speed, x, v, at, (*given, speed * v[begin + at]))
+
+    return value
+
+
+def _on_steps_of(function: Callable[..., float], takes: Sequence[tuple[str, int]]) -> Any:
+    """``takes`` says for each argument whether it is t, x or v, and the number of the displacement."""
+    inner = njit(**INLINE)(function)
+
+    @njit(**INLINE)
+    def value(t, length, speed, x, v, at, given):
+        return inner(*given)
+
+    for kind, number in reversed(takes):
+        value = _with(value, kind, number * GROUP * LANES)
 
     @cfunc(ON_STEPS, **FAST)
     def on_steps(x, v, step, n, low, high, array):
@@ -120,13 +183,13 @@ def _on_steps_of(function: Callable[..., float]) -> Any:
                     at = j * LANES + lane
                     so_far = array[FIRST + lane]
                     array[FIRST + lane] = np.nan  # stays if the function raises
-                    array[FIRST + lane] = so_far + inner(t, length * x[at], speed * v[at])
+                    array[FIRST + lane] = so_far + value(t, length, speed, x, v, at, ())
 
     return on_steps
 
 
 def _on_impacts_of(function: Callable[..., float]) -> Any:
-    inner = njit(**INLINE)(getattr(function, "py_func", function))
+    inner = njit(**INLINE)(function)
 
     @cfunc(ON_IMPACTS, **FAST)
     def on_impacts(count, speed, lane, array):
@@ -140,11 +203,14 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
 # --- impacts that are not slow ---------------------------------------------------------------------------------------
 
 
-def faster_than(speed: float) -> Observer:
-    """Impacts at this speed, in m/s, or faster: their number, the sum of the speeds and of their squares."""
+def faster_than(speed: float, stop: str) -> Observer:
+    """Impacts at this speed, in m/s, or faster: their number, the sum of the speeds and of their squares.
+
+    ``stop``: on which wall or contact; empty for all.
+    """
     initial = np.zeros(4 * LANES)
     initial[3 * LANES :] = speed
-    return Observer(None, _on_fast_impacts(), initial, per_path=True)
+    return Observer(None, _on_fast_impacts(), initial, per_path=True, stop=stop)
 
 
 @cache
@@ -163,11 +229,26 @@ def _on_fast_impacts() -> Any:
 # --- extremes -------------------------------------------------------------------------------------------------------
 
 
-def extremes() -> Observer:
-    """The EXTREMES of every path."""
+def extremes(seen: Seen) -> Observer:
+    """The EXTREMES of a displacement in every path."""
     initial = np.repeat([math.inf, -math.inf, -math.inf, -math.inf], LANES)
-    on_steps, on_impacts = _extreme_parts()
-    return Observer(on_steps, on_impacts, initial, per_path=True)
+    return observer_of(seen, *_extreme_parts(), initial)
+
+
+def extremes_in(seen: Seen, found: Floats) -> dict[str, Floats]:
+    """The extremes of each path by name, from the numbers of `extremes`: NaN without an impact.
+
+    Parameters
+    ----------
+    found : ndarray, shape (paths, 4)
+    """
+    found = np.where(np.isfinite(found), found, np.nan)
+    by_name = {}
+    for name, samples in zip(EXTREMES, found.T, strict=True):
+        quantity, _, end = name.rpartition("_")
+        if quantity in seen.names:
+            by_name[f"{seen.names[quantity]}_{end}"] = samples
+    return by_name
 
 
 @cache

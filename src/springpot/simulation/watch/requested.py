@@ -16,10 +16,11 @@ from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
 from springpot.simulation.plan.options import Observable
-from springpot.simulation.plan.plan import Plan, check_observed
+from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
-from springpot.simulation.watch.observables import COUNTED, EXTREMES, extremes, faster_than, is_taken, mean_of
+from springpot.simulation.watch.observables import COUNTED, extremes, extremes_in, faster_than, is_taken, mean_of
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -30,63 +31,75 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Requested:
-    """The observers of a run, compiled: the user's functions, then sketches and extremes, then the spectrum.
+    """The observers of a run, compiled: the user's functions, then of each displacement sketches, extremes, spectra.
 
     Attributes
     ----------
     observables, impact_observables : dict
         Names and observers.
-    distributions : tuple of Observer
-        Sketches and extremes, or nothing.
+    sketches, extremes : tuple of (Seen, Observer)
+        Of each displacement, or nothing.
     frequencies : ndarray
         In rad/s; empty without a spectrum.
-    spectrum : tuple of Observer
-        One, or nothing.
+    spectra : tuple of (Seen, Observer)
+        Of each displacement, or nothing.
     passages : tuple of Passage
         Levels whose first passage is wanted.
-    counted : tuple of Observer
-        Of the impacts that are not slow, or nothing.
+    counted : dict of Observer
+        Of the impacts that are not slow, by the wall; by an empty name on all walls of one mass; or nothing.
     """
 
     observables: Mapping[str, Observer]
     impact_observables: Mapping[str, Observer]
-    distributions: tuple[Observer, ...]
-    frequencies: Floats
-    spectrum: tuple[Observer, ...]
+    sketches: tuple[tuple[Seen, Observer], ...] = ()
+    extremes: tuple[tuple[Seen, Observer], ...] = ()
+    frequencies: Floats = field(default_factory=lambda: np.zeros(0))
+    spectra: tuple[tuple[Seen, Observer], ...] = ()
     passages: tuple[Passage, ...] = ()
-    counted: tuple[Observer, ...] = ()
+    counted: Mapping[str, Observer] = field(default_factory=dict)
 
     @property
     def observers(self) -> tuple[Observer, ...]:
         """All observers, in the order in which `read` takes their results."""
         return (
-            *self.observables.values(), *self.impact_observables.values(), *self.distributions, *self.spectrum,
-            *(passage.observer for passage in self.passages), *self.counted,
+            *self.observables.values(), *self.impact_observables.values(),
+            *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
+            *(passage.observer for passage in self.passages), *self.counted.values(),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """The results of the observers after a run."""
         left, settings = iter(ensemble.observed), simulation.settings
         low, high = settings.window_steps
+        time = (high - low) * settings.step
         means = {name: next(left)[:, 0] / (high - low) for name in self.observables}
-        means |= {name: next(left)[:, 0] / ((high - low) * settings.step) for name in self.impact_observables}
-        counted: dict[str, Distribution] = {}
-        per_path: dict[str, Floats] = {}
-        if self.distributions:
-            counted = distributions_in(simulation, next(left))
-            largest = next(left)
-            # without an impact the largest impact speed is NaN
-            per_path = dict(zip(EXTREMES, np.where(np.isfinite(largest), largest, np.nan).T, strict=True))
-        spectrum = None
-        if self.spectrum:
-            spectrum = spectrum_in(self.frequencies, settings, next(left), self.spectrum[0].every)
+        means |= {name: next(left)[:, 0] / time for name in self.impact_observables}
+        distributions: dict[str, Distribution] = {}
+        for seen, observer in self.sketches:
+            distributions |= distributions_in(simulation, observer, seen, next(left))
+        largest: dict[str, Floats] = {}
+        for seen, _ in self.extremes:
+            largest |= extremes_in(seen, next(left))
+        spectra = {
+            seen.names["x"]: spectrum_in(self.frequencies, settings, next(left), observer.every)
+            for seen, observer in self.spectra
+        }
         passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
-        if self.counted:
-            number, speeds, squares, _ = next(left).T
-            rate = number / ((high - low) * settings.step)
-            of_fast = (float(rate.mean()), rate), ratio(speeds, number), ratio(squares, number)
-            return Observed(means, counted, per_path, spectrum, passed, dict(zip(COUNTED, of_fast, strict=True)))
-        return Observed(means, counted, per_path, spectrum, passed)
+        counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
+        return Observed(means, distributions, largest, spectra, passed, counted)
+
+
+def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Floats]]:
+    """COUNTED of each wall and of all together, from numbers, speeds and squares of each path."""
+    if sums and "" not in sums:
+        sums = {"": sum(sums.values(), np.zeros(3)), **sums}
+    found: dict[str, tuple[float, Floats]] = {}
+    for wall, columns in sums.items():
+        number, speeds, squares = columns.T
+        rate = number / time
+        of_fast = (float(rate.mean()), rate), ratio(speeds, number), ratio(squares, number)
+        found |= {f"{wall}_{name}" if wall else name: each for name, each in zip(COUNTED, of_fast, strict=True)}
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,17 +112,18 @@ class Observed:
         Samples of each observable, one per path: its mean over the window, or its sum over impacts per second.
     distributions : dict
     extremes : dict
-    spectrum : Spectrum or None
+    spectra : dict
     first_passages : dict
         As in `springpot.simulation.Run`.
     counted_impacts : dict
-        Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, if they were asked for.
+        Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
+        wall, if they were asked for.
     """
 
     means: dict[str, Floats]
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, Floats] = field(default_factory=dict)
-    spectrum: Spectrum | None = None
+    spectra: dict[str, Spectrum] = field(default_factory=dict)
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
 
@@ -131,11 +145,6 @@ def requested(
     TypeError, ValueError
         One sentence, before the simulation: an invalid name or frequency, or a function that cannot be compiled.
     """
-    asked = {"observables": observables, "impact_observables": impact_observables, "distributions": distributions,
-             "spectrum": spectrum is not None, "first_passage": first_passage,
-             "slowest_counted_impact": slowest_counted_impact is not None}  # fmt: skip
-    for name in (name for name, given in asked.items() if given):
-        check_observed(plan.motion, name)
     state, impact = {} if observables is None else observables, {} if impact_observables is None else impact_observables
     for name, given in (("observables", state), ("impact_observables", impact)):
         if not isinstance(given, Mapping):
@@ -147,20 +156,24 @@ def requested(
         raise ValueError(f"{both[0]!r} cannot name an observable and an impact observable at once.")
     if not isinstance(distributions, bool):
         raise TypeError(f"distributions must be True or False, not {shown(distributions)}.")
-    settings, fastest = plan.settings, plan.motion.scales.fastest_rate
-    frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest)
+    settings, motion, fastest = plan.settings, plan.motion, plan.motion.scales.fastest_rate
+    counted = motion.seen if distributions else ()
+    moving = () if spectrum is None else tuple(seen for seen in motion.seen if "x" in seen.names)
+    frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     return Requested(
-        observables={name: mean_of(name, function, "state") for name, function in state.items()},
-        impact_observables={name: mean_of(name, function, "impact") for name, function in impact.items()},
-        distributions=(sketches(GROUP * settings.step * fastest), extremes()) if distributions else (),
+        observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
+        impact_observables={name: mean_of(motion, name, function, "impact") for name, function in impact.items()},
+        sketches=tuple((seen, sketches(seen, GROUP * settings.step * fastest)) for seen in counted),
+        extremes=tuple((seen, extremes(seen)) for seen in counted),
         frequencies=frequencies,
-        spectrum=() if spectrum is None else (spectral(frequencies, settings, fastest),),
+        spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
-        counted=() if slowest_counted_impact is None else (faster_than(_speed(plan, slowest_counted_impact)),),
+        counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
     )
 
 
-def _speed(plan: Plan, slowest: float) -> float:
+def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:
     if not plan.motion.touched:
         raise ValueError("slowest_counted_impact needs a wall or a contact: there are no impacts to count.")
-    return finite_number(slowest, "slowest_counted_impact", low=0.0, hint="It is a speed in m/s.")
+    speed = finite_number(slowest, "slowest_counted_impact", low=0.0, hint="It is a speed in m/s.")
+    return {wall: faster_than(speed, wall) for wall in (plan.motion.touched if plan.motion.arguments else [""])}

@@ -20,7 +20,9 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
+from springpot.simulation.watch.distributions import observer_of
 
 __all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
 
@@ -33,7 +35,7 @@ FEWEST_CYCLES = 2.0  # of the lowest frequency in the window
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Two-sided spectral density of x about its mean.
+    """Two-sided spectral density of a displacement about its mean.
 
     Attributes
     ----------
@@ -51,8 +53,8 @@ class Spectrum:
     resolution: float
 
 
-def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest: float) -> Floats:
-    """The frequencies as an array; ``fastest`` is the fastest rate of the problem, in 1/s.
+def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest: float, spectra: int) -> Floats:
+    """The frequencies of so many spectra as an array; ``fastest`` is the fastest rate of the problem, in 1/s.
 
     Raises
     ------
@@ -66,10 +68,10 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     if not given:
         raise ValueError("spectrum must hold at least one frequency.")
     values = np.array(given)
-    if (3 * values.size + 1) * settings.paths > MOST_SUMS:
+    if (3 * values.size + 1) * settings.paths * spectra > MOST_SUMS:
+        most = MOST_SUMS // (3 * settings.paths * spectra)
         raise ValueError(
-            f"spectrum must hold at most {MOST_SUMS // (3 * settings.paths)} frequencies for {settings.paths} paths, "
-            f"not {values.size}."
+            f"spectrum must hold at most {most} frequencies for {settings.paths} paths, not {values.size}."
         )
     length = settings.window[1] - settings.window[0]
     if (lowest := float(values.min())) * length < FEWEST_CYCLES * 2.0 * math.pi:
@@ -85,13 +87,13 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     return values
 
 
-def spectral(frequencies: Floats, settings: Settings, fastest: float) -> Observer:
+def spectral(seen: Seen, frequencies: Floats, settings: Settings, fastest: float) -> Observer:
     """Fourier sums of each path at frequencies in rad/s."""
     spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
     every = max(1, int(spacing / (GROUP * settings.step)))
     turns = np.repeat(frequencies * settings.step, LANES)  # of one step
     initial = np.concatenate([turns, np.zeros((2 * frequencies.size + 1) * LANES)])
-    return Observer(_spectral_part(frequencies.size), None, initial, per_path=True, every=every)
+    return observer_of(seen, _spectral_part(frequencies.size), None, initial, every=every)
 
 
 @cache

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System
+from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array, times
 from springpot.theory.forms import form_of
+from springpot.theory.methods.systems.boltzmann import ExactOfPoints, check_points_covered, exact_of_points
 from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law
 from springpot.theory.numerics.contours import (
     dashpot_mean_squares,
@@ -233,7 +234,7 @@ class Normals:
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def exact(system: System) -> Exact | ExactLaw:
+def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     """Solve a system exactly, where that can be done.
 
     Parameters
@@ -242,12 +243,14 @@ def exact(system: System) -> Exact | ExactLaw:
         The paper's problem, a linear spring with one springpot or dashpot and white noise: without a wall; or of order
         1 with an elastic wall anywhere; or with a springpot that dissipates nothing (order 0, or C = 0) and an elastic
         wall or none, where there is no stationary state.  With other parts see
-        `springpot.theory.methods.systems.energy.exact_law`.
+        `springpot.theory.methods.systems.energy.exact_law`, with several masses
+        `springpot.theory.methods.systems.boltzmann.exact_of_points`.
 
     Returns
     -------
-    Exact or ExactLaw
-        The former of the paper's problem, exact to about 1e-13 of the size of its moments; the latter to about 1e-10.
+    Exact, ExactLaw or ExactOfPoints
+        The first of the paper's problem, exact to about 1e-13 of the size of its moments; the second to about 1e-10;
+        the last of several masses, to about 1e-8.
 
     Raises
     ------
@@ -278,7 +281,8 @@ def exact(system: System) -> Exact | ExactLaw:
     >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
-    solve: Callable[[System], Exact | ExactLaw] = form_of(system, exact_of_paper, exact_law)
+    others = exact_of_points if len(checked_system(system).points) > 1 else exact_law
+    solve: Callable[[System], Exact | ExactLaw | ExactOfPoints] = form_of(system, exact_of_paper, others)
     return solve(system)
 
 
@@ -299,7 +303,8 @@ def exact_of_paper(system: System) -> Exact:
 
 def check_covered(system: System) -> None:
     """Raise `NotCoveredError` for what is not covered."""
-    check: Callable[[System], object] = form_of(system, _paper_covered, check_law_covered)
+    others = check_points_covered if len(system.points) > 1 else check_law_covered
+    check: Callable[[System], object] = form_of(system, _paper_covered, others)
     check(system)
 
 

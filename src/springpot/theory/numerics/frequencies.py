@@ -11,15 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate, optimize
 
+from springpot.theory.numerics.panels import on_panels
 from springpot.theory.result import NoConvergenceError
 
-__all__ = ["integral", "resonances"]
+__all__ = ["integral", "integrals", "resonances"]
 
 FloatArray = NDArray[np.float64]
 
 _FAR = 45.0  # logarithms beyond the outermost frequencies, where exp(-45) of an integrand is left
 _POINTS = 4000
 _MOST_ERROR = 1e-7
+_NODES, _HALVINGS, _MOST_PANELS, _SETTLED = 20, 25, 10_000, 1e-13
+_NARROW = "an integral over frequency did not settle: the resonance is too narrow, or too far off."
 _WIDTHS = (0.3, 1.0, 3.0, *(10.0**power for power in range(1, 13)))  # of a resonance, at which the integral is cut
 
 
@@ -95,10 +98,61 @@ def integral(density: Callable[[float], float], cuts: list[float], within: float
         ]
     value, error = math.fsum(value for value, _ in pieces), math.fsum(error for _, error in pieces)
     if not error <= max(_MOST_ERROR * value, within):
-        raise NoConvergenceError(
-            "an integral over frequency did not settle: the resonance is too narrow, or too far off."
-        )
+        raise NoConvergenceError(_NARROW)
     return 2.0 * value
+
+
+def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], within: FloatArray) -> FloatArray:
+    """The same of several densities at once, on panels that are halved where they are not fine enough.
+
+    Parameters
+    ----------
+    densities : callable
+        Of an array of frequencies w > 0: an array of shape (frequencies, densities).
+    cuts : list of float
+        Of `resonances`.
+    within : ndarray, shape (densities,)
+        Errors that do not matter.
+
+    Raises
+    ------
+    NoConvergenceError
+        If an integral is not known to a tenth of a millionth.
+
+    Examples
+    --------
+    >>> cuts = resonances(lambda w: 1.0 - w**2 + 0.4j * w, [1.0])
+    >>> found = integrals(lambda w: 1.0 / abs(1.0 - w**2 + 0.4j * w)[:, None] ** 2, cuts, np.zeros(1))
+    >>> round(float(found[0]) / (2.0 * math.pi), 12)  # 1 / (2 c)
+    1.25
+    """
+
+    def on(low: FloatArray, high: FloatArray) -> FloatArray:
+        nodes, weights = on_panels(low, high, _NODES)
+        w = np.exp(nodes)
+        there = densities(w.ravel()).reshape(*w.shape, -1)
+        return np.asarray(np.einsum("pn,pnd->pd", weights * w, there))
+
+    low, high = np.array(cuts[:-1]), np.array(cuts[1:])
+    found, done, left = on(low, high), np.zeros(len(within)), np.zeros(len(within))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        finer = on(low, high)
+        both = finer[: len(middle)] + finer[len(middle) :]
+        errors = np.abs(both - found)
+        open_ = np.any(errors > _SETTLED * (done + both.sum(axis=0)) + within / len(cuts), axis=1)
+        done += both[~open_].sum(axis=0)
+        left += errors[~open_].sum(axis=0)
+        kept = np.tile(open_, 2)
+        low, high, found = low[kept], high[kept], finer[kept]
+        if not open_.any() or len(found) > _MOST_PANELS:  # of nothing but rounding all would be halved for ever
+            break
+    done += found.sum(axis=0)
+    left += errors[open_].sum(axis=0)
+    if not np.all(left <= np.maximum(_MOST_ERROR * done, within)):
+        raise NoConvergenceError(_NARROW)
+    return 2.0 * done
 
 
 def _refined(stiffness: Callable[[FloatArray], NDArray[np.complex128]], low: float, high: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -19,11 +19,13 @@ from springpot.problem.parts import (
     Dashpot,
     FractionalMaxwell,
     Harmonic,
+    Inerter,
     KanaiTajimiNoise,
     Mass,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
+    Point,
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
@@ -37,18 +39,19 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.numerics.frequencies import integral, resonances
+from springpot.theory.normal_modes import free_motion, unseen_mode
+from springpot.theory.numerics.frequencies import integral, integrals, resonances
 from springpot.theory.result import OF_A_POINT, OF_ENDS, Moments, Result, moments_of, moments_of_points
 
-__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments"]
+__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments", "motions"]
 
 FloatArray = NDArray[np.float64]
 Density = Callable[[float], float]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
-_EQUAL = 1e-9  # frequencies that are one, and what a damper sees of a mode that it does not damp
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
+_GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, SpectralExcitation)
 Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | SpectralExcitation
 
@@ -61,7 +64,7 @@ class Companion:
     ----------
     coordinates : Coordinates
         Its points, from which the rows of its parts follow.
-    mass, stiffness, damping : float, or ndarray of shape (points, points)
+    mass, stiffness, damping : float, or ndarray of shape (coordinates, coordinates)
         Of springs and dashpots; numbers where there is one coordinate.
     elements : tuple
         Elements with memory: each has ``modulus(p)``.
@@ -71,10 +74,13 @@ class Companion:
     temperature : float
         kT of matched noise; 0 without.
     harmonics : tuple of Harmonic
-    force : float, or ndarray of shape (points,)
+    force : float, or ndarray of shape (coordinates,)
         Constant force.
-    parametric : float
-        Intensity of the noise that multiplies x.
+    parametric : tuple of ParametricNoise
+        Noises that multiply elongations.
+    multiplied : tuple of (ndarray, float)
+        What such noise is to several masses once its elongation is known: a row, and the intensity of white noise along
+        it.
     """
 
     coordinates: Coordinates
@@ -87,7 +93,8 @@ class Companion:
     temperature: float
     harmonics: tuple[Harmonic, ...]
     force: Any
-    parametric: float
+    parametric: tuple[ParametricNoise, ...]
+    multiplied: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
     def is_single(self) -> bool:
@@ -149,7 +156,7 @@ class Companion:
 
     def sources(self, w: float) -> list[tuple[FloatArray, float]]:
         """Each noise of several masses: its push, and its two-sided spectral density per rad/s."""
-        found = [(self.push(noise), noise.density(w)) for noise in self.noises]
+        found = [(push, density(w)) for push, density in self.groups]
         if not self.temperature > 0.0:
             return found
         hot = self.temperature / math.pi
@@ -166,7 +173,8 @@ class Companion:
         """The noises but matched noise: their pushes and densities, all in one of one coordinate."""
         if self.is_single:
             return [(np.ones(1), self.noise_density)] if self.noises else []
-        return [(self.push(noise), noise.density) for noise in self.noises]
+        white = [(row, _flat(intensity)) for row, intensity in self.multiplied]
+        return [*((self.push(noise), noise.density) for noise in self.noises), *white]
 
     @property
     def scales(self) -> list[float]:
@@ -210,6 +218,10 @@ class Companion:
     def lossy(self) -> list[Element]:
         """The elements and circuits that take energy."""
         return [each for each in (*self.elements, *self.circuits) if not isinstance(each, Springpot) or each.dissipates]
+
+
+def _flat(intensity: float) -> Density:
+    return lambda w: intensity / (2.0 * math.pi)
 
 
 def _wide(numbers: Any) -> Any:
@@ -319,7 +331,7 @@ class LinearResponse(Result):
         if not self.companion.is_single:
             return np.asarray(_quadratic(self.companion, w, row[None, :])[..., 0, 0].real)
         force = np.vectorize(self.companion.force_density, otypes=[float])(w)
-        force = force + self.companion.parametric * moments.x_mean_square / (2.0 * math.pi)
+        force = force + _intensity(self.companion) * moments.x_mean_square / (2.0 * math.pi)
         return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
 
     def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
@@ -352,7 +364,7 @@ class LinearResponse(Result):
         if self.companion.is_single:
             return _wide(self.spectrum(w)).astype(complex)  # type: ignore[no-any-return]
         _ = self.moments
-        found = _quadratic(self.companion, np.abs(w), np.eye(len(self.system.points)))
+        found = _quadratic(self.companion, np.abs(w), self.system.coordinates.rows)
         return np.asarray(np.where(_wide(w) < 0.0, found.conj(), found))
 
     def covariance(self, of: Literal["x", "v"] = "x") -> FloatArray:
@@ -392,15 +404,14 @@ class LinearResponse(Result):
             return np.array([[square]])
         means = np.array([moments[f"{point}_x_mean"] if of == "x" else 0.0 for point in points])
         squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
-        found, size, seen = np.diag(squares), np.sqrt(squares), _Seen(self.companion)
-        for one, other in itertools.combinations(range(len(points)), 2):
-            if not size[one] * size[other] > 0.0:
-                continue
-            row = np.zeros(len(points))
-            row[one], row[other] = 0.5 / size[one], 0.5 / size[other]  # the mean square is half of 1 + the correlation
-            mean, x_square, v_square = seen.motion(row, 1e-16, velocity=of == "v")
-            both = x_square - mean**2 if of == "x" else v_square
-            found[one, other] = found[other, one] = (2.0 * both - 1.0) * size[one] * size[other]
+        found, size = np.diag(squares), np.sqrt(squares)
+        both = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
+        shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ self.system.coordinates.rows
+        rows = np.array([shares[one] + shares[other] for one, other in both])  # mean squares: (1 + correlation) / 2
+        motions = _Seen(self.companion).motions(rows, (1e-16, 1e-16), of == "v") if both else []
+        for (one, other), (mean, x_square, v_square) in zip(both, motions, strict=True):
+            half = x_square - mean**2 if of == "x" else v_square
+            found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
         return np.asarray(found)
 
     def _row(self, of: str) -> FloatArray:
@@ -457,7 +468,8 @@ def linear(system: System) -> LinearResponse:
     -----
     <x^2> = int S(w) / \\|D(w)\\|^2 dw and <v^2> with w^2.  A harmonic force F cos(nu t + phase) of random phase adds
     F^2 / (2 \\|D(nu)\\|^2).  x does not depend on the future of the noise xi2 that multiplies it, so that the force
-    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory.
+    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory; of several masses with their elongations, whose
+    mean squares solve a linear system.
 
     Examples
     --------
@@ -473,14 +485,16 @@ def linear(system: System) -> LinearResponse:
     """
     system = checked_system(system)
     companion = companion_of(system)
+    settled = _settled(companion)
+    stationary = settled if isinstance(settled, str) else linear_moments(system, settled)
     return LinearResponse(
         method="linear",
         system=system,
-        stationary=linear_moments(system, companion),
+        stationary=stationary,
         assumptions=("None: this solves the linear equation of motion as it stands, with memory of the whole past.",),
         warnings=(),
         is_exact=True,
-        companion=companion,
+        companion=companion if isinstance(settled, str) else settled,
     )
 
 
@@ -496,125 +510,145 @@ def companion_of(system: System) -> Companion:
     unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Mass | Spring | PolynomialSpring | memory | sources | PoissonImpulses | SpectralExcitation
+    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses | SpectralExcitation
     check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = unit.coordinates
     elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
-    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.points)))
+    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.names)))
+    reduced: Any = (lambda matrix: matrix) if several else (lambda matrix: float(matrix[0, 0]))
     return Companion(
         coordinates=at,
-        mass=_reduced(np.diag(at.masses)),
-        stiffness=_reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
-        damping=_reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
+        mass=reduced(at.mass),
+        stiffness=reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
+        damping=reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
         elements=unit.of(Springpot, FractionalMaxwell, Maxwell),
         circuits=unit.of(PiezoelectricCircuit),
         noises=unit.of(*_NOISES),
         temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
         harmonics=unit.of(Harmonic),
         force=force if several else float(force[0]),
-        parametric=sum(noise.intensity for noise in unit.of(ParametricNoise)),
+        parametric=unit.of(ParametricNoise),
     )
 
 
 check_covered = companion_of
 
 
-def _reduced(matrix: FloatArray) -> Any:
-    """A matrix, or the number itself of one coordinate."""
-    return float(matrix[0, 0]) if matrix.size == 1 else matrix
-
-
 def linear_moments(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
-    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
-    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
-    if statement := _endless(companion, static):
-        return statement
-    if np.any(static != companion.stiffness):  # a springpot of order 0 is a spring
-        kept = tuple(e for e in companion.elements if e not in springs)
-        return linear_moments(system, replace(companion, stiffness=static, elements=kept))
+    settled = _settled(companion)
+    if isinstance(settled, str):
+        return settled
+    companion = settled
     seen, power = _Seen(companion), 0.0
-    if companion.noises:
+    if companion.groups:
         power += seen.power(companion.groups)
     for force in companion.harmonics:
         power += seen.power_of_harmonic(force)
     harvests = companion.circuits and companion.temperature == 0.0
     if not companion.is_single:
         return moments_of_points(system, _of_points(system, seen), harvested=power if harvests else None)
-    x_mean, x_square, v_square = seen.motion(np.ones(1))
-    if companion.parametric > 0.0:
-        unit = [(np.ones(1), lambda w: 1.0 / (2.0 * math.pi))]
-        x_unit, v_unit = seen.mean_square(np.ones(1), unit), seen.mean_square(np.ones(1), unit, 1)
-        if not companion.parametric * x_unit < 1.0:
-            return "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-        x_square = x_square / (1.0 - companion.parametric * x_unit)
-        fed = companion.parametric * x_square
+    ((x_mean, x_square, v_square),) = seen.motions(np.ones((1, 1)))
+    if companion.parametric:
+        unit, intensity = [(np.ones(1), _flat(1.0))], _intensity(companion)
+        x_unit, v_unit = (float(seen.mean_squares(np.ones((1, 1)), unit, power)[0]) for power in (0, 1))
+        if not intensity * x_unit < 1.0:
+            return _GROWS
+        x_square = x_square / (1.0 - intensity * x_unit)
+        fed = intensity * x_square
         v_square += fed * v_unit
         power += fed * seen.power(unit)
     return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
 
 
+def _intensity(companion: Companion) -> float:
+    """Of the noise that multiplies x, of one mass."""
+    return sum(noise.intensity for noise in companion.parametric)
+
+
+def _settled(companion: Companion) -> Companion | str:
+    """The system with springpots of order 0 as the springs that they are; or why it has no stationary state.
+
+    Noise that multiplies elongations of several masses is then known white noise.
+    """
+    companion = _sprung(companion)
+    if statement := _endless(companion):
+        return statement
+    return _known(companion) if companion.parametric and not companion.is_single else companion
+
+
+def _known(companion: Companion) -> Companion | str:
+    """With the white noise that stands for noise which multiplies elongations; or that it has no mean square.
+
+    The mean squares of the elongations are those without it, and what each such noise adds to each.
+    """
+    seen, rows = _Seen(companion), np.array([companion.row(noise) for noise in companion.parametric])
+    alone = np.array([x_square for _, x_square, _ in seen.motions(rows, velocity=False)])
+    unit = np.array([seen.mean_squares(rows, [(row, _flat(1.0))]) for row in rows]).T
+    intensity = np.array([noise.intensity for noise in companion.parametric])
+    added = unit * intensity
+    if not np.abs(np.linalg.eigvals(added)).max() < 1.0:
+        return _GROWS
+    squares = np.linalg.solve(np.eye(len(rows)) - added, alone)
+    return replace(companion, parametric=(), multiplied=tuple(zip(rows, (intensity * squares).tolist(), strict=True)))
+
+
+def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[float, float, float]] | str:
+    """Mean and mean square of what each row sees of the displacements, and mean square of its velocity.
+
+    If there is no stationary state, why.
+    """
+    settled = _settled(companion)
+    if isinstance(settled, str):
+        return settled
+    return _Seen(settled).motions_within(np.array(rows)) if rows else []
+
+
 def _of_points(system: System, seen: _Seen) -> dict[str, float]:
     """The results of several masses."""
+    at = system.coordinates
+    pairs = at.pairs
     found: dict[str, float] = {}
-    points, at = system.points, system.coordinates
-    for point in points:
-        names = (f"{point}_{name}" for name in OF_A_POINT)
-        found |= zip(names, seen.motion(at.push(point)), strict=True)
-    means = np.array([found[f"{point}_x_mean"] for point in points])
-    sizes = np.sqrt([found[f"{point}_x_mean_square"] for point in points])
-    for name, row in at.pairs.items():
-        within = _ELONGATION * float(np.abs(row) @ sizes) ** 2
-        of_ends = float(row @ means), seen.motion(row, within, velocity=False)[1]
-        found |= {f"{name}_{what}": value for what, value in zip(OF_ENDS, of_ends, strict=True)}
+    for point, numbers in zip(system.points, seen.motions(at.rows), strict=True):
+        found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
+    rows = np.array([*pairs.values()]).reshape(-1, len(at.masses))
+    for pair, (mean, square, _) in zip(pairs, seen.motions_within(rows, velocity=False), strict=True):
+        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, (mean, square), strict=True)}
     return found
 
 
-def _endless(companion: Companion, static: Any) -> str:
+def _sprung(companion: Companion) -> Companion:
+    """With a spring in place of each springpot of order 0."""
+    springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
+    static = companion.stiffness + sum(companion.along(spring, spring.coefficient) for spring in springs)
+    kept = tuple(e for e in companion.elements if e not in springs)
+    return replace(companion, stiffness=static, elements=kept) if springs else companion
+
+
+def _endless(companion: Companion) -> str:
     """Why there is no stationary state, in one sentence; empty if there is one."""
-    end = "There is no stationary state: {}.".format
+    static, end = companion.stiffness, "There is no stationary state: {}.".format
     if companion.is_single:
         if not static > 0.0:
             return end("no spring pulls the mass back, so that it wanders without end")
         return "" if companion.dissipates else end("nothing dissipates energy")
-    squares, ways = np.linalg.eigh(companion.per_mass(static))
-    if loose := _loose(companion, squares, ways):
+    squares, shapes = free_motion(companion.mass, static)
+    if loose := _loose(companion.coordinates, squares, shapes):
         fate = "it wanders" if len(loose) == 1 else "they wander"
         return end(f"no spring pulls {listed(loose)} back, so that {fate} without end")
     if not companion.dissipates:
         return end("nothing dissipates energy")
-    free = _undamped(companion, squares, ways)
+    sizes, dashpots = np.linalg.eigh(companion.damping)
+    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
+    free = unseen_mode(squares, shapes, [*rows, *map(companion.row, companion.lossy)])
     return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
 
 
-def _loose(companion: Companion, squares: FloatArray, ways: FloatArray) -> list[str]:
+def _loose(at: Coordinates, squares: FloatArray, shapes: FloatArray) -> list[str]:
     """The points that no spring pulls back."""
     still = squares <= _LOOSE * np.abs(squares).max()
-    if not still.any():
-        return []
-    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    shapes = np.abs(root.T @ ways[:, still]).max(axis=1)
-    points = companion.coordinates.points
-    return [point for point, size in zip(points, shapes, strict=True) if size > 1e-6 * shapes.max()]
-
-
-def _undamped(companion: Companion, squares: FloatArray, ways: FloatArray) -> float | None:
-    """The natural frequency of a mode that moves nothing which dissipates; None if there is none."""
-    sizes, dashpots = np.linalg.eigh(companion.damping)
-    rows = [way for size, way in zip(sizes, dashpots.T, strict=True) if size > _LOOSE * sizes.max()]
-    rows += [companion.row(element) for element in companion.lossy]
-    root = np.linalg.inv(np.linalg.cholesky(companion.mass))
-    seen = np.array(rows) @ root.T
-    seen = seen / np.linalg.norm(seen, axis=1)[:, None] @ ways
-    frequencies = np.sqrt(squares)
-    start = 0
-    for stop in range(1, len(squares) + 1):
-        if stop == len(squares) or frequencies[stop] - frequencies[start] > _EQUAL * frequencies[stop]:
-            alike = seen[:, start:stop]  # of equal frequency: any sum of them is a mode
-            if np.linalg.matrix_rank(alike, tol=_EQUAL) < stop - start:
-                return float(frequencies[start])
-            start = stop
-    return None
+    moved = np.abs(at.rows @ shapes[:, still]).max(axis=1, initial=0.0)
+    return [point for point, size in zip(at.points, moved, strict=True) if size > 1e-6 * moved.max()]
 
 
 class _Seen:
@@ -623,33 +657,66 @@ class _Seen:
     def __init__(self, companion: Companion) -> None:
         self.companion = companion
         self.cuts = resonances(companion.nearest, companion.scales)
-        self._inverses: dict[float, NDArray[np.complex128]] = {}
 
     def size(self, w: float, row: FloatArray, push: FloatArray) -> float:
         """The size of a force per displacement that a row sees."""
+        stiffness = self.companion.dynamic_stiffness(np.array([w]))[0]
         if self.companion.is_single:
-            return abs(complex(self.companion.dynamic_stiffness(np.array([w]))[0]))
-        if w not in self._inverses:
-            self._inverses[w] = np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(np.array(w))), complex)
-        response = abs(complex(row @ self._inverses[w] @ push))
+            return abs(complex(stiffness))
+        response = abs(complex(row @ np.linalg.solve(stiffness, push)))
         return 1.0 / response if response > 0.0 else math.inf
 
-    def mean_square(
-        self, row: FloatArray, groups: list[tuple[FloatArray, Density]], power: int = 0, within: float = 0.0
-    ) -> float:
-        """Of what a row sees of the displacement, or with ``power=1`` of the velocity, under noises."""
+    def mean_squares(
+        self,
+        rows: FloatArray,
+        groups: list[tuple[FloatArray, Density]],
+        power: int = 0,
+        within: float | FloatArray = 0.0,
+    ) -> FloatArray:
+        """Of what rows see of the displacement, or with ``power=1`` of the velocity, under noises."""
 
-        def response(w: float) -> float:
+        def alone(w: float) -> float:
             found = 0.0
             for push, density in groups:
-                factor = w**power / self.size(w, row, push)
+                factor = w**power / self.size(w, rows[0], push)
                 found += density(w) * factor * factor
             return found
 
-        return integral(response, self.cuts, within)
+        def together(w: FloatArray) -> FloatArray:
+            response = rows @ np.linalg.inv(self.companion.dynamic_stiffness(w))
+            found = np.zeros((len(w), len(rows)))
+            for push, density in groups:
+                densities = np.array([density(each) for each in w.tolist()]) * w ** (2 * power)
+                found += densities[:, None] * np.abs(response @ push) ** 2
+            return found
 
-    def motion(self, row: FloatArray, within: float = 0.0, velocity: bool = True) -> tuple[float, float, float]:
-        """Mean and mean square of the displacement that a row sees, and mean square of its velocity, 0 if not asked."""
+        if self.companion.is_single:
+            return np.array([integral(alone, self.cuts)])
+        return integrals(together, self.cuts, np.broadcast_to(within, len(rows)))
+
+    def motions(
+        self, rows: FloatArray, within: tuple[Any, Any] = (0.0, 0.0), velocity: bool = True
+    ) -> list[tuple[float, float, float]]:
+        """Mean and mean square of the displacement that each row sees, and mean square of its velocity if asked.
+
+        ``within`` are errors of the two mean squares that do not matter.
+        """
+        own = self.companion
+        x_noise = v_noise = np.zeros(len(rows))
+        if own.noises:
+            x_noise = self.mean_squares(rows, own.groups, 0, within[0])
+            v_noise = self.mean_squares(rows, own.groups, 1, within[1]) if velocity else v_noise
+        return [self._motion(*each) for each in zip(rows, x_noise.tolist(), v_noise.tolist(), strict=True)]
+
+    def motions_within(self, rows: FloatArray, velocity: bool = True) -> list[tuple[float, float, float]]:
+        """The same, where an elongation that never happens is known within a share of the motion of its ends."""
+        if self.companion.is_single or not len(rows):
+            return self.motions(rows, velocity=velocity)
+        sizes = np.sqrt(np.array(self.motions(np.eye(rows.shape[1]), velocity=velocity))[:, 1:])
+        x, v = (_ELONGATION * (np.abs(rows) @ sizes) ** 2).T
+        return self.motions(rows, (x, v), velocity)
+
+    def _motion(self, row: FloatArray, x_noise: float, v_noise: float) -> tuple[float, float, float]:
         own = self.companion
         if own.is_single:
             x_mean, x_square, v_square = own.force / own.stiffness, own.temperature / own.stiffness, own.temperature
@@ -657,9 +724,7 @@ class _Seen:
             soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
             x_mean = float(soft @ own.force)
             x_square, v_square = own.temperature * float(soft @ row), own.temperature * float(light @ row)
-        if own.noises:
-            x_square += self.mean_square(row, own.groups, within=within)
-            v_square += self.mean_square(row, own.groups, 1) if velocity else 0.0
+        x_square, v_square = x_square + x_noise, v_square + v_noise
         for force in own.harmonics:
             nu = force.frequency
             response = 0.5 * force.amplitude**2 / self.size(nu, row, own.push(force)) ** 2
@@ -676,7 +741,7 @@ class _Seen:
         found = []
         for circuit in self.companion.circuits:
             volts = [(push, weighted(density, circuit)) for push, density in groups]
-            found.append(self.mean_square(self.companion.row(circuit), volts) / circuit.resistance)
+            found.append(float(self.mean_squares(self.companion.row(circuit)[None, :], volts)[0]) / circuit.resistance)
         return math.fsum(found)
 
     def power_of_harmonic(self, force: Harmonic) -> float:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -30,7 +31,7 @@ from springpot.problem.parts import (
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.energy import exact_law
-from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments
+from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions
 from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
 
 __all__ = ["Linearization", "check_covered", "linearization"]
@@ -42,6 +43,10 @@ _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _WEIGHTS = _WEIGHTS / math.sqrt(2.0 * math.pi)
 _TOLERANCE = 1e-10
 _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond which it is said
+_NOTHING = 1e-18  # of the largest mean square
+_EVEN = 1e-12
+_FIRST = np.eye(10)[0]
+_REPLACED = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol
 
 
 @dataclass(frozen=True)
@@ -50,16 +55,16 @@ class Linearization(Result):
 
     Parameters
     ----------
-    stiffness, damping : float
-        Of that system, in N/m and N s/m (per unit mass in a system without a `Mass`).
+    stiffness, damping : float, or ndarray of shape (points, points)
+        Of that system, in N/m and N s/m (per unit mass in a system without a `Mass`); matrices of several masses.
 
     Notes
     -----
     The other parameters are those of `springpot.theory.result.Result`.
     """
 
-    stiffness: float
-    damping: float
+    stiffness: Any = field(compare=False)
+    damping: Any = field(compare=False)
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer
@@ -69,8 +74,8 @@ def linearization(system: System) -> Linearization:
     Parameters
     ----------
     system : System
-        Springs with one equilibrium, nonlinear dampers, and everything that `springpot.theory.linear` covers but
-        harmonic and parametric excitation.
+        One mass or several.  Springs with one equilibrium, nonlinear dampers, and everything that
+        `springpot.theory.linear` covers but harmonic and parametric excitation.
 
     Returns
     -------
@@ -87,10 +92,10 @@ def linearization(system: System) -> Linearization:
 
     Notes
     -----
-    x and v are taken as Gaussian and independent at one time.  The stiffness is E[U''(x)], the damping
-    E[v F(x, v)] / E[v^2], and the mean of x balances the mean force; memory is kept as it is [1]_.  For a cubic spring
-    <x^2> comes out too small; a warning says where it would be by more than 5 % in thermal noise, where the exact law
-    is known.
+    x and v are taken as Gaussian and independent at one time.  Of each part with u and w as its elongation and the
+    velocity of that, the stiffness is E[U''(u)] and the damping E[w F(u, w)] / E[w^2], and the means of x balance the
+    mean forces; memory is kept as it is [1]_.  For a cubic spring <x^2> comes out too small; a warning says where it
+    would be by more than 5 % in thermal noise, where the exact law is known.
 
     References
     ----------
@@ -106,44 +111,117 @@ def linearization(system: System) -> Linearization:
     0.346
     """
     system = checked_system(system)
-    unit = system.per_unit_mass
-    companion, stationary = _solve(system, check_covered(system))
-    warnings: tuple[str, ...] = ()
-    if not isinstance(stationary, str):
-        warnings = tuple(_strained(unit, companion, stationary))
+    unit = _unit(system)
+    companion = check_covered(system)
+    own = _Nearest(companion, _rows(unit), _constant(unit))
+    companion, stationary, warnings = own.solved(system, unit)
+    size = system.inertia if companion.is_single else 1.0
     return Linearization(
         method="linearization",
         system=system,
         stationary=stationary,
         assumptions=("x and v are Gaussian, and independent of each other at one time.",),
         warnings=warnings,
-        is_exact=_is_linear(unit),
-        stiffness=companion.stiffness * system.inertia,
-        damping=companion.damping * system.inertia,
+        is_exact=not any(row.is_bent for row in own.rows),
+        stiffness=companion.stiffness * size,
+        damping=companion.damping * size,
     )
 
 
 def check_covered(system: System) -> Companion:
     """The linear part of a system that is covered; otherwise `NotCoveredError`."""
-    unit = system.per_unit_mass
+    unit = _unit(system)
     for name, part in unit.named():
         if isinstance(part, Harmonic | ParametricNoise):
             raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
-    if _wells(unit.potential) > 1:
-        raise NotCoveredError(f"{_REACH}, not two wells.")
-    return companion_of(_without_nonlinear(unit))
+    companion = companion_of(_without_nonlinear(unit))
+    rows, force = _rows(unit), _constant(unit)
+    stiffness = sum((row.along(row.forces[1]) for row in rows), np.zeros((len(force), len(force))))
+    for row in rows:
+        held, pushed = _condensed(stiffness - row.along(row.forces[1]), force, row.g)
+        if _wells((row.forces[0] - pushed, row.forces[1] + held, *row.forces[2:])) > 1:
+            raise NotCoveredError(f"{_REACH}, not two wells.")
+    return companion
 
 
-def _is_linear(unit: System) -> bool:
-    """Whether nothing is approximated."""
-    bent = [not part.is_linear for part in unit.of(PolynomialSpring)]
-    bent += [not part.is_linear for part in unit.of(PolynomialDashpot)]
-    return not any(bent) and not unit.of(VanDerPol)
+def _unit(system: System) -> System:
+    """The system per unit mass of one coordinate, or as it is."""
+    return system.per_unit_mass if len(system.points) == 1 else system
 
 
-def _wells(potential: Potential) -> int:
+def _constant(unit: System) -> FloatArray:
+    """Constant forces on the points."""
+    at = unit.coordinates
+    return np.asarray(sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.masses))))
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """All springs and dampers with the same ends: the row g, the coefficients of their force, and the dampers."""
+
+    g: FloatArray
+    forces: tuple[float, ...]
+    dampers: tuple[Any, ...]
+
+    @property
+    def is_bent(self) -> bool:
+        """Whether anything is not linear."""
+        return any(self.forces[2:]) or not all(damper.is_linear for damper in self.dampers)
+
+    def along(self, number: float) -> FloatArray:
+        """A number of it in the equations of motion."""
+        return number * np.outer(self.g, self.g)
+
+    def spring(self, mean: float, spread: float) -> tuple[float, float]:
+        """The mean force and stiffness for a Gaussian elongation."""
+        places, curve = mean + spread * _NODES, Potential(self.forces)
+        return float(_WEIGHTS @ curve.force(places)), float(_WEIGHTS @ curve.curvature(places))
+
+    def damping(self, mean: float, x_spread: float, v_spread: float) -> float:
+        """E[w F] / E[w^2] for Gaussian elongation and velocity w."""
+        found = 0.0
+        for part in self.dampers:
+            if isinstance(part, VanDerPol):
+                found += part.coefficient * (mean * mean + x_spread**2 - part.length**2)
+                continue
+            numbers = (part.coefficient,) if isinstance(part, Dashpot) else part.coefficients
+            equivalents = 1.0, 2.0 * math.sqrt(2.0 / math.pi) * v_spread, 3.0 * v_spread**2
+            found += math.fsum(c * equivalent for c, equivalent in zip(numbers, equivalents, strict=False))
+        return found
+
+
+def _rows(unit: System) -> tuple[_Row, ...]:
+    """The springs and dampers, those with the same ends together."""
+    found: dict[tuple[float, ...], tuple[FloatArray, list[Any]]] = {}
+    for name, part in unit.named():
+        if isinstance(part, _REPLACED) or (isinstance(part, Springpot) and part.order == 0.0):
+            row = unit.coordinates.elongations[name]
+            if tuple(-row) in found:
+                row = -row
+            found.setdefault(tuple(row), (row, []))[1].append((name, part))
+    rows = []
+    for row, parts in found.values():
+        forces = np.zeros(10)
+        for name, part in parts:
+            own = part.force_coefficients()
+            turned = unit.coordinates.elongations[name] @ row < 0.0
+            forces[: len(own)] += [-k if turned and n % 2 == 0 else k for n, k in enumerate(own)]
+        last = max([1, *np.flatnonzero(forces)])
+        dampers = tuple(part for _, part in parts if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol))
+        rows.append(_Row(row, tuple(forces[: last + 1].tolist()), dampers))
+    return tuple(rows)
+
+
+def _condensed(stiffness: FloatArray, force: FloatArray, row: FloatArray) -> tuple[float, float]:
+    """The stiffness and the force that an elongation sees of linear springs where the rest is in equilibrium."""
+    start, rest = row / float(row @ row), np.linalg.svd(row[None, :])[2][1:].T
+    way = start - rest @ np.linalg.pinv(rest.T @ stiffness @ rest) @ (rest.T @ stiffness @ start)
+    return float(way @ stiffness @ way), float(way @ force)
+
+
+def _wells(forces: Sequence[float]) -> int:
     """How often the force turns from a push to the right to a pull back: between its roots it keeps its sign."""
-    coefficients = np.array(potential.coefficients)
+    coefficients = np.array(forces)
     places = np.unique(polynomial.polyroots(coefficients).real)
     if places.size < 2:
         return places.size
@@ -159,117 +237,199 @@ def _without_nonlinear(unit: System) -> System:
     kept = {
         name: part
         for name, part in unit.named()
-        if not isinstance(part, PolynomialSpring | Spring | PolynomialDashpot | VanDerPol | Dashpot)
+        if not isinstance(part, _REPLACED) and not (isinstance(part, Springpot) and part.order == 0.0)
     }
     free = "held"
     while free in kept:
         free += "_"
-    return System(**kept, **{free: Spring(1.0)})
+    return System(**kept, **{free: Spring(1.0, between=("ground", unit.points[0]))})
 
 
-def _solve(system: System, companion: Companion) -> tuple[Companion, Moments | str]:
-    """The linear system whose own moments give its stiffness, damping and mean."""
-    unit = system.per_unit_mass
-    potential = unit.potential
-    quiet = all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in companion.noises)
-    if quiet and companion.temperature == 0.0:
-        return _no_answer(companion), "There is no random stationary state: nothing excites the motion."
-    if not companion.dissipates and not _damping(unit, 0.0, 1e20, 1e20) > 0.0:
-        return _no_answer(companion), "There is no stationary state: nothing dissipates energy."
-    soft = sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 0.0)  # which the linear system keeps
+@dataclass(frozen=True, eq=False)
+class _Nearest:
+    """The search for the linear system whose own moments give its stiffness, damping and means.
 
-    def at(state: FloatArray) -> tuple[Companion, Moments | str, float]:
-        mean, x_spread, v_spread = float(state[0]), math.exp(float(state[1])), math.exp(float(state[2]))
-        places = mean + x_spread * _NODES
-        held = float(_WEIGHTS @ potential.curvature(places))  # also by springpots of order 0
-        damping = _damping(unit, mean, x_spread, v_spread)
-        here = replace(companion, stiffness=held - soft, damping=damping, force=0.0)
-        balance = float(_WEIGHTS @ potential.force(places))
-        return here, linear_moments(unit, here), balance / held
+    Its state is the means of x, unless all are 0 by symmetry, and for each row that is bent (of one mass, the one row)
+    the logarithms of the standard deviations of elongation and velocity.
+    """
 
-    def missing(state: FloatArray) -> FloatArray:
-        _, moments, shift = at(state)
-        if isinstance(moments, str):
+    companion: Companion
+    rows: tuple[_Row, ...]
+    force: FloatArray
+
+    @property
+    def bent(self) -> list[_Row]:
+        """The rows of the state."""
+        return [row for row in self.rows if row.is_bent or self.companion.is_single]
+
+    def split(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The means of a state, and the standard deviations of each row, shape (rows, 2)."""
+        count = len(state) - 2 * len(self.bent)
+        mean = state[:count] if count else np.zeros(len(self.force))
+        return mean, np.exp(state[count:].reshape(2, -1)).T
+
+    def joined(self, mean: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+        """The state of means, and standard deviations of elongations and velocities."""
+        shifts = self.force.any() or any(any(row.forces[::2]) for row in self.rows)
+        return np.concatenate([mean if shifts else mean[:0], np.log(x), np.log(v)])
+
+    def sizes(self, here: Companion) -> tuple[FloatArray, FloatArray] | str:
+        """Standard deviations of elongations and velocities of a linear system; or why there are none.
+
+        Where an elongation never happens, it is a share of the largest motion, so that its logarithm is no noise.
+        """
+        axes = [] if here.is_single else [*np.eye(len(self.force))]
+        seen = motions(here, [*(row.g for row in self.bent), *axes])
+        if isinstance(seen, str):
+            return seen
+        squares = np.array(seen)[:, 1:]
+        x, v = np.sqrt(np.maximum(squares, _NOTHING * squares.max(axis=0))).T[:, : len(self.bent)]
+        return x, v
+
+    def solved(self, system: System, unit: System) -> tuple[Companion, Moments | str, tuple[str, ...]]:
+        """The linear system, its moments or why there are none, and warnings."""
+        own = self.companion
+        nothing = replace(own, stiffness=math.nan, damping=math.nan)
+        if own.temperature == 0.0 and all(isinstance(n, WhiteNoise) and n.intensity == 0.0 for n in own.noises):
+            return nothing, "There is no random stationary state: nothing excites the motion.", ()
+        if not own.dissipates and not any(row.damping(0.0, 1e20, 1e20) > 0.0 for row in self.rows):
+            return nothing, "There is no stationary state: nothing dissipates energy.", ()
+        try:
+            state = self.start()
+            if state.size:
+                state = optimize.root(self.missing, state, method="hybr", options={"xtol": _TOLERANCE}).x
+        except NoStationaryStateError as unstable:
+            return nothing, str(unstable), ()
+        here, _ = self.at(state)
+        if not np.abs(self.missing(state)).max(initial=0.0) < 1e-7 or not _is_sound(here):
+            raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
+        mean, _ = self.split(state)
+        force = here.stiffness * float(mean[0]) if here.is_single else here.stiffness @ mean  # which gives that mean
+        found = linear_moments(system, replace(here, force=force))
+        warnings = () if isinstance(found, str) else tuple(self.doubts(unit, here, state))
+        return here, found, warnings
+
+    def at(self, state: FloatArray) -> tuple[Companion, FloatArray]:
+        """The linear system at a state, and how far its means are from the balance of forces."""
+        size, (mean, found) = len(self.force), self.split(state)
+        spreads = dict(zip(map(id, self.bent), found, strict=True))
+        stiffness, damping, left = np.zeros((size, size)), np.zeros((size, size)), -self.force
+        for row in self.rows:
+            place, (x_spread, v_spread) = float(row.g @ mean), spreads.get(id(row), (0.0, 0.0))
+            pushed, stiff = row.spring(place, x_spread)
+            stiffness += row.along(stiff)
+            damping += row.along(row.damping(place, x_spread, v_spread))
+            left = left + pushed * row.g
+        if self.companion.is_single:
+            here = replace(self.companion, stiffness=float(stiffness[0, 0]), damping=float(damping[0, 0]), force=0.0)
+        else:
+            here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(size))
+        return here, np.asarray(np.linalg.solve(stiffness, left))
+
+    def missing(self, state: FloatArray) -> FloatArray:
+        """What the linear system has beyond what the state says."""
+        here, shift = self.at(state)
+        sizes = self.sizes(here)
+        if isinstance(sizes, str):
             raise NoConvergenceError(
                 "statistical linearization found no solution: on the way nothing dissipates energy."
             )
-        return np.array(
-            [
-                shift / math.exp(state[1]),
-                0.5 * math.log(moments.x_mean_square) - state[1],
-                0.5 * math.log(moments.v_mean_square) - state[2],
-            ]
-        )
+        mean, spreads = self.split(state)
+        scale = spreads[:, 0].max() if len(spreads) else max(np.abs(mean).max(), 1e-300)
+        x, v = np.array(sizes) / spreads.T
+        return self.joined(shift / scale, x, v)
 
-    try:
-        start = _start(unit, companion, potential)
-        solved = optimize.root(missing, start, method="hybr", options={"xtol": _TOLERANCE})
-    except NoStationaryStateError as unstable:
-        return _no_answer(companion), str(unstable)
-    if not np.abs(missing(solved.x)).max() < 1e-7:
-        raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
-    here, _, _ = at(solved.x)
-    force = float(solved.x[0]) * (here.stiffness + soft)  # with which the mean is that
-    return here, linear_moments(system, replace(here, force=force))
+    def start(self) -> FloatArray:
+        """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
+        size, bent = len(self.force), self.bent
+        mean = np.zeros(size)
+        if self.companion.is_single:
+            forces = sum(np.pad(row.forces, (0, 10 - len(row.forces))) for row in self.rows) - self.force * _FIRST
+            roots = polynomial.polyroots(np.trim_zeros(forces, "b"))
+            mean[0] = float(min(roots, key=lambda root: abs(root.imag)).real) if roots.size else 0.0
+        spread, least, most = 1.0, 0.0, math.inf
+        shape = np.ones(len(bent))
+        for _ in range(400):  # the spread at which the linear system has the spread itself
+            shift, sizes = self.tried(mean, spread * shape)
+            ratio = math.inf
+            if sizes is not None:
+                x, v = sizes
+                mean = mean if self.companion.is_single else mean - shift
+                own = float(x.max(initial=0.0)) or spread
+                ratio = own / spread
+                if abs(math.log(ratio)) < 0.1 or most < least * (1.0 + 1e-9):
+                    return self.joined(mean, x, v)
+                shape = x / own
+            least, most = (spread, most) if ratio > 1.0 else (least, spread)
+            step = min(max(math.sqrt(ratio), 0.05), 20.0) if math.isfinite(ratio) else 2.0
+            spread = math.sqrt(least * most) if 0.0 < least < most < math.inf else spread * step
+        raise NoConvergenceError("statistical linearization found no solution: no spread agrees with itself.")
+
+    def tried(self, mean: FloatArray, spreads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None]:
+        """How far the means are off at some spreads, and those of the linear system; None if it is not held."""
+        stiff = [max(row.spring(float(row.g @ mean), s)[1], 1e-300) for row, s in zip(self.bent, spreads, strict=True)]
+        here, shift = self.at(self.joined(mean, spreads, spreads * np.sqrt(stiff)))
+        if not _is_sound(here):
+            return shift, None
+        sizes = self.sizes(here)
+        if isinstance(sizes, str):
+            raise NoStationaryStateError(sizes)
+        return shift, sizes
+
+    def doubts(self, unit: System, here: Companion, state: FloatArray) -> Iterator[str]:
+        """Where x is far from Gaussian."""
+        thermal, (mean, spreads) = bool(unit.of(ThermalNoise)), self.split(state)
+        sides = []
+        for row, (x_spread, v_spread) in zip(self.bent, spreads, strict=True):
+            if any(row.forces[2:]):
+                sides.append(_strained(row, here, float(row.g @ mean), float(x_spread), float(v_spread), thermal))
+        if told := [side for side in dict.fromkeys(sides) if side]:
+            yield f"The springs bend so much that x is far from Gaussian: its variance comes out too {told[0]}."
+        if any(row.damping(float(row.g @ mean), 0.0, 0.0) < 0.0 for row in self.rows):
+            yield "The dampers feed small motions: around a limit cycle <x^2> can come out small by a factor of 2."
+        if any(row.is_bent for row in self.rows) and _is_sparse(unit, here):
+            yield (
+                "The impulses are so rare that x is far from Gaussian: here they act as white noise of equal intensity."
+            )
 
 
-def _strained(unit: System, companion: Companion, found: Moments) -> Iterator[str]:
-    """Where x is far from Gaussian."""
-    variance = found.x_mean_square - found.x_mean**2
-    memory = 0.0
-    if not unit.of(ThermalNoise):  # in a bath memory does not change the law of x
-        memory = float(companion.dissipative(np.array([math.sqrt(found.v_mean_square / variance)]))[0].real)
-    springs = [part for part in unit.parts if isinstance(part, PolynomialSpring | Spring | Constant)]
-    # a bath in which the same springs, and the memory's, have this variance where x is Gaussian
-    bath = System(Dashpot(1.0), ThermalNoise((companion.stiffness + memory) * variance), *springs, Spring(memory))
+def _is_sparse(unit: System, here: Companion) -> bool:
+    """Whether an impulse alone feeds in more than a tenth of the energy."""
+    impulses, mass = unit.of(PoissonImpulses), np.atleast_2d(here.mass)
+    moving = motions(here, [*np.eye(len(mass))]) if impulses else ""
+    if isinstance(moving, str):
+        return False
+    energy = float(np.diag(mass) @ [v_square for *_, v_square in moving])  # as much potential as kinetic
+    pushes = [np.ones(1) if here.is_single else here.push(part) for part in impulses]
+    fed = [0.5 * p.intensity * float(g @ np.linalg.solve(mass, g)) for p, g in zip(impulses, pushes, strict=True)]
+    return any(each / energy > 0.1 * part.rate for each, part in zip(fed, impulses, strict=True))
+
+
+def _is_sound(here: Companion) -> bool:
+    """Whether a linear system is held, and dampers do not feed it where nothing else takes energy."""
+    held = np.linalg.eigvalsh(np.atleast_2d(here.stiffness))
+    damped = np.linalg.eigvalsh(np.atleast_2d(here.damping))
+    damps = damped[-1] > 0.0 and damped[0] >= -_EVEN * damped[-1]
+    return bool(held[0] > 0.0 and (damps or here.lossy))
+
+
+def _strained(row: _Row, here: Companion, mean: float, x_spread: float, v_spread: float, thermal: bool) -> str:
+    """To which side the variance of an elongation is off in a bath, "small" or "large"; empty if it is not."""
+    held = np.atleast_2d(here.stiffness)
+    if not thermal:  # in a bath memory does not change the law of x
+        memory = here.dissipative(np.array([v_spread / x_spread]))[0].real
+        held = held + np.atleast_2d(memory)
+    whole = 1.0 / float(row.g @ np.linalg.solve(held, row.g))
+    pushed, stiff = row.spring(mean, x_spread)
+    beside = whole - stiff  # of all that is linear
+    # a bath in which the same springs, and all others as they are here, have this variance where x is Gaussian
+    bent, rest = PolynomialSpring(row.forces[1:]), Spring(beside)
+    bath = System(
+        Dashpot(1.0), ThermalNoise(whole * x_spread**2), Constant(pushed - row.forces[0] + beside * mean), bent, rest
+    )
     with contextlib.suppress(NoConvergenceError):
         true = exact_law(bath).moments
-        ratio = variance / (true.x_mean_square - true.x_mean**2)
-        if not _is_linear(unit) and abs(ratio - 1.0) > _BENT:
-            side = "small" if ratio < 1.0 else "large"
-            yield f"The springs bend so much that x is far from Gaussian: its variance comes out too {side}."
-    if _damping(unit, found.x_mean, 0.0, 0.0) < 0.0:
-        yield "The dampers feed small motions: around a limit cycle <x^2> can come out small by a factor of 2."
-    impulses = unit.of(PoissonImpulses)
-    energy = 0.5 * (found.v_mean_square + companion.stiffness * (found.x_mean_square - found.x_mean**2))
-    nonlinear = any(isinstance(p, VanDerPol | PolynomialSpring | PolynomialDashpot) for p in unit.parts)
-    if nonlinear and any(0.5 * part.intensity / energy > 0.1 * part.rate for part in impulses):
-        yield "The impulses are so rare that x is far from Gaussian: here they act as white noise of equal intensity."
-
-
-def _no_answer(companion: Companion) -> Companion:
-    return replace(companion, stiffness=math.nan, damping=math.nan)
-
-
-def _start(unit: System, companion: Companion, potential: Potential) -> FloatArray:
-    """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
-    roots = polynomial.polyroots(potential.coefficients)
-    mean = float(min(roots, key=lambda root: abs(root.imag)).real) if roots.size else 0.0
-    spread, least, most = 1.0, 0.0, math.inf
-    for _ in range(400):  # the spread at which the linear system has the spread itself
-        places = mean + spread * _NODES
-        stiffness = float(_WEIGHTS @ potential.curvature(places))
-        damping = _damping(unit, mean, spread, spread * math.sqrt(max(stiffness, 1e-300)))
-        ratio = math.inf
-        if stiffness > 0.0 and (damping > 0.0 or companion.dissipates):
-            moments = linear_moments(unit, replace(companion, stiffness=stiffness, damping=damping, force=0.0))
-            if isinstance(moments, str):
-                raise NoStationaryStateError(moments)
-            ratio = math.sqrt(moments.x_mean_square) / spread
-            if abs(math.log(ratio)) < 0.1 or most < least * (1.0 + 1e-9):
-                return np.array([mean, 0.5 * math.log(moments.x_mean_square), 0.5 * math.log(moments.v_mean_square)])
-        least, most = (spread, most) if ratio > 1.0 else (least, spread)
-        step = min(max(math.sqrt(ratio), 0.05), 20.0) if math.isfinite(ratio) else 2.0
-        spread = math.sqrt(least * most) if 0.0 < least < most < math.inf else spread * step
-    raise NoConvergenceError("statistical linearization found no solution: no spread agrees with itself.")
-
-
-def _damping(unit: System, mean: float, x_spread: float, v_spread: float) -> float:
-    """E[v F] / E[v^2] of all dampers, for Gaussian x and v."""
-    found = sum(part.coefficient for part in unit.of(Dashpot))
-    for part in unit.of(PolynomialDashpot):
-        equivalents = 1.0, 2.0 * math.sqrt(2.0 / math.pi) * v_spread, 3.0 * v_spread**2
-        found += math.fsum(c * equivalent for c, equivalent in zip(part.coefficients, equivalents, strict=False))
-    for pump in unit.of(VanDerPol):
-        found += pump.coefficient * (mean * mean + x_spread**2 - pump.length**2)
-    return found
+        ratio = x_spread**2 / (true.x_mean_square - true.x_mean**2)
+        if abs(ratio - 1.0) > _BENT:
+            return "small" if ratio < 1.0 else "large"
+    return ""

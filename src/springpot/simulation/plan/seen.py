@@ -1,0 +1,122 @@
+"""What observers see of a motion: displacements with their velocities, by the names of their results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.problem.parts import Barrier
+from springpot.problem.system import System
+
+__all__ = ["LEVELS", "Seen", "levels_of_several", "seen_of_several"]
+
+Floats = npt.NDArray[np.float64]
+
+LEVELS = {"x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2"}
+"""Quantities that can pass a level, and the units of the levels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A displacement and its velocity.
+
+    Attributes
+    ----------
+    names : dict
+        The names of its results, by those of one mass: ``x``, ``v``, ``amplitude``, ``impact_speed``.
+    number : int or None
+        In the order in which the kernel shows displacements: of the coordinates, then of other rows; None of impacts
+        alone.
+    row : ndarray, shape (coordinates,)
+        By which it is made of the coordinates.
+    stop : str or None
+        The wall or contact whose impacts belong to it; empty for all, None for none.
+    place, side : float
+        Of this wall: its position, and 1 if the displacement stays above it, -1 below.
+    low, high : float
+        Between which rigid walls keep it.
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    number: int | None = 0
+    row: Floats = field(default_factory=lambda: np.ones(1))
+    stop: str | None = None
+    place: float = 0.0
+    side: float = 1.0
+    low: float = -math.inf
+    high: float = math.inf
+
+
+def seen_of_several(system: System) -> tuple[Seen, ...]:
+    """Each of several masses and each pair, with the impacts on the wall at it; then those on other walls.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> pair = System(
+    ...     Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("ground", "a")),
+    ...     gap=Barrier(-0.1, between=("a", "b")), floor=Barrier(-1.0, between=("ground", "b")),
+    ... )
+    >>> for each in seen_of_several(pair):
+    ...     print(each.number, each.names)
+    0 {'x': 'a_x', 'v': 'a_v'}
+    1 {'x': 'b_x', 'v': 'b_v', 'impact_speed': 'floor_impact_speed'}
+    3 {'x': 'a_b_elongation', 'impact_speed': 'gap_impact_speed'}
+    """
+    found = [_displacement(system, row, x=f"{point}_x", v=f"{point}_v") for point, row in _points(system).items()]
+    pairs = system.coordinates.pairs
+    found += [_displacement(system, row, x=f"{pair}_elongation") for pair, row in pairs.items()]
+    there = {each.stop for each in found}
+    others = [
+        Seen({"impact_speed": f"{name}_impact_speed"}, None, stop=name) for name in system.stops if name not in there
+    ]
+    return (*found, *others)
+
+
+def levels_of_several(system: System) -> dict[str, tuple[str, Seen]]:
+    """What can pass a level, by name: the quantity of one mass, and the displacement that it is of.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> ends = ("ground", "a"), ("a", "b")
+    >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=each) for each in ends))
+    >>> [name for name, (quantity, _) in levels_of_several(pair).items() if quantity == "x"]
+    ['a_x', 'b_x', 'spring_1_elongation', 'spring_2_elongation', 'a_b_elongation']
+    """
+    found = dict[str, tuple[str, Seen]]()
+    for point, row in _points(system).items():
+        own = _displacement(system, row)
+        found |= {f"{point}_{quantity}": (quantity, own) for quantity in ("x", "v", "distance", "speed")}
+    for name, row in {**system.coordinates.elongations, **system.coordinates.pairs}.items():
+        own = _displacement(system, row)
+        found |= {f"{name}_elongation": ("x", own), f"{name}_distance": ("distance", own)}
+    return found
+
+
+def _points(system: System) -> dict[str, Floats]:
+    return dict(zip(system.coordinates.points, system.coordinates.rows, strict=True))
+
+
+def _displacement(system: System, row: Floats, **names: str) -> Seen:
+    """With the walls along its row: between which it is, and the impacts if there is one wall or contact."""
+    at, found = system.coordinates, []
+    for name, part in system.stops.items():
+        sign = next((sign for sign in (1.0, -1.0) if np.array_equal(at.elongations[name], sign * row)), 0.0)
+        if sign:
+            found.append((name, part, sign * part.position, sign * (1.0 if part.side == "above" else -1.0)))
+    low = [place for _, part, place, side in found if isinstance(part, Barrier) and side > 0.0]
+    high = [place for _, part, place, side in found if isinstance(part, Barrier) and side < 0.0]
+    own = np.flatnonzero((at.rows[: len(at.names)] == row).all(axis=1))
+    number = int(own[0]) if own.size else len(at.names) + at.numbers[tuple(row.tolist())]
+    seen = Seen(names, number, row, low=max(low, default=-math.inf), high=min(high, default=math.inf))
+    if len(found) != 1:
+        return seen
+    ((name, _, place, side),) = found
+    return replace(
+        seen, names={**seen.names, "impact_speed": f"{name}_impact_speed"}, stop=name, place=place, side=side
+    )
