@@ -26,7 +26,7 @@ from springpot.machine.faults import FileError, listed, shown
 from springpot.machine.files import open_text
 from springpot.machine.rows import column_of, numbers_of, rows_of
 
-__all__ = ["FREQUENCY_UNITS", "STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
+__all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
 STANDARD_GRAVITY = 9.80665
 """g in m/s^2, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
