@@ -2,20 +2,47 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import pytest
 
 import springpot as sp
-from tests.several import buildings, tuned
+from tests.several import buildings
 
 
-def test_elasticities_of_a_linear_system_add_up() -> None:
+def test_a_number_of_many_parts_has_the_sensitivity_of_all() -> None:
     """Under a noise of intensity q the motion is that of q / s^2 where all masses and forces of parts are s times."""
-    found = sp.sensitivity(tuned(), "frame_x_mean_square")
-    own = found.values["frame_x_mean_square"]
+    s = sp.free("s", 1.0, (0.1, 10.0))
+    model = sp.System(
+        sp.Mass(s, at="frame"), sp.Mass(0.05 * s, at="damper"), sp.Spring(s, between=("ground", "frame")),
+        sp.Spring(0.0464 * s, between=("frame", "damper")), sp.Springpot(0.5, 0.02 * s, between=("frame", "damper")),
+        sp.WhiteNoise(sp.free("q", 1.0, (0.1, 10.0)), on="frame"),
+    )  # fmt: skip
+    found = sp.sensitivity(model, "frame_damper_elongation_mean_square")
     assert found.method == "linear"
-    assert own["white_noise_intensity"] == pytest.approx(1.0, abs=1e-9)
-    scaled = sum(own[name] for name in own if name not in ("pot_order", "white_noise_intensity"))
-    assert scaled == pytest.approx(-2.0, abs=1e-4)
+    expected = {"s": pytest.approx(-2.0, abs=1e-5), "q": pytest.approx(1.0, abs=1e-9)}
+    assert found.values["frame_damper_elongation_mean_square"] == expected
+
+
+@pytest.mark.parametrize("mu", [0.01, 0.1])
+@pytest.mark.parametrize("on", ["frame", "ground"])
+def test_the_classical_tuned_mass_damper_is_where_nothing_changes(mu: float, on: str) -> None:
+    """Warburton, Earthquake Engineering & Structural Dynamics 10 (1982): the least <x^2>, q / (4 zeta_e)."""
+    less = 0.5 * mu if on == "frame" else -0.5 * mu
+    f = math.sqrt(1.0 + less) / (1.0 + mu)
+    share = 0.75 * mu if on == "frame" else -0.25 * mu
+    zeta = math.sqrt(mu * (1.0 + share) / (4.0 * (1.0 + mu) * (1.0 + less)))
+    damper: dict[str, Any] = {"between": ("frame", "damper")}
+    model = sp.System(
+        sp.Mass(1.0, at="frame"), sp.Mass(mu, at="damper"), sp.Spring(1.0, between=("ground", "frame")),
+        sp.Spring(sp.free("k", mu * f**2, (0.001, 1.0)), **damper), sp.WhiteNoise(1.0, on=on),
+        sp.Dashpot(sp.free("c", 2.0 * zeta * f * mu, (1e-6, 1.0)), **damper),
+    )  # fmt: skip
+    found = sp.sensitivity(model, "frame_x_mean_square")
+    grown = mu * (1.0 + mu) / (1.0 + share) if on == "frame" else mu / ((1.0 + mu) ** 3 * (1.0 + share))
+    assert found.quantities["frame_x_mean_square"] == pytest.approx(1.0 / math.sqrt(grown), rel=1e-8)
+    assert all(abs(value) < 1e-4 for value in found.values["frame_x_mean_square"].values())
 
 
 def test_results_of_walls_have_sensitivities_or_a_sentence() -> None:

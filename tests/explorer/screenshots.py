@@ -22,7 +22,7 @@ WIDTHS = (1440, 768, 390)
 SHOWN = link(10_000, coefficient=0.3, position=-0.3, restitution=0.8)
 SECONDS = 18.0  # of motion, until there is something to see
 SYSTEM = Path(__file__).with_name("systems") / "two_walls.toml"
-SHOWN_OF_SYSTEM, SECONDS_OF_SYSTEM = "paths=5000", 0.75
+SHOWN_OF_SYSTEM, SECONDS_OF_SYSTEM, SECONDS_OF_SEVERAL = "paths=5000", 0.75, 3.0
 
 
 def take(
@@ -33,6 +33,7 @@ def take(
     path: Path,
     *,
     whole: bool = True,
+    system: str = "",
     shown: str = SHOWN,
     seconds: float = SECONDS,
 ) -> None:
@@ -44,7 +45,7 @@ def take(
         device_scale_factor=ratio,
     )
     tab = Tab(context.new_page())
-    tab.page.goto(f"{server.address}#{shown}")
+    tab.page.goto(f"{server.address}{f'?system={system}' if system else ''}#{shown}")
     tab.complete()
     tab.wait(f"springpotExplorer.time > {seconds}")
     tab.page.locator("#play").click()
@@ -70,6 +71,9 @@ def main(folder: Path) -> None:
     with running(str(SYSTEM)) as server, launched_browser() as browser:
         path = folder / "explorer-system.png"
         take(browser, server, 1440, "light", path, shown=SHOWN_OF_SYSTEM, seconds=SECONDS_OF_SYSTEM)
+        print(path)
+        path = folder / "explorer-several.png"
+        take(browser, server, 1440, "light", path, system="chain", shown=SHOWN_OF_SYSTEM, seconds=SECONDS_OF_SEVERAL)
         print(path)
 
 

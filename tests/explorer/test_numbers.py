@@ -70,8 +70,8 @@ def test_a_shown_path_is_a_path_of_the_run() -> None:
     for number in range(3):
         shown = record(simulation, number)
         assert shown.path == 64 * number
-        np.testing.assert_array_equal(shown.x, run.record[shown.path, :, 0])
-        np.testing.assert_array_equal(shown.v, run.record[shown.path, :, 1])
+        np.testing.assert_array_equal(shown.x[0], run.record[shown.path, :, 0])
+        np.testing.assert_array_equal(shown.v[0], run.record[shown.path, :, 1])
 
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:
@@ -81,14 +81,14 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
         plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
         found = simulation_of(plan).advance()
         counted = found.rows[:, COLUMNS.index("impacts")].sum()
-        marked = sum(marks(system, plan.settings.step, *path.T)[0].size for path in found.record)
+        marked = sum(marks(system, plan.settings.step, *path.T[:, None])[0].size for path in found.record)
         assert counted > 1000
         assert abs(marked / counted - 1.0) < 0.02
 
 
 def test_growth_is_the_mean_over_recorded_paths() -> None:
     gathering = gathered(LOSSY, speeds=FREQUENCY**-2, paths=256, seed=3, start="rest")
-    mean, error = gathering.growth()
+    mean, error = (found[0] for found in gathering.growth())
     times = growth_times(gathering.simulation.plan)
     run = sp.simulate(LOSSY, paths=256, seed=3, record=256, start="rest")
     square = (run.record[:, 1:, 0] ** 2 + (run.record[:, 1:, 1] / FREQUENCY) ** 2).mean(axis=0)
@@ -112,10 +112,10 @@ def test_a_path_is_shown_once_and_whole() -> None:
             assert (len(walls), len(voltages)) == (len(hits), 0)
             assert path == 0
             assert end == settings.duration
-            times.append(begin + spacing * np.arange(len(here)))
-            x.append(here)
+            times.append(begin + spacing * np.arange(here.shape[1]))
+            x.append(here[0])
             struck.append(hits)
     time = np.concatenate(times)
     np.testing.assert_allclose(np.diff(time), np.diff(time)[0])
-    np.testing.assert_array_equal(np.concatenate(x), shown.x[:: round(np.diff(time)[0] / settings.step)])
+    np.testing.assert_array_equal(np.concatenate(x), shown.x[0, :: round(np.diff(time)[0] / settings.step)])
     np.testing.assert_allclose(np.concatenate(struck), (shown.impacts + 0.5) * settings.step)

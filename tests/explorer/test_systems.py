@@ -132,8 +132,8 @@ def test_the_shown_path_strikes_both_walls_as_the_run_counts() -> None:
     simulation = simulation_of(plan_of(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0)))
     run = sp.simulate(system, paths=64, seed=2, start="rest", duration=10.0, window=(0.0, 10.0), record=64)
     shown = record(simulation, 0)
-    np.testing.assert_array_equal(shown.x, run.record[0, :, 0])
-    marked = [marks(system, run.settings.step, *path.T) for path in run.record]
+    np.testing.assert_array_equal(shown.x[0], run.record[0, :, 0])
+    marked = [marks(system, run.settings.step, *path.T[:, None]) for path in run.record]
     lower = sum((path[steps, 1] < 0.0).sum() for path, (steps, _) in zip(run.record, marked, strict=True))
     upper = sum((path[steps, 1] > 0.0).sum() for path, (steps, _) in zip(run.record, marked, strict=True))
     assert [sum((walls == n).sum() for _, walls in marked) for n in (0, 1)] == [lower, upper]
@@ -145,7 +145,7 @@ def test_a_circuit_s_voltage_along_a_path_obeys_its_equation() -> None:
     """A harmonic motion: V is theta x' over (1 / R + i w Cp), once the start is over."""
     circuit, w, step = sp.PiezoelectricCircuit(2.0, 0.5, 0.7), 3.0, 1e-3
     time = step * np.arange(20_000)
-    found = voltages(sp.System(sp.Spring(1.0), circuit), step, np.sin(w * time))[0]
+    found = voltages(sp.System(sp.Spring(1.0), circuit), step, np.sin(w * time)[None])[0]
     exact = (2.0 * w / (1.0 / 0.5 + 1j * w * 0.7) * np.exp(1j * w * time)).real
     np.testing.assert_allclose(found[10_000:], exact[10_000:], atol=2e-5 + step)
 
@@ -158,7 +158,7 @@ def test_a_system_that_is_the_paper_s_problem_has_its_numbers_too() -> None:
     assert found.file == "device-changed.toml"
     assert labels(system, ["damping_power"]) == [("damping_power", "taken by springpot", "W")]
     view, paper = view_of(system), sp.Dimensionless.of(system)
-    assert view["quantities"][0] == ("amplitude_mean_square", "⟨A²⟩")
+    assert view["groups"][0]["columns"][0] == ("amplitude_mean_square", "⟨A²⟩")
     assert view["paper"] == {
         "order": 0.5, "strength": paper.dimensionless_coefficient, "wall": paper.dimensionless_position,
         "restitution": 1.0, "frequency": 2.0, "length": paper.length_scale, "mass": 2.0,

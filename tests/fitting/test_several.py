@@ -134,3 +134,32 @@ RESPONSE = response_of(model(), F, "x", "a", "b")[0]
 def test_what_does_not_fit_is_one_sentence(data: Any, sentence: str) -> None:
     with pytest.raises((ValueError, NotCoveredError), match=sentence):
         sp.fit(FREE, data)
+
+
+@pytest.mark.parametrize(("of", "on"), [("x", "tip"), ("v", "ground"), ("a", "m"), ("a", "ground")])
+def test_shapes_and_participations_of_modes_can_be_free(of: Any, on: str) -> None:
+    """Of a point with parts to the ground and to another point, which is measured and pushed."""
+
+    def modal(share: Any, other: Any, participation: Any) -> sp.System:
+        return sp.System(
+            sp.Mass(1.0, at="m", participation=1.3), sp.Mass(0.8, at="n", participation=participation),
+            *(sp.Spring(k, between=("ground", mode)) for k, mode in ((2.0, "m"), (9.0, "n"))),
+            *(sp.Dashpot(0.1, between=("ground", mode)) for mode in "mn"),
+            sp.Point("tip", ("m", "n"), (1.0, share)), sp.Point("middle", ("n", "m"), (0.6, other)),
+            sp.Springpot(0.5, 0.3, between=("middle", "tip")), sp.Inerter(0.2, between=("ground", "tip")),
+            sp.WhiteNoise(1.0, on="tip"),
+        )  # fmt: skip
+
+    true = {"s": -0.8, "o": 0.3, "p": -0.4}
+    exact = response_of(modal(*true.values()), F, of, on, "tip")[0]
+    given = (sp.free(name, value + 0.05, (-2.0, 2.0)) for name, value in true.items() if name != "p" or on == "ground")
+    free = modal(*given, *([] if on == "ground" else [-0.4]))
+    data = sp.MeasuredFrequencyResponse(F, exact, relative_error=0.01, of=of, on=on, at="tip")
+    own = ResponseLikelihood(free, data)
+    theta = np.array([float(number) for number in own.coordinates.free])
+    differences = slopes(own.residuals, theta, own.coordinates.free)
+    assert np.abs(own.jacobian(theta) - differences).max() < 1e-5 * np.abs(differences).max()
+    found = sp.fit(free, data)
+    assert {name: found.values[name] for name in own.coordinates.names} == pytest.approx(
+        {name: true[name] for name in own.coordinates.names}, abs=1e-6
+    )

@@ -11,7 +11,6 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.evidence.comparison import compare
-from springpot.explorer.question import Opened
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
@@ -352,7 +351,6 @@ FREE = sp.System(
 HERTZ = np.array([0.1, 0.2, 0.3])
 DOORS = {
     "fit of moduli": lambda: sp.fit(FREE, sp.MeasuredModuli(HERTZ, HERTZ, HERTZ)),
-    "page": lambda: Opened(FREE),
     "comparison": lambda: compare(FREE),
     "atlas": lambda: sp.atlas(FREE),
     "paper": lambda: sp.Dimensionless.of(FREE),

@@ -63,7 +63,7 @@ def test_walls_have_their_dimension_and_quantities_a_default() -> None:
 
 
 def test_the_new_file_of_a_system_can_be_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert of_system(tuned(), "t.toml")["methods"] == '"linear", "monte_carlo"'
+    assert of_system(tuned(), "t.toml")["methods"] == '"linear", "linearization", "monte_carlo"'
     (tmp_path / "pair.toml").write_text(sp.to_toml(buildings(SHAKEN)))
     question = tmp_path / "study.toml"
     assert cli.main(["study", "new", str(question), "--system", str(tmp_path / "pair.toml")]) == 0

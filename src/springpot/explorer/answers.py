@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
@@ -14,12 +14,15 @@ import numpy.typing as npt
 
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
+from springpot.explorer.ends import followed
 from springpot.explorer.question import papers_of
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Springpot
+from springpot.problem.parts import ColoredNoise, Constant, KanaiTajimiNoise, Springpot, ThermalNoise, WhiteNoise
+from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
+from springpot.theory.distributions import normal
 from springpot.theory.registry import METHODS
 from springpot.theory.solve import solve_one
 
@@ -28,6 +31,7 @@ __all__ = ["ORDERS", "POINTS", "along_the_order", "growth", "plain", "plain_numb
 POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
 """Orders at which <A^2> is drawn."""
+_GAUSSIAN = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, ThermalNoise, Constant)
 AVERAGING = ("averaging", "averaging_printed")
 """The paper's method: drawn with the recommended one, and used where there is no stationary state."""
 
@@ -77,6 +81,8 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
 
 def _places(system: System, answer: Any) -> dict[str, Floats]:
     """The arguments at which the densities are drawn: of x, v and impact speed, and A of the paper's problem."""
+    if len(system.points) > 1:
+        return dict(_places_of_points(system, answer))
     mean, potential = answer.x_mean, system.potential
     spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
     fastest = 4.0 * math.sqrt(answer.v_mean_square)
@@ -95,29 +101,59 @@ def _places(system: System, answer: Any) -> dict[str, Floats]:
     return places
 
 
+def _places_of_points(system: System, answer: Any) -> Iterator[tuple[str, Floats]]:
+    found = answer.numbers
+    for point in system.points:
+        mean, square = found[f"{point}_x_mean"], found[f"{point}_x_mean_square"]
+        if (spread := math.sqrt(max(square - mean**2, 0.0))) > 0.0:
+            yield f"{point}_x", np.linspace(mean - 4.5 * spread, mean + 4.5 * spread, POINTS)
+
+
 def _densities(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
     """The densities that a method has, at these places; None where one is not a number."""
     curves = {}
     for name, place in places.items():
-        if (curve := getattr(answer, f"{name}_density", None)) is not None:
+        if (curve := getattr(answer, f"{name}_density", None) or _gaussian(answer, name)) is not None:
             with suppress(*_UNKNOWN):
                 curves[name] = plain(curve(place))
     return curves
 
 
+def _gaussian(answer: Any, name: str) -> Callable[[Floats], Floats] | None:
+    """The density of a displacement or velocity of a linear system under Gaussian noise; None of anything else."""
+    excitations = [part for part in answer.system.parts if isinstance(part, Excitation)]
+    if answer.method != "linear" or not all(isinstance(part, _GAUSSIAN) for part in excitations):
+        return None
+    found, (of, what) = answer.numbers, (name[:-1], name[-1])
+    square = found.get(f"{of}{what}_mean_square", 0.0)
+    mean = found[f"{of}x_mean"] if what == "x" else 0.0
+    if not (variance := square - mean**2) > 0.0:  # no displacement or velocity, or at rest
+        return None
+    return lambda place: normal(place - mean, variance)
+
+
 def growth(
     system: System, answers: Mapping[str, Any], times: Floats, *, from_rest: bool
-) -> dict[str, list[float | None]]:
-    """<A^2> of the paper's problem, or <x^2> of another, of each method at these times from rest.
+) -> dict[str, dict[str, list[float | None]]]:
+    """<A^2> of the paper's problem, or <x^2> of all that is followed in another, of each method at times from rest.
 
-    A method without a transient has its stationary value.  Without a stationary state averaging still has the growing
-    response.
+    By the names of what is followed, and of the methods.  A method without a transient has its stationary value.
+    Without a stationary state averaging still has the growing response.
     """
     papers = papers_of(system)
+    if len(system.points) > 1:
+        return {
+            name: {
+                method: [plain_number(answer.numbers[f"{name}mean_square" if pair else f"{name}x_mean_square"])]
+                * times.size
+                for method, answer in answers.items()
+            }
+            for name, pair in ((one["name"], one["pair"]) for one in followed(system))
+        }
     moment = "amplitude_mean_square" if papers else "x_mean_square"
     curves = {name: [plain_number(getattr(answer, moment))] * times.size for name, answer in answers.items()}
     if not from_rest:
-        return curves
+        return {"": curves}
     for name, answer in answers.items():
         if hasattr(answer, f"{moment}_at"):
             with suppress(*_UNKNOWN):
@@ -126,7 +162,7 @@ def growth(
         with suppress(NotCoveredError):
             growing: Any = METHODS[name].solve(system)
             curves[name] = plain(growing.mean_square(times))
-    return curves
+    return {"": curves}
 
 
 def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:

@@ -59,6 +59,7 @@ def python_of(system: System, file: str, asked: Problem) -> str:
         written = "\n".join(f"    {name}={part!r}," for name, part in system.named())
         parts = re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", written)  # parts of a part too
         made = f"system = sp.System(\n{parts}\n)"
+    said = "<x^2> = {answer.x_mean_square:.5g} m2" if len(system.points) == 1 else "{answer.numbers}"
     return f"""\
 import springpot as sp
 
@@ -67,7 +68,7 @@ run = sp.simulate(system, paths={asked.paths}, seed={asked.seed}{start})
 print(run)
 answers, statements = sp.theory.solve_all(system)
 for method, answer in answers.items():
-    print(f"{{method}}: <x^2> = {{answer.x_mean_square:.5g}} m2")
+    print(f"{{method}}: {said}")
 for method, statement in statements.items():
     print(f"{{method}}: {{statement}}")
 """

@@ -6,9 +6,11 @@ import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import fields
 from typing import Any, ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
+from springpot.explorer.shelf import Shelf
 from springpot.machine.processors import threads_available
 from springpot.problem.system import System
 
@@ -56,16 +58,19 @@ class Engine:
     Parameters
     ----------
     opened : Opened
+        What the page was opened with.
 
     Attributes
     ----------
+    shelf : Shelf
+        The systems that tabs may show.
     theory_ready, kernel_ready : asyncio.Event
     threads : int
         For one ensemble.
     """
 
     def __init__(self, opened: Opened) -> None:
-        self.opened = opened
+        self.shelf = Shelf(opened)
         self.theory_ready, self.kernel_ready = asyncio.Event(), asyncio.Event()
         self.threads = max(1, threads_available() // KERNELS)
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
@@ -74,7 +79,7 @@ class Engine:
 
     async def load(self) -> None:
         """Import the modules."""
-        await self.turns().take(_load_theory, self.opened.system)
+        await self.turns().take(_load_theory, self.shelf.at("").system)
         self.theory_ready.set()
         await self.simulate(_load_simulation)  # a kernel is compiled when it is asked for
         self.kernel_ready.set()
@@ -121,4 +126,5 @@ def _kind_of(parts: Any) -> Any:
     """What a kernel is compiled for: the types of a problem's parts, not their numbers."""
     from numba import typeof
 
-    return tuple(typeof(part) for part in (parts.scheme, parts.wall, parts.load, parts.memory, parts.drive))
+    own = (getattr(parts, field.name) for field in fields(parts))
+    return tuple(typeof(part) for part in own if hasattr(part, "_fields") or hasattr(part, "dtype"))

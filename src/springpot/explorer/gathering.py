@@ -12,11 +12,11 @@ import numpy.typing as npt
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
-from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
+from springpot.simulation.kernel.watching import HEADER, ON_STEPS
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.warnings import doubts
-from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
+from springpot.simulation.watch.distributions import Distribution, distributions_in, observer_of, sketches
 
 __all__ = ["BINS", "Gathering", "growth_times"]
 
@@ -89,15 +89,16 @@ class Gathering:
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._sketch = sketches(
-            simulation.motion.seen[0], GROUP * settings.step * simulation.motion.scales.fastest_rate
-        )
-        self._counts = np.zeros((1, self._sketch.initial.size))
+        self._seen = [seen for seen in simulation.motion.seen if "x" in seen.names]
+        apart = GROUP * settings.step * simulation.motion.scales.fastest_rate
+        self._sketches = tuple(sketches(seen, apart) for seen in self._seen)
+        self._counts = [np.zeros((1, sketch.initial.size)) for sketch in self._sketches]
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
-        self._growth, self._speeds = Observer(_growth_part(), None, np.zeros(2 * BINS), per_path=False), speeds
+        empty, self._speeds = np.zeros(2 * BINS), speeds
+        self._growth = tuple(observer_of(seen, _growth_part(), None, empty, per_path=False) for seen in self._seen)
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
-        self._sums, self._squares, self._batches = np.zeros(BINS), np.zeros(BINS), 0
+        self._sums, self._squares, self._batches = *np.zeros((2, len(self._seen), BINS)), 0
         self._blocks = 1
 
     @property
@@ -115,9 +116,10 @@ class Gathering:
         begun = time.perf_counter()
         count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
         more = self.simulation.but(paths=count, record=0)
-        ensemble = more.advance(skipped=self.paths, observers=(self._sketch,))
+        ensemble = more.advance(skipped=self.paths, observers=self._sketches)
         self._rows[self.paths : self.paths + count] = ensemble.rows
-        self._counts[0] += ensemble.observed[0].sum(axis=0)
+        for counts, counted in zip(self._counts, ensemble.observed, strict=True):
+            counts[0] += counted.sum(axis=0)
         self._watch_growth(count)
         self.paths += count
         spent = time.perf_counter() - begun
@@ -128,12 +130,12 @@ class Gathering:
     def _watch_growth(self, count: int) -> None:
         """Simulate the beginning of the same paths again, for averages from t = 0 on, outside the window."""
         full = count // LANES * LANES or count
-        ensemble = self._early.but(paths=full).advance(skipped=self.paths, observers=(self._growth,))
-        x_squares, v_squares = np.split(ensemble.observed[0], 2, axis=1)
+        ensemble = self._early.but(paths=full).advance(skipped=self.paths, observers=self._growth)
+        x_squares, v_squares = np.split(np.array(ensemble.observed), 2, axis=2)
         means = (x_squares + self._speeds * v_squares) / (np.maximum(self._per_bin, 1) * min(full, LANES))
-        self._sums += means.sum(axis=0)
-        self._squares += (means**2).sum(axis=0)
-        self._batches += len(means)
+        self._sums += means.sum(axis=1)
+        self._squares += (means**2).sum(axis=1)
+        self._batches += means.shape[1]
 
     def estimates(self) -> tuple[dict[str, float], dict[str, float]]:
         """Values and standard errors of the paths so far, by name."""
@@ -148,12 +150,14 @@ class Gathering:
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
-        return distributions_in(self.simulation, self._sketch, self.simulation.motion.seen[0], self._counts)
+        every = zip(self._sketches, self._seen, self._counts, strict=True)
+        found = (distributions_in(self.simulation, *each) for each in every)
+        return {name: distribution for one in found for name, distribution in one.items()}
 
     def growth(self) -> tuple[Floats, Floats]:
-        """<x^2 + speeds v^2> in each of BINS of time, and its standard error (NaN while there is one block)."""
+        """<x^2 + speeds v^2> of what is seen in each of BINS of time, and its error (NaN while there is one block)."""
         n = self._batches
         mean = self._sums / n
         if n < 2:
-            return mean, np.full(BINS, np.nan)
+            return mean, np.full_like(mean, np.nan)
         return mean, np.sqrt(np.maximum(self._squares / n - mean**2, 0.0) / (n - 1))

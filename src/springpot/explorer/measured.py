@@ -13,9 +13,42 @@ from springpot.explorer.protocol import FilePart
 from springpot.machine.faults import Stopped
 from springpot.problem.system import System
 
-__all__ = ["Measured", "sentence_of"]
+__all__ = ["Measured", "Parts", "sentence_of"]
 
 TOLD = 0.2  # s between two messages of how far a fit is
+
+
+class Parts:
+    """The parts of a file, as they come.
+
+    Examples
+    --------
+    >>> parts = Parts()
+    >>> parts.whole(FilePart(kind="data", name="a.csv", part=0, of=2, text="t,"))
+    >>> parts.whole(FilePart(kind="data", name="a.csv", part=1, of=2, text="x"))
+    't,x'
+    """
+
+    def __init__(self) -> None:
+        self._texts: list[str] = []
+
+    def whole(self, part: FilePart) -> str | None:
+        """Keep a part; the text of the file with the last one.
+
+        Raises
+        ------
+        ValueError
+            If it is not the next part.
+        """
+        if part.part == 0:
+            self._texts = []
+        if part.part != len(self._texts):
+            raise ValueError(f"{part.kind}: the parts of the file must come in their order.")
+        self._texts.append(part.text)
+        if part.part < part.of - 1:
+            return None
+        text, self._texts = "".join(self._texts), []
+        return text
 
 
 class Measured:
@@ -30,7 +63,7 @@ class Measured:
 
     def __init__(self, turns: Turns, post: Callable[..., None]) -> None:
         self._turns, self._post = turns, post
-        self._parts: list[str] = []
+        self._parts = Parts()
         self._data: Any = None
         self._work: asyncio.Future[None] | None = None
         self._stopped = threading.Event()  # of the work that is running
@@ -45,12 +78,8 @@ class Measured:
         """
         if part.part == 0:
             self.close()
-            self._parts, self._data = [], None
-        if part.part != len(self._parts):
-            raise ValueError("data: the parts of the file must come in their order.")
-        self._parts.append(part.text)
-        if part.part == part.of - 1:
-            text, self._parts = "".join(self._parts), []
+            self._data = None
+        if (text := self._parts.whole(part)) is not None:
             self._begin(lambda stopped: self._read(part.name, text, stopped))
 
     def fit(self, system: System, names: Sequence[str]) -> None:

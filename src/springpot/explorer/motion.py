@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import lfilter
 
+from springpot.explorer.ends import rows_of
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
@@ -35,12 +36,14 @@ class Motion:
         Its number in the ensemble.
     step : float
         In s.
-    x, v : ndarray, shape (steps + 1,)
-        In m and m/s.
+    x, v : ndarray, shape (points, steps + 1)
+        Of each mass, in m and m/s.
     impacts : ndarray of int
         Steps with an impact.
     struck : ndarray of int
         Which wall or contact, in the order of the parts.
+    rows : ndarray, shape (walls, points)
+        What each of them sees of the displacements.
     voltages : ndarray, shape (circuits, steps + 1)
         Of each circuit, in V.
     """
@@ -51,12 +54,13 @@ class Motion:
     v: Floats
     impacts: npt.NDArray[np.intp]
     struck: npt.NDArray[np.intp]
+    rows: Floats
     voltages: Floats
 
     @property
     def steps(self) -> int:
         """Number of steps."""
-        return self.x.size - 1
+        return int(self.x.shape[1]) - 1
 
 
 def blocks(settings: Settings) -> int:
@@ -82,12 +86,13 @@ def record(simulation: Simulation, number: int) -> Motion:
     number : int
         Of the block; its first path is the number times LANES.
     """
-    step = simulation.settings.step
-    length = min(simulation.settings.steps, MOST_STEPS) * step
-    single = simulation.but(paths=1, record=1, threads=1, duration=length, window=(0.0, length))
-    x, v = single.advance(skipped=number * LANES).record[0].T.copy()
-    system = simulation.plan.system
-    return Motion(number * LANES, step, x, v, *marks(system, step, x, v), voltages(system, step, x))
+    step, system = simulation.settings.step, simulation.plan.system
+    length = min(simulation.settings.steps, MOST_STEPS // len(system.points)) * step
+    single = simulation.but(paths=1, record=1, record_every=1, threads=1, duration=length, window=(0.0, length))
+    states = single.advance(skipped=number * LANES).record[0]
+    x, v = states.reshape(len(states), -1, 2).T.copy()
+    found = marks(system, step, x, v)
+    return Motion(number * LANES, step, x, v, *found, rows_of(system, Stop), voltages(system, step, x))
 
 
 def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
@@ -96,7 +101,7 @@ def marks(system: System, step: float, x: Floats, v: Floats) -> tuple[npt.NDArra
     They are numbered in the order of the parts; for marks only.
     """
     walls = system.of(Stop)
-    found = [_struck(wall, step, x, v) for wall in walls]
+    found = [_struck(wall, step, row @ x, row @ v) for wall, row in zip(walls, rows_of(system, Stop), strict=True)]
     steps = np.concatenate([np.zeros(0, np.intp), *found])
     numbers = np.repeat(np.arange(len(walls)), [one.size for one in found])
     order = np.argsort(steps, kind="stable")
@@ -120,15 +125,15 @@ def voltages(system: System, step: float, x: Floats) -> Floats:
     --------
     >>> from springpot.problem.parts import Spring
     >>> system = System(Spring(1.0), PiezoelectricCircuit(coupling=2.0, resistance=1e9, capacitance=1.0))
-    >>> voltages(system, 0.1, np.array([0.0, 1.0, 1.0])).round(6)
+    >>> voltages(system, 0.1, np.array([[0.0, 1.0, 1.0]])).round(6)
     array([[0., 2., 2.]])
     """
     circuits = system.of(PiezoelectricCircuit)
-    found = np.zeros((len(circuits), x.size))
+    found = rows_of(system, PiezoelectricCircuit) @ x
     for row, circuit in zip(found, circuits, strict=True):
         decay = step / circuit.time
         gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay
-        row[1:] = lfilter([gain], [1.0, -np.exp(-decay)], np.diff(x))
+        row[:] = [0.0, *lfilter([gain], [1.0, -np.exp(-decay)], np.diff(row))]
     return found
 
 
@@ -137,7 +142,8 @@ class Player:
 
     Examples
     --------
-    >>> path = Motion(0, 0.01, np.zeros(1001), np.zeros(1001), np.array([3]), np.array([0]), np.zeros((0, 1001)))
+    >>> still = np.zeros((1, 1001))
+    >>> path = Motion(0, 0.01, still, still, np.array([3]), np.array([0]), np.ones((1, 1)), np.zeros((0, 1001)))
     >>> player = Player(path, frequency=1.0)
     >>> player.forward(2.0)
     >>> [round(float(part[0]), 3) for part in player.due()[:1]], player.ended
@@ -162,8 +168,9 @@ class Player:
         self._now = min(self._now + radians / (self._frequency * self.motion.step), float(self.motion.steps))
 
     def due(self) -> list[npt.ArrayLike]:
-        """The part to be shown next: (begin, spacing, path, end of the path), x, v, times and speeds of impacts,
-        the numbers of the walls that were struck, and the present voltages of the circuits.
+        """The part to be shown next: (begin, spacing, path, end of the path), x, v of one mass after the
+        other, times and speeds of impacts, the numbers of the walls that were struck, and the present voltages of the
+        circuits.
 
         The speed of an impact on a wall that the mass strikes from below is negative.  Empty if there is no new sample.
         """
@@ -176,15 +183,15 @@ class Player:
         taken = slice(begin, end, stride)
         marked = int(np.searchsorted(motion.impacts, end - 1))
         new = slice(max(self._marked, marked - MOST_POINTS), marked)
-        struck = motion.impacts[new]
+        struck, rows = motion.impacts[new], motion.rows[motion.struck[new]]
         self._marked = marked
         self._shown = begin + ((end - 1 - begin) // stride + 1) * stride
         return [
             [begin * motion.step, stride * motion.step, motion.path, motion.steps * motion.step],
-            motion.x[taken],
-            motion.v[taken],
+            motion.x[:, taken],
+            motion.v[:, taken],
             (struck + 0.5) * motion.step,
-            -motion.v[struck],
+            -(rows.T * motion.v[:, struck]).sum(axis=0),
             motion.struck[new],
             motion.voltages[:, end - 1],
         ]

@@ -60,9 +60,9 @@ class File(_Strict):
 
 
 class FilePart(_Strict):
-    """A part of a file of measured data; the first one, with ``part`` 0, begins another file."""
+    """A part of a file of measured data or of a system; the first one, with ``part`` 0, begins another file."""
 
-    kind: Literal["data"]
+    kind: Literal["data", "system"]
     name: Annotated[str, Field(min_length=1, max_length=200)]
     part: Annotated[int, Field(ge=0, lt=MOST_PARTS)]
     of: Annotated[int, Field(ge=1, le=MOST_PARTS)]

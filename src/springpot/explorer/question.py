@@ -13,7 +13,7 @@ from springpot.explorer.sliders import changed
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.system import System, check_single
+from springpot.problem.system import System
 from springpot.simulation.plan.options import StartKind
 
 if TYPE_CHECKING:
@@ -36,9 +36,6 @@ class Opened:
 
     system: System = field(default_factory=Oscillator)
     file: str = ""
-
-    def __post_init__(self) -> None:
-        check_single(self.system)
 
     def name_of(self, other: System) -> str:
         """The name of a file for the same system, or for one with other numbers.

@@ -15,12 +15,13 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
 from starlette.datastructures import Headers
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -55,6 +56,7 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-cache",
 }
+PLACE = "system"  # in the address: which system of the shelf a tab shows
 _LOCAL_NAMES = ("localhost", "127.0.0.1", "[::1]")
 
 
@@ -162,28 +164,40 @@ def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
     opened : Opened
     """
     mimetypes.add_type("text/javascript", ".js")  # some systems have another type, which browsers refuse
+    engine = Engine(opened)
     open_tabs: set[WebSocket] = set()
     first_tab = asyncio.Event()
 
-    async def load(engine: Engine) -> None:
+    async def load() -> None:
         """Load theory and kernel after the first page is served, so that the page comes sooner."""
         with suppress(TimeoutError):
             await asyncio.wait_for(first_tab.wait(), PATIENCE)
         await engine.load()
 
     @asynccontextmanager
-    async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        app.state.engine = engine = Engine(opened)
-        loading = asyncio.create_task(load(engine))
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        loading = asyncio.create_task(load())
         yield
         loading.cancel()
         engine.close()
 
-    async def page(_: Request) -> FileResponse:
-        return FileResponse(STATIC / "index.html")
+    def page(request: Request) -> Response:
+        if not (place := request.query_params.get(PLACE, "")):
+            return FileResponse(STATIC / "index.html")
+        known = place if engine.shelf.has(place) else "none"
+        whole = (STATIC / "index.html").read_text(encoding="utf-8")
+        return HTMLResponse(whole.replace("/opened.js", f"/opened.js?{PLACE}={known}"))
 
-    def script(place: str, text: str) -> Route:
-        return Route(place, lambda _: Response(text, media_type="text/javascript"))
+    def script(place: str, text: Callable[[Request], str]) -> Route:
+        return Route(place, lambda request: Response(text(request), media_type="text/javascript"))
+
+    @lru_cache(maxsize=64)
+    def opened_at(place: str) -> str:
+        return opened_script(engine.shelf.at(place), [*engine.shelf.listed()], place)
+
+    def opened_here(request: Request) -> str:
+        place = request.query_params.get(PLACE, "")
+        return opened_at(place) if engine.shelf.has(place) else opened_script(opened, [*engine.shelf.listed()], None)
 
     async def tab(websocket: WebSocket) -> None:
         await websocket.accept()
@@ -193,14 +207,16 @@ def application(allowed: Callable[[str], bool], opened: Opened) -> ASGIApp:
             return
         open_tabs.add(websocket)
         try:
-            await _attend(websocket, Session(websocket.app.state.engine))
+            await _attend(websocket, Session(engine, websocket.query_params.get(PLACE, "")))
         finally:
             open_tabs.discard(websocket)
 
+    methods = method_list()
+    opened_at("")  # before anyone waits for it
     routes = [
         Route("/", page),
-        script("/methods.js", method_list()),
-        script("/opened.js", opened_script(opened)),
+        script("/methods.js", lambda _: methods),
+        script("/opened.js", opened_here),
         WebSocketRoute("/live", tab),
         Mount("/static", StaticFiles(directory=STATIC)),
     ]

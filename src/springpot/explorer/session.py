@@ -19,7 +19,7 @@ import numpy as np
 
 from springpot.explorer import frames
 from springpot.explorer.engine import Engine
-from springpot.explorer.measured import Measured, sentence_of
+from springpot.explorer.measured import Measured, Parts, sentence_of
 from springpot.explorer.protocol import (
     AnyMessage,
     File,
@@ -44,9 +44,8 @@ LONGEST_WAIT = 0.25  # s; the longest time between two frames by which the motio
 SETTLE = 0.15  # s without a new problem before the slow curve over the order is computed
 HISTOGRAM_BINS = 60
 SHOWN_SETTINGS = ("duration", "step", "window", "initial_position", "start")
-DENSITIES = ("x", "v", "amplitude", "impact_speed")
 MOST_WORK = 4e10  # steps of all paths: some minutes
-KEPT = ("status", "refused", "data", "fit")  # messages that another question leaves
+KEPT = ("status", "refused", "data", "fit", "shelved")  # messages that another question leaves
 NOTICED = 0.7  # s, after which a compilation is said
 
 
@@ -57,10 +56,13 @@ class Session:
     ----------
     engine : Engine
         Shared by all tabs.
+    place : str
+        Of the tab's system on the shelf; what the page was opened with, if nothing is there.
     """
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, place: str = "") -> None:
         self._engine = engine
+        self._opened, self._parts = engine.shelf.at(place), Parts()
         self._theorists, self._pilots = engine.turns(), engine.turns()
         self._newest: Question | None = None
         self._question: Question | None = None  # the one that is being answered
@@ -87,7 +89,7 @@ class Session:
         """
         match message:
             case Problem():
-                self._newest = question_of(message, self._engine.opened)
+                self._newest = question_of(message, self._opened)
                 self._asked.set()
             case File():
                 if self._question is None:
@@ -95,8 +97,11 @@ class Session:
                 from springpot.problem.file import to_toml
 
                 self._post("file", name=self._question.file, text=to_toml(self._question.system))
-            case FilePart():
+            case FilePart(kind="data"):
                 self._measured.take(message)
+            case FilePart():
+                if (text := self._parts.whole(message)) is not None:
+                    self._shelve(text, message.name)
             case Fit():
                 if self._question is None:
                     raise ValueError("fit: no problem was asked.")
@@ -114,6 +119,13 @@ class Session:
                 self._may_run.set()
             case NextPath():
                 self._next_path.set()
+
+    def _shelve(self, text: str, name: str) -> None:
+        """Put a system's file on the shelf, where the page opens it."""
+        try:
+            self._post("shelved", place=self._engine.shelf.put(text, name), fault="")
+        except (TypeError, ValueError) as error:
+            self._post("shelved", place="", fault=sentence_of(error))
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
@@ -322,12 +334,14 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
         "settings": {name: getattr(settings, name) for name in SHOWN_SETTINGS},
         "stationary": growing.stationary,
     }
+    from springpot.explorer.views import densities_of
+
     densities: list[Any] = []
     distributions = growing.distributions()
-    for name in DENSITIES:
+    for name in densities_of(growing.simulation.plan.system):
         found = distributions.get(name)
         densities += ([], []) if found is None else found.density(HISTOGRAM_BINS)[:2]
-    return report, densities, list(growing.growth())
+    return report, densities, [one for both in zip(*growing.growth(), strict=True) for one in both]
 
 
 def _finite(numbers: dict[str, float]) -> dict[str, float | None]:

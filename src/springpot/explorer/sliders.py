@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from springpot.explorer.ends import ends_of
 from springpot.machine.arguments import Free
 from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
 from springpot.problem.parts import RecordedExcitation
@@ -142,7 +143,7 @@ def _slider(system: System, name: str, value: float, size: Mapping[str, float]) 
     kind = "stiffness" if _is_the_spring(system, part, place) and plain == "s-2" else _UNITS_TO_CHOOSE.get(plain, "")
     unit = "" if kind else written(plain)
     symbol = number.symbol + ("₀₁₂₃₄₅₆₇₈₉"[place] if place else "")
-    said = f"of {_power(number.said, place)}" if place else number.said
+    said = f"of {_power(number.said, place)}" if place and number.per != "1" else number.said  # a share has no power
     begin, end, steps, log = _ends(system, part, number, place, value, size)
     if kind == "stiffness" and not isinstance(value, Free):  # the square of a natural frequency
         begin, end, log = value / 100.0, 100.0 * value, True
@@ -202,7 +203,8 @@ def _is_the_spring(system: System, part: Part, place: int) -> bool:
 
 def _natural(system: System, part: Part, number: Number, place: int, size: Mapping[str, float]) -> float:
     """How large a number that is 0 would have to be for its part to matter: that of its unit of the whole motion."""
-    force = (1.0 if part.of_ground else system.inertia) * size["frequency"] ** 2 * size["length"]
+    mass = system.inertia if len(system.points) == 1 else float(system.coordinates.masses.mean())
+    force = (1.0 if part.of_ground else mass) * size["frequency"] ** 2 * size["length"]
     units = {"N": force, "m": size["length"], "s": 1.0 / size["frequency"]}
     words = powers_of(number.unit_of(True, place), part)
     return float(math.prod(units.get(base, 1.0) ** power for base, power in words))
@@ -247,13 +249,16 @@ def _raised(power: int) -> str:
 def described_parts(system: System) -> list[dict[str, Any]]:
     """Each part with its name, its kind, how it is drawn, and what is chosen in it: for headings and the picture.
 
+    Its ends are the numbers of points, -1 of the ground.
+
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring
     >>> wall = described_parts(System(Spring(80.0), Barrier(-0.5, side="below")))[1]
-    >>> wall["glyph"], wall["title"], wall["note"]
-    ('stop', 'barrier', 'wall, x ≤ b')
+    >>> wall["glyph"], wall["title"], wall["note"], wall["ends"]
+    ('stop', 'barrier', 'wall, x ≤ b', (-1, 0))
     """
+    ends = ends_of(system)
     return [
         {
             "name": name,
@@ -263,7 +268,8 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "linear": part.is_linear,
             "soft": isinstance(part, SoftStop),
             "title": name.replace("_", " "),
-            "note": _note(name, part),
+            "note": _note(system, name, part),
+            "ends": ends.get(name),
             "side": getattr(part, "side", ""),
             "on": getattr(part, "on", ""),
         }
@@ -271,11 +277,15 @@ def described_parts(system: System) -> list[dict[str, Any]]:
     ]
 
 
-def _note(name: str, part: Part) -> str:
-    kind = kind_of(part)
+def _note(system: System, name: str, part: Part) -> str:
+    kind, several = kind_of(part), len(system.points) > 1
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
+    if several and (between := getattr(part, "between", None)):
+        words.append(" to ".join(between))
     if part.of_ground:
         words.append("of the ground")
+    elif several and (point := getattr(part, "on", "") or getattr(part, "at", "")):
+        words.append(f"on {point}" if hasattr(part, "on") else point)
     return ", ".join(words)

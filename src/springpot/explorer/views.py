@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from springpot.explorer.ends import followed, titled
 from springpot.explorer.examples import examples
 from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.sliders import described_parts, sliders, written
@@ -16,42 +17,66 @@ from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.system import System
 
-__all__ = ["labels", "opened_script", "paper_view", "sizes", "view_of"]
+__all__ = ["densities_of", "labels", "opened_script", "paper_view", "sizes", "view_of"]
 
 _DEVIATIONS = 4.5  # of x and v that are seen at first
 
 
-def opened_script(opened: Opened) -> str:
-    """A JavaScript module with what the page was opened with: its parts, their sliders, and examples.
+def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place: str | None = "") -> str:
+    """A script with what the page shows: its parts, their sliders, and examples.
+
+    Parameters
+    ----------
+    opened : Opened
+    others : list of tuple of str
+        Places and names of other systems to choose from.
+    place : str or None
+        Where this one is; None if nothing was found where it should be.
 
     Examples
     --------
-    >>> opened_script(Opened())[:42]
-    'export const OPENED = {"file": "", "writab'
+    >>> opened_script(Opened())[:41]
+    'globalThis.OPENED = {"file": "", "place":'
     """
     system = opened.system
     seen = _seen(system)
     content = {
         "file": opened.file,
+        "place": place,
+        "systems": others,
         "writable": not system.with_functions,
         "heavy": system.has_mass,
         "sliders": [asdict(one) for one in sliders(system, seen["sizes"])],
         "parts": described_parts(system),
         **seen,
+        "points": [
+            {"name": name, "title": titled(name), "massive": number < len(system.coordinates.masses)}
+            for number, name in enumerate(system.points)
+        ],
+        "densities": [*densities_of(system)],
         "examples": [*examples(system, opened.file)],
     }
-    return f"export const OPENED = {json.dumps(content)};\n"
+    return f"globalThis.OPENED = {json.dumps(content)};\n"
 
 
 def view_of(system: System) -> dict[str, Any]:
-    """The equation of a system, how far it moves, the columns of its table, and what the paper's problem adds."""
+    """The equations of a system, how far it moves, the columns of its tables, and what the paper's problem adds."""
     from springpot.evidence.explanation import equation
 
-    return {"equation": [*equation(system)], **_seen(system)}
+    lines, masses = [*equation(system)], system.coordinates.names
+    if len(masses) > 1:
+        title = f"{len(masses)} masses: {listed([*map(titled, masses)])}"
+        return {"equation": [title, *lines[len(masses) :]], "equations": lines[: len(masses)], **_seen(system)}
+    return {"equation": lines, "equations": [], **_seen(system)}
 
 
 def _seen(system: System) -> dict[str, Any]:
-    return {"sizes": sizes(system), "paper": paper_view(system), "quantities": [*_quantities(system)]}
+    return {
+        "sizes": sizes(system),
+        "paper": paper_view(system),
+        "followed": [*followed(system)],
+        "groups": [*_groups(system)],
+    }
 
 
 def paper_view(system: System) -> dict[str, Any] | None:
@@ -75,32 +100,72 @@ def paper_view(system: System) -> dict[str, Any] | None:
     return None
 
 
-def sizes(system: System) -> dict[str, float]:
-    """How far and how fast the mass moves, roughly: what the picture shows before there are numbers."""
+def sizes(system: System) -> dict[str, Any]:
+    """How far and how fast the masses move, roughly: what the pictures show before there are numbers.
+
+    ``of`` has the places and speeds of each of what the page can follow.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring, WhiteNoise
+    >>> ends = ("ground", "a"), ("a", "b")
+    >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=pair) for pair in ends))
+    >>> len(sizes(pair)["of"])  # of a, b, and b less a
+    3
+    """
     from springpot.simulation.plan.motions import motion_of
 
-    motion, potential = motion_of(system), system.potential
-    law = motion.law
-    spread, speed = math.sqrt(law.variance), math.sqrt(law.temperature)
-    low, high = law.mean - _DEVIATIONS * spread, law.mean + _DEVIATIONS * spread
+    motion = motion_of(system)
+    found = [(seen, *motion.size_of(seen)) for seen in motion.seen if "x" in seen.names]
     return {
-        "frequency": motion.scales.frequency,
-        "length": math.sqrt(law.variance + law.mean**2),
-        "low": max(low, potential.low),
-        "high": min(high, potential.high),
-        "fastest": _DEVIATIONS * speed,
+        "frequency": float(motion.scales.frequency),
+        "length": max(math.hypot(mean, spread) for _, mean, spread, _ in found),
+        "of": [
+            {
+                "low": max(mean - _DEVIATIONS * spread, seen.low),
+                "high": min(mean + _DEVIATIONS * spread, seen.high),
+                "fastest": _DEVIATIONS * speed,
+            }
+            for seen, mean, spread, speed in found
+        ],
     }
+
+
+def densities_of(system: System) -> Iterator[str]:
+    """The quantities whose densities are drawn, in the order in which they are sent."""
+    if len(system.points) == 1:
+        yield from ("x", "v", "amplitude", "impact_speed")
+    else:
+        yield from (f"{point}_x" for point in system.points)
+
+
+def _groups(system: System) -> Iterator[dict[str, Any]]:
+    """The tables of results: what stands in front of the names of a row, and the columns that follow it.
+
+    Of one mass there is one, with a row of all methods; of several one of the masses, and one of what is between them.
+    """
+    rows = [(one["name"], one["title"], one["pair"]) for one in followed(system)]
+    for pair, head, columns in (
+        (False, "mass", [*_quantities(system)]),
+        (True, "between", [("rms", "elongation rms"), ("mean", "mean elongation")]),
+    ):
+        own = [(name, title) for name, title, is_pair in rows if is_pair == pair]
+        if own:
+            yield {"head": head if len(rows) > 1 else "method", "rows": own, "columns": columns}
 
 
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
     """The columns of the table of methods."""
+    if len(system.points) > 1:
+        yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_rms", "v rms"))
+        return
     yield from (("amplitude_mean_square", "⟨A²⟩") for _ in papers_of(system))
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
     walls = [*system.stops]
     if walls:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
-        yield from ((f"{name}_impact_rate", f"rate, {name.replace('_', ' ')}") for name in walls)
+        yield from ((f"{name}_impact_rate", f"rate, {titled(name)}") for name in walls)
     if system.of(PiezoelectricCircuit):
         yield "harvested_power", "harvested"
 
@@ -128,7 +193,7 @@ def labels(system: System, names: list[str]) -> list[tuple[str, str, str]]:
 
 def _of_parts(system: System) -> Iterator[tuple[str, str]]:
     """The words of the numbers of each part, and of the dampers together."""
-    titles = {name: name.replace("_", " ") for name in system.names}
+    titles = {name: titled(name) for name in system.names}
     dampers = [titles[name] for name, part in system.named() if "damping" in part.powers]
     fed = [name for name, part in system.named() if {"fed", "input"} & {*part.powers}]
     if dampers:

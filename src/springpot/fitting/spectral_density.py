@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -29,8 +29,8 @@ from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = [
-    "Density", "correlations_of_bins", "displaced", "dynamic_stiffness", "folded", "held_by", "response",
-    "row_of", "windowed",
+    "Density", "correlations_of_bins", "displaced", "dynamic_stiffness", "folded", "held_by", "moduli",
+    "response", "row_of", "windowed",
 ]  # fmt: skip
 
 ComplexArray = NDArray[np.complex128]
@@ -154,7 +154,7 @@ def dynamic_stiffness(system: System, p: ComplexArray) -> ComplexArray:
     """
     at = system.coordinates
     found = p[:, None, None] ** 2 * np.diag(at.masses)
-    for row, modulus in _moduli(system, p):
+    for row, modulus in moduli(system, p).values():
         found = found + modulus[:, None, None] * np.outer(row, row)
     return np.asarray(found)
 
@@ -178,16 +178,25 @@ def held_by(system: System, p: ComplexArray) -> ComplexArray:
     """
     alike = system.coordinates.participations
     found = np.zeros((p.size, alike.size), complex)
-    for row, modulus in _moduli(system, p):
+    for row, modulus in moduli(system, p).values():
         found += modulus[:, None] * row * float(row @ alike)
     return found
 
 
-def _moduli(system: System, p: ComplexArray) -> Iterator[tuple[FloatArray, ComplexArray]]:
-    """The row of each part with two ends, and its force per elongation, with that of its inertia."""
-    for name, part in system.named():
-        if isinstance(part, Element):
-            yield system.coordinates.elongations[name], part.modulus(p) + part.inertia * p**2 + np.zeros_like(p)
+def moduli(system: System, p: ComplexArray) -> dict[str, tuple[FloatArray, ComplexArray]]:
+    """The row of each part with two ends, and its force per elongation, with that of its inertia, by its name.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot
+    >>> moduli(System(Dashpot(0.5)), np.array([2j]))
+    {'dashpot': (array([1.]), array([0.+1.j]))}
+    """
+    return {
+        name: (system.coordinates.elongations[name], part.modulus(p) + part.inertia * p**2 + np.zeros_like(p))
+        for name, part in system.named()
+        if isinstance(part, Element)
+    }
 
 
 def _filtered(noise: KanaiTajimiNoise, w: FloatArray) -> FloatArray:

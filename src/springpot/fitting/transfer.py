@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
 from springpot.fitting.moduli import slopes_by_name
-from springpot.fitting.spectral_density import displaced, held_by, row_of
+from springpot.fitting.spectral_density import displaced, held_by, moduli, row_of
 from springpot.problem.free_numbers import free_numbers, restarted
-from springpot.problem.parts import Mass
+from springpot.problem.parts import Mass, Point
 from springpot.problem.parts.registration import Element, Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
@@ -67,7 +67,30 @@ def response_of(
             own = system.points.index(part.at or system.points[0])
             fed = alike[own] if on == "ground" and not of_ground else 0.0
             slopes.append((part.value, -seen[:, own] * (p**2 * moved[:, own] + fed) / response))
+            given = _given(system, p, seen)[:, own] if of_ground else -part.value * seen[:, own] * (on == "ground")
+            slopes.append((part.participation, given / response))
+        elif isinstance(part, Point):
+            change = _by_share(system, p, part.at, seen, moved - alike * of_ground)
+            change = change + (at == part.at) * moved + (on == part.at) * seen
+            rows = [system.points.index(name) for name in part.of]
+            slopes += [(share, change[:, own] / response) for share, own in zip(part.shares, rows, strict=True)]
     return np.asarray(response if of_ground else response * p**power), slopes
+
+
+def _given(system: System, p: ComplexArray, seen: ComplexArray) -> ComplexArray:
+    """What is seen of the forces of parts where one coordinate is moved against the ground, shape (n, coordinates)."""
+    of_parts = ((modulus * (seen @ row))[:, None] * row for row, modulus in moduli(system, p).values())
+    return np.asarray(sum(of_parts, np.zeros_like(seen)))
+
+
+def _by_share(system: System, p: ComplexArray, point: str, seen: ComplexArray, moved: ComplexArray) -> ComplexArray:
+    """The derivative of ``seen.force`` by each share of a point between which and others parts are."""
+    found, ends = np.zeros_like(seen), system.coordinates.ends
+    for name, (row, modulus) in moduli(system, p).items():
+        if point in ends[name]:
+            turned = -modulus if ends[name][0] == point else modulus
+            found -= turned[:, None] * (seen * (moved @ row)[:, None] + (seen @ row)[:, None] * moved)
+    return found
 
 
 class ResponseLikelihood(LeastSquares):

@@ -14,7 +14,7 @@ from typing import Any
 from springpot.machine.faults import FileError
 from springpot.machine.files import read_text
 
-__all__ = ["DEEPEST", "MOST_BYTES", "read_toml"]
+__all__ = ["DEEPEST", "MOST_BYTES", "read_toml", "toml_of"]
 
 MOST_BYTES = 2_000_000
 DEEPEST = 8  # brackets within brackets, and parts of a dotted key; a study needs three
@@ -49,7 +49,17 @@ def read_toml(path: str | Path, title: str) -> dict[str, Any]:
         If it cannot be read, is not a file, larger than `MOST_BYTES`, nested deeper than `DEEPEST`, not UTF-8 or not
         TOML.
     """
-    text = read_text(path, title, MOST_BYTES)
+    return toml_of(read_text(path, title, MOST_BYTES), title)
+
+
+def toml_of(text: str, title: str) -> dict[str, Any]:
+    """The same of the text of a file.
+
+    Examples
+    --------
+    >>> toml_of("a = 1", "the file")
+    {'a': 1}
+    """
     _check_nesting(text, title)
     try:
         return tomllib.loads(text)

@@ -109,11 +109,16 @@ class Coordinates:
         >>> {name: row.tolist() for name, row in pairs.items()}
         {'a_b': [-1.0, 1.0]}
         """
+        return {"_".join(pair): self.row(pair) for pair in self.linked}
+
+    @property
+    def linked(self) -> tuple[tuple[str, str], ...]:
+        """The ends of `pairs`."""
         first: dict[frozenset[str], tuple[str, str]] = {}
         for pair in self.ends.values():
             if "ground" not in pair:
                 first.setdefault(frozenset(pair), pair)
-        return {"_".join(pair): self.row(pair) for pair in first.values()}
+        return tuple(first.values())
 
     def push(self, on: str) -> Floats:
         """The forces on the coordinates per unit of a force on one point, or of an acceleration of the ground.

@@ -84,7 +84,7 @@ class Inerter(Element):
     " + 0.3 x''"
     """
 
-    said, glyph, powers = "inerter", "mass", ("inertia",)
+    said, glyph, powers = "inerter", "inerter", ("inertia",)
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     inertance: Annotated[float, Number("b", "inertance", "kg", "unsigned", "It is the force per acceleration, in kg.")]

@@ -106,7 +106,7 @@ class Motion:
         names = {name: name for name in ("x", "v", "amplitude", "impact_speed")}
         if not self.system.natural_frequency > 0.0:
             del names["amplitude"]
-        return (Seen(names, stop=""),)
+        return (Seen(names, stop="", low=self.low, high=self.high),)
 
     @cached_property
     def levels(self) -> dict[str, tuple[str, Seen]]:
@@ -171,6 +171,10 @@ class Motion:
     def law(self) -> BoltzmannLaw:
         """The law of x at the guessed temperature."""
         return self.guess or guessed_law(self.system)
+
+    def size_of(self, seen: Seen) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of a displacement, about."""
+        return self.law.mean, math.sqrt(self.law.variance), math.sqrt(self.law.temperature)
 
     @property
     def low(self) -> float:

@@ -1,34 +1,52 @@
-// Which displacements and velocities the pictures of the motion show.
+// Which displacements and velocities the pictures of the motion show, of all that can be followed.
+
+import { POINTS, wallsAlong } from "./problem.js";
+
+const DEVIATIONS = 4.5; // on either side of a mean
 
 export function setBounds(view) {
-  const { x: places } = view.theory?.places ?? {}, { x: { edges } = {}, v: { edges: speeds } = {} } = view.densities ?? {};
-  const from = edges?.length > 2 ? edges : places ?? [view.sizes.low, view.sizes.high];
-  [view.low, view.high] = [from[0], from[from.length - 1]];
-  view.fastest = speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : view.sizes.fastest;
+  view.reach = view.followed.map((one, k) => ({ ...one, walls: wallsAlong(view.walls, one.row), ...sizeOf(view, one, view.sizes.of[k]) }));
+}
+
+function sizeOf({ theory, densities, measured }, { name, row }, size) {
+  const places = theory?.places[`${name}x`], { edges } = densities?.[`${name}x`] ?? {}, { edges: speeds } = densities?.[`${name}v`] ?? {};
+  const values = measured?.values ?? {}, root = values[`${name}rms`], mean = values[`${name}mean`];
+  const around = root > 0 ? [mean - DEVIATIONS * root, mean + DEVIATIONS * root] : null; // of what has no density
+  const from = edges?.length > 2 ? edges : around ?? places ?? [size.low, size.high];
+  const speed = Math.hypot(...row.map((g, i) => g * (values[`${POINTS[i].name}_v_rms`] ?? 0)));
+  const fastest = speeds?.length > 2 ? 1.1 * Math.max(-speeds[0], speeds[speeds.length - 1]) : Math.min(DEVIATIONS * speed || Infinity, size.fastest);
+  return { low: from[0], high: from[from.length - 1], fastest };
 }
 
 // rare large motions, and growing ones, make room for themselves
 export function stretch(view, x, v) {
-  const slack = 0.15 * (view.high - view.low), rigid = view.walls.filter(({ soft }) => !soft);
-  const floor = rigid.find(({ lower }) => lower)?.position ?? -Infinity, roof = rigid.find(({ lower }) => !lower)?.position ?? Infinity;
-  for (const value of x) {
-    if (value > view.high && value <= roof) view.high = Math.min(value + slack, roof);
-    if (value < view.low - 1e-3 * slack && value >= floor) view.low = Math.max(value - slack, floor);
+  const points = view.followed[0].row.length, count = x.length / points;
+  for (const reach of view.reach) {
+    const { row, walls } = reach, slack = 0.15 * (reach.high - reach.low), rigid = walls.filter(({ soft }) => !soft);
+    const floor = rigid.find(({ lower }) => lower)?.position ?? -Infinity, roof = rigid.find(({ lower }) => !lower)?.position ?? Infinity;
+    for (let k = 0; k < count; k += 1) {
+      let place = 0, speed = 0;
+      for (let i = 0; i < points; i += 1) {
+        place += row[i] * x[i * count + k];
+        speed += row[i] * v[i * count + k];
+      }
+      if (place > reach.high && place <= roof) reach.high = Math.min(place + slack, roof);
+      if (place < reach.low - 1e-3 * slack && place >= floor) reach.low = Math.max(place - slack, floor);
+      if (Math.abs(speed) > reach.fastest) reach.fastest = 1.15 * Math.abs(speed);
+    }
   }
-  for (const value of v) if (Math.abs(value) > view.fastest) view.fastest = 1.15 * Math.abs(value);
 }
 
 // with every wall that is not far away
-export function boundsOf(view) {
-  const wide = view.high - view.low, near = view.walls.filter(({ position }) => position > view.low - 1.2 * wide && position < view.high + 1.2 * wide);
+export function boundsOf({ low, high, walls }) {
+  const wide = high - low, near = walls.filter(({ position }) => position > low - 1.2 * wide && position < high + 1.2 * wide);
   const soft = 0.03 * wide;
-  return [Math.min(view.low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
-    Math.max(view.high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
+  return [Math.min(low, ...near.filter(({ lower }) => lower).map((wall) => wall.position - (wall.soft ? soft : 0))),
+    Math.max(high, ...near.filter(({ lower }) => !lower).map((wall) => wall.position + (wall.soft ? soft : 0)))];
 }
 
 // the walls that are too far away to be drawn, in words
-export function outOfView(walls, [low, high], written) {
-  const far = walls.filter(({ position }) => position < low || position > high);
-  const said = far.map(({ name, position }) => (position < low ? `← ${name} at ${written(position)}` : `${name} at ${written(position)} →`));
+export function outOfView(far, written) {
+  const said = far.map(({ name, lower, position }) => (lower ? `← ${name} at ${written(position)}` : `${name} at ${written(position)} →`));
   return said.length ? `Out of view: ${said.join(" · ")}` : "";
 }

@@ -31,7 +31,7 @@ export class Connection extends EventTarget {
 
   open() {
     this.say("connection", { open: false, text: "connecting" });
-    const socket = new WebSocket(`ws://${location.host}/live`);
+    const socket = new WebSocket(`ws://${location.host}/live${location.search}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {
@@ -57,7 +57,7 @@ export class Connection extends EventTarget {
     if (this.waiting.has(message.generation) && message.kind === "accepted") this.taken(message.generation);
     if (message.kind === "refused" && message.asked !== null && message.asked !== this.newest) return; // a newer one is on its way
     // answers to a question of before are of no use
-    if (message.generation !== this.generation && !["status", "refused", "file", "data", "fit"].includes(message.kind)) return;
+    if (message.generation !== this.generation && !["status", "refused", "file", "data", "fit", "shelved"].includes(message.kind)) return;
     this.say(message.kind, message);
   }
 
@@ -91,7 +91,7 @@ export class Connection extends EventTarget {
 
   file() { this.send({ kind: "file" }); }
 
-  data(part) { this.send({ kind: "data", ...part }); }
+  part(kind, part) { this.send({ kind, ...part }); }
 
   fit(free) { this.send({ kind: "fit", free }); }
 

@@ -21,8 +21,12 @@ export class Controls {
     form.querySelector("#new-seed").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
     for (const radio of document.querySelectorAll("[name=units]")) radio.addEventListener("change", () => state.setUnits(radio.value));
     this.examples = form.querySelector("#example");
-    this.examples.append(...OPENED.examples.map(({ label }, i) => new Option(label, i)), new Option("your own", "own"));
+    const others = Object.assign(document.createElement("optgroup"), { label: "Other systems" });
+    others.append(...OPENED.systems.filter(([place]) => place !== OPENED.place).map(([place, title]) => new Option(title, `system ${place}`)));
+    this.examples.append(...OPENED.examples.map(({ label }, i) => new Option(label, i)), new Option("your own", "own"), others);
     this.examples.addEventListener("change", () => {
+      const [word, place] = this.examples.value.split(" ");
+      if (word === "system") return goTo(place, state);
       const chosen = OPENED.examples[this.examples.value];
       if (!chosen) return;
       this.touched = this.refused = null;
@@ -187,6 +191,9 @@ export class Controls {
     }
   }
 }
+
+// the page of another system, with as many paths
+export function goTo(place, { values: { paths } }) { location.assign(`${location.pathname}${place ? `?system=${place}` : ""}#paths=${paths}`); }
 
 // a number that is refused shows which ones are not
 function mark(field, sound) {

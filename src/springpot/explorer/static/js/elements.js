@@ -7,22 +7,23 @@ import { isHeavy } from "./problem.js";
 const WORDS = "12px system-ui, sans-serif";
 
 // one row between mass and support; small where there are many
-export function element(g, { draw, order, arm, curved, aside = 0 }, from, to, y, size) {
+export function element(g, { draw, order, arm, curved, aside = 0, coils = 12 }, from, to, y, size) {
   g.strokeStyle = palette.steel;
   g.lineWidth = 2;
   g.lineJoin = "round";
-  if (draw === "spring") spring(g, from, to, y, size, curved);
+  if (draw === "spring") spring(g, from, to, y, size, curved, coils);
   else {
     // an arm is a spring in series with what remembers or damps
     const begin = arm ? from + 0.45 * (to - from) : from;
-    if (arm) spring(g, from, begin, y, 0.7 * size, false);
-    if (draw === "springpot") springpot(g, begin, to, y, order, size, aside);
+    if (arm) spring(g, from, begin, y, 0.7 * size, false, coils);
+    if (draw === "inerter") inerter(g, from, to, y, size, aside);
+    else if (draw === "springpot") springpot(g, begin, to, y, order, size, aside);
     else dashpot(g, begin, to, y, size, aside);
   }
 }
 
-function spring(g, from, to, y, size, curved) {
-  const coils = 12, lead = Math.min(14, (to - from) * 0.12), pitch = (to - from - 2 * lead) / coils;
+function spring(g, from, to, y, size, curved, coils) {
+  const lead = Math.min(14, (to - from) * 0.12), pitch = (to - from - 2 * lead) / coils;
   g.beginPath();
   g.moveTo(from, y);
   g.lineTo(from + lead, y);
@@ -88,32 +89,57 @@ function dashpot(g, from, to, y, size, aside) {
   g.stroke();
 }
 
-// a wall on the side of the support: two stops, between which springs and dampers pass
-export function post(g, at, middle, floor, mass) {
+// a wheel that turns as its ends move apart
+function inerter(g, from, to, y, size, aside) {
+  const middle = (from + to) / 2 + aside * (to - from), radius = 11 * size;
+  g.beginPath();
+  g.moveTo(from, y);
+  g.lineTo(to, y);
+  g.stroke();
+  g.beginPath();
+  g.arc(middle, y, radius, 0, 7);
+  g.fillStyle = palette.panel;
+  g.fill();
+  g.stroke();
+  g.beginPath();
+  const turn = (to - from) / 20;
+  for (const angle of [turn, turn + Math.PI / 2]) {
+    g.moveTo(middle - radius * Math.cos(angle), y - radius * Math.sin(angle));
+    g.lineTo(middle + radius * Math.cos(angle), y + radius * Math.sin(angle));
+  }
+  g.stroke();
+}
+
+// a wall through which springs and dampers pass: two stops; to: 1 if the mass is on its left
+export function post(g, at, middle, floor, mass, to = 1) {
   const wide = 16, top = middle - 58;
-  for (const [from, to] of [[top, middle - 0.4 * mass], [middle + 0.4 * mass, floor]]) {
-    g.save();
+  for (const [from, until] of [[top, middle - 0.4 * mass], [middle + 0.4 * mass, floor]]) hatched(g, at, from, until, to, wide);
+}
+
+// a piece of a wall or support, and the line of its face
+export function hatched(g, at, from, until, to, wide, fill = palette.faint) {
+  const begin = to > 0 ? at : at - wide;
+  g.save();
+  g.beginPath();
+  g.rect(begin, from, wide, until - from);
+  g.clip();
+  g.fillStyle = fill;
+  g.fill();
+  g.strokeStyle = palette.steel;
+  g.lineWidth = 1.5;
+  for (let y = from - wide; y < until + wide; y += 9) {
     g.beginPath();
-    g.rect(at, from, wide, to - from);
-    g.clip();
-    g.fillStyle = palette.faint;
-    g.fill();
-    g.strokeStyle = palette.steel;
-    g.lineWidth = 1.5;
-    for (let y = top - wide; y < floor + wide; y += 9) {
-      g.beginPath();
-      g.moveTo(at, y + wide);
-      g.lineTo(at + wide, y);
-      g.stroke();
-    }
-    g.restore();
-    g.strokeStyle = palette.text;
-    g.lineWidth = 3;
-    g.beginPath();
-    g.moveTo(at + 1.5, from);
-    g.lineTo(at + 1.5, to);
+    g.moveTo(begin, y + wide);
+    g.lineTo(begin + wide, y);
     g.stroke();
   }
+  g.restore();
+  g.strokeStyle = palette.text;
+  g.lineWidth = 3;
+  g.beginPath();
+  g.moveTo(at + 1.5 * to, from);
+  g.lineTo(at + 1.5 * to, until);
+  g.stroke();
 }
 
 // a soft contact: a pad before a plate, pressed together while the mass is in it, and how deep
@@ -218,4 +244,36 @@ const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 
 function prefixed(value) {
   const size = Math.abs(value), power = size > 0 ? Math.min(Math.max(3 * Math.floor(Math.log10(size) / 3 + 1e-9), -12), 6) : 0;
   return `${(value / 10 ** power).toPrecision(3).replace("-", "−").replace(/e.*/, "")} ${PREFIXES[power]}`;
+}
+
+// a stop between two masses: an arm on the one, whose tip meets the horn of the other
+export function arm(g, { from, tip, to, y, soft }) {
+  const pad = soft ? 10 : 0, touched = to <= tip + 1, face = Math.min(tip, to), base = Math.min(tip - pad, face - (soft ? 2 : 0));
+  g.strokeStyle = g.fillStyle = touched ? palette.impact : palette.text;
+  g.lineWidth = 3;
+  g.beginPath();
+  g.moveTo(from - 6, y + 7);
+  g.lineTo(from - 6, y);
+  g.lineTo(base, y);
+  g.moveTo(base, y - 6);
+  g.lineTo(base, y + 6);
+  g.moveTo(to + 1.5, y - 6);
+  g.lineTo(to + 1.5, y + 7);
+  g.stroke();
+  if (!soft) return;
+  g.globalAlpha = touched ? 0.8 : 0.4;
+  g.fillStyle = palette.impact;
+  g.fillRect(base, y - 6, Math.max(face - base, 2), 12);
+  g.globalAlpha = 1;
+}
+
+// what keeps two masses from moving further apart: a string, straight when it is taut
+export function tether(g, { from, taut, to, y }) {
+  const slack = Math.max(taut - to, 0), sag = Math.min(Math.sqrt(0.375 * slack * Math.max(to - from, 1)), 26);
+  g.strokeStyle = slack > 1 ? palette.steel : palette.impact;
+  g.lineWidth = slack > 1 ? 1.5 : 2.5;
+  g.beginPath();
+  g.moveTo(from, y);
+  g.quadraticCurveTo((from + to) / 2, y + 2 * sag, to, y);
+  g.stroke();
 }

@@ -1,16 +1,13 @@
 // A file of measured data beside the system: it is read here, and the server fits the ticked numbers to it.
 
 import { Chart } from "./charts.js";
+import { send } from "./files.js";
 import { PARAMETERS, wholeName } from "./problem.js";
 import { short, withError } from "./numbers.js";
 import { palette } from "./theme.js";
 
-const LARGEST = 1_400_000; // bytes
-const PARTS = /[^]{1,7000}(?![\udc00-\udfff])/g; // no sign is cut in two
-const NO_TEXT = /[\0-\x08\x0b\x0e-\x1f]/; // what no table of text has
-const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
 const COLORS = ["path", "impact", "pinned"];
-const pause = (time) => new Promise((done) => { setTimeout(done, time); });
+const ADVICE = { large: ": fit it with the command springpot fit.", binary: ": save its table as CSV." };
 
 export class FitCard {
   constructor(element, connection, controls) {
@@ -36,21 +33,9 @@ export class FitCard {
     if (!file) return;
     this.forget();
     this.sent = file;
-    if (file.size > LARGEST) {
-      this.say(`${file.name} is larger than 1.4 MB: fit it with the command springpot fit.`, true);
-      return;
-    }
     this.say(`reading ${file.name}…`);
-    const text = await file.text().catch(() => null), name = [...file.name].slice(0, 100).join("");
-    if (text === null || NO_TEXT.test(text)) {
-      this.say(text === null ? `${name} cannot be read.` : `${name} is not text, for it has control characters: save its table as CSV.`, true);
-      return;
-    }
-    const parts = text.match(PARTS) ?? [""];
-    for (let part = 0; part < parts.length && this.sent === file; part += 1) {
-      if (part && part % HANDFUL === 0) await pause(PAUSE);
-      this.connection.data({ name, part, of: parts.length, text: parts[part] });
-    }
+    const fault = await send(file, "data", this.connection, ADVICE, () => this.sent === file);
+    if (fault) this.say(fault, true);
   }
 
   forget() {

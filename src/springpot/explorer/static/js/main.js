@@ -2,15 +2,16 @@
 
 import { boundsOf, outOfView, setBounds, stretch } from "./bounds.js";
 import { Connection } from "./connection.js";
-import { Controls } from "./controls.js";
+import { Controls, goTo } from "./controls.js";
+import { send } from "./files.js";
 import { FitCard } from "./fit.js";
 import { METHODS, NAMES } from "/methods.js";
-import { DENSITIES, curvesShown, legend, makePanels } from "./panels.js";
+import { DENSITIES, addDensityCards, curvesShown, legend, makePanels, saidOf } from "./panels.js";
 import { Phase } from "./phase.js";
 import { showPinned, snapshot } from "./pinned.js";
-import { OPENED, ORDERS, circuitsOf, elementsOf, hasWalls, isRecorded, isSoft, isThermal, orderOf, wallsOf } from "./problem.js";
+import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, isRecorded, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
-import { makePartsCard, showEquation } from "./parts.js";
+import { makePartsCard, showEquation, showEquations } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
 import { Table, fadeWhereCut, isTransient } from "./table.js";
 import { showTiles } from "./tiles.js";
@@ -27,17 +28,21 @@ const TRACES_EVERY = 28; // ms
 
 const state = new State();
 const connection = new Connection(state);
-const track = new Track();
+const track = new Track(POINTS.length);
 
 const view = {
   track, state,
   drawn: new Set(),
-  low: 0, high: 3, fastest: 3, peak: {},
+  reach: [], // of what can be followed: how far and how fast it goes, and its walls
+  chosen: OPENED.followed[0].name, // of it: what the large numbers and the charts of the path show
+  peak: {},
   theory: null, growth: null, curve: null,
   old: { theory: false, growth: false, curve: false }, // which of these three answer a question of before
   measured: null, densities: null, grown: null, marker: null, copies: null, pin: null,
   sizes: OPENED.sizes, // how fast and how far the mass moves, roughly
-  quantities: OPENED.quantities, // columns of the tables
+  followed: OPENED.followed,
+  groups: OPENED.groups, // tables of results
+  get seen() { return this.reach.find(({ name }) => name === this.chosen) ?? this.reach[0]; },
   get values() { return state.values; },
   get frequency() { return this.sizes.frequency; },
   get walls() { return wallsOf(state.values); },
@@ -56,6 +61,10 @@ const answered = {}; // what theory, growth and curve depend on, when they came
 const dirty = new Set();
 
 startTheme(element("theme"));
+for (const one of document.querySelectorAll(isSeveral ? ".of-one" : ".of-several")) one.hidden = true;
+for (const one of document.querySelectorAll(isSeveral ? ".of-several" : ".of-one")) one.hidden = false;
+addDensityCards(element("densities"));
+setBounds(view);
 const controls = new Controls(state, element("form"));
 new FitCard(element, connection, controls);
 const scene = new Scene(element("scene"), track);
@@ -81,9 +90,11 @@ on("compiling", () => {
   status("loading", "compiling, once for this kind of system…");
   element("tile-paths-note").textContent = "compiling, once for this kind of system…";
 });
-on("view", ({ equation, sizes, paper, quantities }) => {
+on("view", ({ equation, equations, sizes, paper, followed, groups }) => {
   showEquation(element, equation);
-  Object.assign(view, { sizes, quantities });
+  showEquations(element, equations);
+  Object.assign(view, { sizes, followed, groups });
+  showChoice();
   state.paper = paper;
   showPaper();
   setSpeed();
@@ -139,11 +150,14 @@ on("estimates", (message) => {
 on("densities", ({ arrays }) => {
   view.densities = {};
   Object.keys(DENSITIES).forEach((name, i) => { view.densities[name] = { edges: arrays[2 * i], density: arrays[2 * i + 1] }; });
-  if (view.measured?.undefined) view.densities.impact_speed = { edges: [], density: [] }; // of as many as the step counts
+  if (view.measured?.undefined && !isSeveral) view.densities.impact_speed = { edges: [], density: [] }; // of as many as the step counts
   setBounds(view);
   drawnChanged();
 });
-on("grown", ({ arrays: [mean, error] }) => { view.grown = { mean, error }; dirty.add("growth"); });
+on("grown", ({ arrays }) => {
+  view.grown = Object.fromEntries(view.followed.map(({ name }, i) => [name, { mean: arrays[2 * i], error: arrays[2 * i + 1] }]));
+  dirty.add("growth");
+});
 on("motion", ({ arrays }) => {
   const hits = track.take(arrays);
   if (hits) for (const hit of track.hits.slice(-Math.min(hits, 4))) scene.flash(hit);
@@ -157,7 +171,9 @@ function compiled() {
 }
 
 function addRoots(values, errors) {
-  for (const [name, square] of [["x_rms", "x_mean_square"], ["v_rms", "v_mean_square"]]) {
+  for (const square of Object.keys(values)) {
+    const name = square.replace(/((^|_)[xv]|_elongation)_mean_square$/, "$1_rms");
+    if (name === square) continue;
     const root = values[name] = rootOf(values[square]);
     if (errors) errors[name] = root > 0 && errors[square] !== null ? errors[square] / (2 * root) : null;
   }
@@ -207,17 +223,20 @@ function notPossible(sentence) {
 // the answer to trust, if there is one to this question
 const trusted = () => (view.old.theory ? null : view.theory?.methods[view.theory.shown ?? view.theory.recommended]);
 
-function rmsSpeed() {
-  const square = (trusted()?.moments ?? view.measured?.values)?.v_mean_square;
-  return square > 0 ? Math.sqrt(square) : view.fastest / 3;
+// of each mass
+function rmsSpeeds() {
+  return POINTS.map(({ name }, i) => {
+    const square = (trusted()?.moments ?? view.measured?.values)?.[isSeveral ? `${name}_v_mean_square` : "v_mean_square"];
+    return square > 0 ? Math.sqrt(square) : view.reach[i].fastest / 3;
+  });
 }
 
 const unitsOf = () => ({ length: unitOf("x", state), speed: unitOf("v", state) });
 
 function drawMotion() {
-  const { values, walls } = view, bounds = boundsOf(view), { length } = unitsOf();
-  scene.draw({ walls, elements: elementsOf(values), circuits: circuitsOf(values), unit: length, bounds, rms: rmsSpeed() });
-  const far = outOfView(walls, bounds, (position) => `${short(position * length.factor)} ${length.name}`);
+  const { values, walls, reach } = view, bounds = boundsOf(reach[0]), { length } = unitsOf();
+  const hidden = scene.draw({ walls, reach, links: linksOf(values), circuits: circuitsOf(values), unit: length, bounds, rms: rmsSpeeds() });
+  const far = outOfView(hidden, (position) => `${short(position * length.factor)} ${length.name}`);
   element("out-of-view").textContent = far;
   element("out-of-view").hidden = !far;
   const time = track.now.t ?? 0, [since, until] = view.timeWindow();
@@ -226,12 +245,12 @@ function drawMotion() {
 }
 
 function drawTraces() {
-  const units = unitsOf(), bounds = boundsOf(view), pad = 0.04 * (bounds[1] - bounds[0]);
+  const units = unitsOf(), bounds = boundsOf(view.seen), pad = 0.04 * (bounds[1] - bounds[0]);
   const { paper } = state, mu = paper && (view.measured?.values.amplitude_mean_square ?? trusted()?.moments.amplitude_mean_square);
   phase.draw({
-    walls: view.walls, bounds: [bounds[0] - pad, bounds[1] + pad], fastest: view.fastest, units,
+    walls: view.seen.walls, bounds: [bounds[0] - pad, bounds[1] + pad], fastest: view.seen.fastest, units,
     ring: mu > 0 ? { radius: Math.sqrt(mu), frequency: paper.frequency } : null,
-    window: SHOWN_RADIANS / view.frequency,
+    window: SHOWN_RADIANS / view.frequency, said: ["x", "v"].map((what) => saidOf(view, what)),
   });
   panels.traceX.update();
   panels.traceV.update();
@@ -247,9 +266,10 @@ function drawNumbers() {
   element("pin").disabled = !measured?.complete || old;
   if (measured?.complete && !old && view.spoken !== connection.generation) {
     view.spoken = connection.generation;
-    const { factor, name: unit } = unitOf("x_rms", state), best = theory?.shown ?? theory?.recommended, answer = theory?.methods[best];
-    const theirs = answer ? `, ${METHODS[best].label} ${short(answer.moments.x_rms * factor)}` : "";
-    element("spoken").textContent = `x rms by Monte Carlo ${withError(measured.values.x_rms * factor, measured.errors.x_rms * factor)}${theirs} ${unit}.`;
+    const { name: whose, title } = view.followed[0], name = `${whose}x_rms`;
+    const { factor, name: unit } = unitOf(name, state), best = theory?.shown ?? theory?.recommended, answer = theory?.methods[best];
+    const theirs = answer ? `, ${METHODS[best].label} ${short(answer.moments[name] * factor)}` : "";
+    element("spoken").textContent = `x rms${title ? ` of ${title}` : ""} by Monte Carlo ${withError(measured.values[name] * factor, measured.errors[name] * factor)}${theirs} ${unit}.`;
   }
   element("results").dataset.complete = String(Boolean(measured?.complete && theory) && !old);
   element("results").dataset.generation = String(connection.generation);
@@ -259,13 +279,36 @@ function drawNumbers() {
 function showPaper() {
   const { paper } = state;
   for (const one of document.querySelectorAll(".of-paper")) one.hidden = !paper;
-  element("growth-head").textContent = paper ? "μ(t) = ⟨A²⟩ after the start" : "⟨x²⟩ after the start";
-  element("phase-note").textContent = [paper ? "Dashed: the ring of amplitude √⟨A²⟩, A² = x² + v²/Ω²." : "", !view.walls.length ? "" : isSoft ? "Shaded, behind the dashed line: in the soft contact." : "Shaded: behind a wall."].filter(Boolean).join(" ");
+  const { pair, title } = view.seen;
+  element("growth-head").textContent = paper ? "μ(t) = ⟨A²⟩ after the start" : pair ? `⟨elongation²⟩ from ${title} after the start` : `⟨x²⟩${title ? ` of ${title}` : ""} after the start`;
+  element("phase-note").textContent = [paper ? "Dashed: the ring of amplitude √⟨A²⟩, A² = x² + v²/Ω²." : "", !view.seen.walls.length ? "" : isSoft ? "Shaded, behind the dashed line: in the soft contact." : "Shaded: behind a wall."].filter(Boolean).join(" ");
   if (paper) {
     const wall = paper.wall === null ? "no wall" : `wall at ${short(paper.wall)} √(q/Ω³), restitution r = ${short(paper.restitution)}`;
     element("paper-numbers").textContent = `The paper's problem: order α = ${short(paper.order)}, strength c = ${short(paper.strength)}, ${wall}.`;
   }
   for (const panel of Object.values(panels)) panel?.relabel();
+}
+
+// which mass, or which two, the large numbers and the charts of the path are of
+function showChoice() {
+  const choice = element("seen");
+  const group = (pairs, label) => {
+    const made = Object.assign(document.createElement("optgroup"), { label });
+    made.append(...view.followed.filter(({ pair }) => pair === pairs).map(({ name, title }) => new Option(title, name)));
+    return made.children.length ? [made] : [];
+  };
+  choice.replaceChildren(...group(false, "a mass"), ...group(true, "the elongation between"));
+  if (!view.followed.some(({ name }) => name === view.chosen)) view.chosen = view.followed[0].name;
+  choice.value = view.chosen;
+  follow(view.chosen);
+}
+
+function follow(name) {
+  view.chosen = name;
+  track.follow(view.followed.find((one) => one.name === name).row);
+  setBounds(view);
+  showPaper();
+  drawnChanged();
 }
 
 // what a start means for the numbers and for the curve of <A^2> over time
@@ -286,14 +329,12 @@ function drawnChanged() {
   element("curve-legend").innerHTML = legend(curvesShown(view), view.pin);
   element("density-legend").innerHTML = element("growth-legend").innerHTML = legend(drawn, view.pin);
   const front = drawn.includes(view.theory?.recommended) ? view.theory.recommended : drawn[0];
-  const height = front && view.theory.methods[front].densities.x;
-  scene.density = height && !view.old.theory ? { place: view.theory.places.x, height: height.map((h) => h ?? 0) } : null;
-  scene.density_color = front;
-  const { edges, density } = view.densities?.x ?? {};
-  if (!scene.density && density?.length) { // where no theory has one, that of the paths
-    scene.density = { place: Array.from(density, (_, i) => 0.5 * (edges[i] + edges[i + 1])), height: [...density] };
-    scene.density_color = "measured";
-  }
+  scene.densities = POINTS.map((_, i) => {
+    const name = `${OPENED.followed[i].name}x`, height = front && view.theory.methods[front].densities[name];
+    if (height && !view.old.theory) return { place: view.theory.places[name], height: height.map((h) => h ?? 0), color: front };
+    const { edges, density } = view.densities?.[name] ?? {}; // where no theory has one, that of the paths
+    return density?.length ? { place: Array.from(density, (_, k) => 0.5 * (edges[k] + edges[k + 1])), height: [...density], color: "measured" } : null;
+  });
   for (const name of [...Object.keys(DENSITIES), "growth", "curve", "motion", "numbers"]) dirty.add(name);
 }
 
@@ -331,7 +372,7 @@ function status(kind, text) {
 }
 
 // each origin has its own: what the connection has to say does not take back what was wrong with a link
-const notices = { link: "", connection: "", question: "" };
+const notices = { link: "", file: "", connection: "", question: "" };
 function notice(origin, text) {
   if (notices[origin] === text) return;
   notices[origin] = text;
@@ -376,6 +417,14 @@ fadeWhereCut(element("pinned-table"));
 element("pin").addEventListener("click", () => { view.pin = snapshot(view); drawnChanged(); });
 element("unpin").addEventListener("click", () => { view.pin = null; drawnChanged(); });
 element("pin-return").addEventListener("click", () => state.set(view.pin.values));
+element("seen").addEventListener("change", () => follow(element("seen").value));
+element("open-file").addEventListener("change", async ({ target }) => {
+  const [file] = target.files;
+  const fault = file && await send(file, "system", connection, { large: ": open it with the command springpot explore.", binary: "." });
+  target.value = "";
+  notice("file", fault || "");
+});
+on("shelved", ({ place, fault }) => { if (fault) notice("file", fault); else goTo(place, state); });
 element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));
 startSaving({ view, element, state, connection, panels, phase });
 
@@ -383,7 +432,9 @@ startSaving({ view, element, state, connection, panels, phase });
 
 if (OPENED.file) document.title = `${OPENED.file} · springpot explorer`;
 if (!OPENED.writable) Object.assign(element("save-file"), { disabled: true, title: "A function cannot be written to a file" });
-element("impact-card").hidden = element("impact-mark").hidden = !hasWalls;
+element("impact-mark").hidden = !hasWalls;
+if (!isSeveral) document.querySelector("[data-chart=impact_speed]").hidden = !hasWalls;
+if (OPENED.place === null) notice("file", "The system of this address is not on this server any more: open its file again. This is the one that the page was opened with.");
 if (isRecorded) element("transient").firstChild.textContent = "A record has a beginning and an end: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. ";
 showPaper();
 

@@ -2,21 +2,30 @@
 
 import { Chart, bars, methodSeries, outline, polyline } from "./charts.js";
 import { METHODS, NAMES } from "/methods.js";
-import { ORDERS, orderOf } from "./problem.js";
+import { OPENED, ORDERS, POINTS, isSeveral, orderOf } from "./problem.js";
+import { escaped } from "./table.js";
 import { withError } from "./numbers.js";
 import { pinnedDensity, pinnedGrowth, pinnedMarker } from "./pinned.js";
 import { palette } from "./theme.js";
 import { densityUnitOf, unitOf } from "./units.js";
 
-export const DENSITIES = { x: "x", v: "v", amplitude: "A", impact_speed: "impact speed" }; // names of their axes
+const TITLES = { x: "Displacement", v: "Velocity", amplitude: "Amplitude", impact_speed: "Impact speed" };
+const AXES = { x: "x", v: "v", amplitude: "A", impact_speed: "impact speed" };
+export const DENSITIES = Object.fromEntries(OPENED.densities.map((name) => [name, AXES[name] ?? "x"])); // names of their axes
 const CURVES = NAMES.filter((name) => METHODS[name].over_order).reverse();
 const SLACK = 1.06;
 
 const quantity = (view, what, name) => () => { const { factor, name: unit } = unitOf(name, view.state); return { what, factor, unit }; };
 const timeAxis = (view) => () => { const { factor, name: unit } = unitOf("time", view.state); return { what: timeName(view), factor, unit }; };
-const muAxis = (view) => () => quantity(view, view.state.paper ? "μ" : "⟨x²⟩", "amplitude_mean_square")();
+const muAxis = (view) => () => quantity(view, view.state.paper ? "μ" : view.seen?.pair ? "⟨elongation²⟩" : "⟨x²⟩", "amplitude_mean_square")();
 const timeName = (view) => (view.state.si ? "t" : "Ωt");
 const timeOf = (view, t) => t * unitOf("time", view.state).factor;
+
+// a card for each density: of x, v, A and the impact speed, or of the displacement of each of several masses
+export function addDensityCards(group) {
+  const card = (name, i) => `<div class="card quarter${name === "amplitude" ? " of-paper" : ""}" data-chart="${name}" data-heading="Density of the ${isSeveral ? `displacement of ${escaped(POINTS[i].title)}` : TITLES[name].toLowerCase()}"><div class="card-head"><h3>${isSeveral ? escaped(POINTS[i].title) : TITLES[name]}</h3></div><div class="plot" id="density-${name}"></div></div>`;
+  group.insertAdjacentHTML("beforeend", OPENED.densities.map(card).join(""));
+}
 
 export function makePanels(view, element, { onOrder }) {
   const small = () => (matchMedia("(max-width: 700px)").matches ? 170 : 190);
@@ -29,19 +38,22 @@ export function makePanels(view, element, { onOrder }) {
   return panels;
 }
 
+// what the axes of a path are called
+export const saidOf = ({ seen }, what) => (!seen?.pair ? what : what === "x" ? "elongation" : "its velocity");
+
 // --- x(t) and v(t) -------------------------------------------------------------------------------------------------
 
 function trace(view, host, what, height) {
   const chart = new Chart(host, {
-    height, x: timeAxis(view), y: quantity(view, what, what),
+    height, x: timeAxis(view), y: () => quantity(view, saidOf(view, what), what)(),
     series: [{ stroke: () => palette.path, width: 1.6, points: { show: false } }],
     xRange: () => view.timeWindow(),
-    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[timeName(view), timeOf(view, chart.data[0][i])], [what, chart.data[1][i] * unitOf(what, view.state).factor]]),
-    yRange: () => (what === "x" ? [view.low - 0.04 * (view.high - view.low), view.high + 0.04 * (view.high - view.low)] : [-view.fastest, view.fastest]),
+    readout: (t, i) => (i === null || !chart.data[0].length ? [] : [[timeName(view), timeOf(view, chart.data[0][i])], [saidOf(view, what), chart.data[1][i] * unitOf(what, view.state).factor]]),
+    yRange: () => (what === "x" ? [view.seen.low - 0.04 * (view.seen.high - view.seen.low), view.seen.high + 0.04 * (view.seen.high - view.seen.low)] : [-view.seen.fastest, view.seen.fastest]),
     draw: (u, g, ratio) => {
       if (what !== "x") return;
       const { left, width, top, height: tall } = u.bbox;
-      for (const { position, lower, soft } of view.walls) {
+      for (const { position, lower, soft } of view.seen.walls) {
         const y = u.valToPos(position, "y", true);
         g.fillStyle = palette.faint;
         g.globalAlpha = soft ? 0.55 : 1;
@@ -62,8 +74,9 @@ function trace(view, host, what, height) {
       g.fillStyle = g.strokeStyle = palette.impact;
       g.lineWidth = 1.5 * ratio;
       for (let i = hits.length - 1; i >= 0 && hits[i].t >= from; i -= 1) {
-        const wall = view.walls[hits[i].wall];
+        const wall = view.seen.walls.find(({ number }) => number === hits[i].wall);
         if (!wall) continue;
+        const speed = wall.sign * hits[i].speed;
         const at = u.valToPos(hits[i].t, "x", true);
         g.beginPath();
         if (what === "x") {
@@ -73,8 +86,8 @@ function trace(view, host, what, height) {
           g.lineTo(at + r, y + 1.6 * to * r);
           g.fill();
         } else {
-          g.moveTo(at, u.valToPos(-hits[i].speed, "y", true));
-          g.lineTo(at, u.valToPos(wall.restitution(Math.abs(hits[i].speed)) * hits[i].speed, "y", true));
+          g.moveTo(at, u.valToPos(-speed, "y", true));
+          g.lineTo(at, u.valToPos(wall.restitution(Math.abs(speed)) * speed, "y", true));
           g.stroke();
         }
       }
@@ -84,7 +97,8 @@ function trace(view, host, what, height) {
     const { track } = view, first = Math.max(track.from(view.timeWindow()[0]) - 1, 0);
     chart.set([track.t.slice(first), (what === "x" ? track.x : track.v).slice(first)]);
   };
-  chart.columns = () => [["t", view.track.t], ["x", view.track.x], ["v", view.track.v]];
+  const all = (name) => POINTS.map((point, i) => [isSeveral ? `${point.name}_${name}` : name, view.track.states[i][name]]);
+  chart.columns = () => [["t", view.track.t], ...all("x"), ...all("v")];
   return chart;
 }
 
@@ -110,7 +124,8 @@ function density(view, host, name, height) {
     draw: (u, g) => {
       const found = view.densities?.[name];
       if (found) bars(u, g, found.edges, found.density, palette["measured-soft"], palette.measured);
-      if (name === "x") for (const wall of view.walls) upright(u, g, wall);
+      const own = view.reach.find((one) => !one.pair && `${one.name}x` === name);
+      for (const wall of own?.walls ?? []) upright(u, g, wall);
     },
     over: (u, g, ratio) => {
       const { edges, density: heights } = pinnedDensity(view, name) ?? {};
@@ -177,7 +192,8 @@ function methodsAt(chart, index, first, methods, factor) {
 function edgesOf(view, name) {
   const edges = view.densities?.[name]?.edges;
   if (edges?.length > 1) return Array.from(edges);
-  return name === "x" ? [view.low, view.high] : [0, 1];
+  const own = view.reach.find((one) => !one.pair && `${one.name}x` === name);
+  return own ? [own.low, own.high] : [0, 1];
 }
 
 // --- mu(t) ---------------------------------------------------------------------------------------------------------
@@ -194,7 +210,7 @@ function growth(view, host, height) {
     xRange: (u, low, high) => [0, high ?? 1],
     readout: (t, i) => {
       if (i === null || !view.growth) return [];
-      const { factor } = muAxis(view)(), { grown } = view;
+      const { factor } = muAxis(view)(), grown = view.grown?.[view.chosen];
       const measured = grown ? withError(grown.mean[i] * factor, grown.error[i] * factor) : "–";
       return [[timeName(view), timeOf(view, chart.data[0][i])], ["Monte Carlo", measured], ...methodsAt(chart, i, 4, NAMES, factor)];
     },
@@ -216,17 +232,14 @@ function growth(view, host, height) {
   chart.update = () => {
     const times = view.growth?.times ?? [0, 1], none = times.map(() => null);
     // times come with the curves: those of an older question are not this ensemble's
-    const grown = !view.old.growth && view.grown?.mean.length === times.length ? view.grown : null;
+    const own = view.grown?.[view.chosen], grown = !view.old.growth && own?.mean.length === times.length ? own : null;
     const error = (sign) => (grown ? Array.from(grown.mean, (m, i) => m + sign * 2 * (grown.error[i] || 0)) : none);
-    const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[method] : null) ?? none);
+    const lines = NAMES.map((method) => (view.drawn.has(method) ? view.growth?.methods[view.chosen]?.[method] : null) ?? none);
     chart.set([times, error(1), error(-1), grown ? Array.from(grown.mean) : none, ...lines]);
   };
   chart.columns = () => {
-    const methods = Object.keys(view.growth?.methods ?? {});
-    return [
-      ["t", view.growth?.times ?? []], ["monte_carlo", [...(view.grown?.mean ?? [])]],
-      ["monte_carlo_se", [...(view.grown?.error ?? [])]], ...methods.map((m) => [m, view.growth.methods[m]]),
-    ];
+    const { mean = [], error = [] } = view.grown?.[view.chosen] ?? {}, methods = Object.entries(view.growth?.methods[view.chosen] ?? {});
+    return [["t", view.growth?.times ?? []], ["monte_carlo", [...mean]], ["monte_carlo_se", [...error]], ...methods];
   };
   return chart;
 }

@@ -13,9 +13,14 @@ export function showEquation(element, [first = "", ...more]) {
   element("equation").setAttribute("aria-label", [first, ...more].join("; "));
 }
 
+// of each of several masses
+export function showEquations(element, equations) {
+  element("equations").innerHTML = equations.map((line) => `<p>${mathematical(line)}</p>`).join("");
+}
+
 // the library's plain text with signs: x'', powers, and the minus
 const mathematical = (text) => escaped(text).replace(/(\d)e([+-]?)0*(\d+)/g, (_, digit, sign, power) => `${digit}·10<sup>${sign === "-" ? "−" : ""}${power}</sup>`)
-  .replace(/x&#39;&#39;/g, "ẍ").replace(/x&#39;/g, "ẋ").replace(/V&#39;/g, "V̇").replace(/d&#39;/g, "ḋ")
+  .replace(/x(_\w+)?&#39;&#39;/g, "ẍ$1").replace(/x(_\w+)?&#39;/g, "ẋ$1").replace(/([xẋẍ])_(\w+)/g, "$1<sub>$2</sub>").replace(/V&#39;/g, "V̇").replace(/d&#39;/g, "ḋ")
   .replace(/\^\(?(-?[\d.]+)\)?/g, (_, power) => `<sup>${power.replace("-", "−")}</sup>`)
   .replace(/(^|[\s(])-(?=[\s\d(a-z])/g, "$1−").replace(/&#62;=/g, "≥").replace(/&#60;=/g, "≤");
 

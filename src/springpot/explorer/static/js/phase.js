@@ -13,13 +13,13 @@ export class Phase {
     this.track = track;
   }
 
-  draw({ walls, bounds, fastest, ring, window, units }) {
+  draw({ walls, bounds, fastest, ring, window, units, said }) {
     const c = this.canvas, g = c.clear();
     const left = 56, right = c.width - 12, top = 8, bottom = c.tall - 44;
     const [low, high] = bounds;
     const X = (x) => left + ((x - low) / (high - low)) * (right - left);
     const Y = (v) => (top + bottom) / 2 - (v / fastest) * ((bottom - top) / 2);
-    this.axes(g, { X, Y, left, right, top, bottom, low, high, fastest, units });
+    this.axes(g, { X, Y, left, right, top, bottom, low, high, fastest, units, said });
     g.save();
     g.beginPath();
     g.rect(left, top, right - left, bottom - top);
@@ -36,7 +36,7 @@ export class Phase {
       line(g, at, top, at, bottom);
       g.setLineDash([]);
     }
-    this.path(g, X, Y, window);
+    this.path(g, X, Y, window, walls);
     if (ring) {
       const { radius, frequency } = ring, [wall] = walls, side = wall?.lower === false ? -1 : 1, cut = wall ? (side * wall.position) / radius : -1;
       const half = Math.acos(Math.min(Math.max(cut, -1), 1)); // of the arc in front of the wall
@@ -54,7 +54,7 @@ export class Phase {
     g.restore();
   }
 
-  path(g, X, Y, window) {
+  path(g, X, Y, window, walls) {
     const { t, x, v, now, hits } = this.track, first = this.track.from(now.t - window);
     g.lineWidth = 1.6;
     g.lineJoin = "round";
@@ -71,11 +71,13 @@ export class Phase {
     }
     g.fillStyle = palette.impact;
     for (let i = hits.length - 1; i >= 0 && hits[i].t >= now.t - window; i -= 1) {
+      const wall = walls.find(({ number }) => number === hits[i].wall);
+      if (!wall) continue;
       g.globalAlpha = 0.35 + 0.65 * (1 - (now.t - hits[i].t) / window);
       g.beginPath();
-      const at = this.track.from(hits[i].t);
-      const near = hits[i].speed < 0 ? Math.max : Math.min;
-      g.arc(X(near(x[Math.max(at - 1, 0)], x[at] ?? x[at - 1])), Y(-hits[i].speed), 3, 0, 7);
+      const at = this.track.from(hits[i].t), speed = wall.sign * hits[i].speed;
+      const near = speed < 0 ? Math.max : Math.min;
+      g.arc(X(near(x[Math.max(at - 1, 0)], x[at] ?? x[at - 1])), Y(-speed), 3, 0, 7);
       g.fill();
     }
     g.globalAlpha = 1;
@@ -90,7 +92,7 @@ export class Phase {
     }
   }
 
-  axes(g, { X, Y, left, right, top, bottom, low, high, fastest, units }) {
+  axes(g, { X, Y, left, right, top, bottom, low, high, fastest, units, said }) {
     g.font = "12px system-ui, sans-serif";
     g.fillStyle = palette.muted;
     g.strokeStyle = palette.faint;
@@ -100,9 +102,9 @@ export class Phase {
     g.textAlign = "center";
     g.textBaseline = "top";
     for (const x of ticks(low * length.factor, high * length.factor, Math.max((right - left) / 60, 2))) {
-      const at = X(x / length.factor), said = short(x / 10 ** powers[0], 3), most = this.canvas.width - g.measureText(said).width / 2;
+      const at = X(x / length.factor), tick = short(x / 10 ** powers[0], 3), most = this.canvas.width - g.measureText(tick).width / 2;
       line(g, Math.round(at) + 0.5, top, Math.round(at) + 0.5, bottom);
-      g.fillText(said, Math.min(at, most), bottom + 6);
+      g.fillText(tick, Math.min(at, most), bottom + 6);
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
@@ -113,12 +115,12 @@ export class Phase {
     }
     g.textAlign = "center";
     g.textBaseline = "bottom";
-    g.fillText(withUnit("x", scaledUnit(powers[0], length.name)), (left + right) / 2, this.canvas.tall - 4);
+    g.fillText(withUnit(said[0], scaledUnit(powers[0], length.name)), (left + right) / 2, this.canvas.tall - 4);
     g.save();
     g.translate(11, (top + bottom) / 2);
     g.rotate(-Math.PI / 2);
     g.textBaseline = "middle";
-    g.fillText(withUnit("v", scaledUnit(powers[1], speed.name)), 0, 0);
+    g.fillText(withUnit(said[1], scaledUnit(powers[1], speed.name)), 0, 0);
     g.restore();
   }
 }

@@ -2,7 +2,7 @@
 
 import { short } from "./numbers.js";
 import { OPENED, PARAMETERS, orderOf, titleOf } from "./problem.js";
-import { columnsFor, headOf, isTransient, measuredCells } from "./table.js";
+import { bodiesOf, columnsFor, columnsOf, escaped, headOf, isTransient, measuredCells } from "./table.js";
 
 export function snapshot({ state, measured, densities, theory, growth, grown }) {
   const ends = (places) => (places ? [places[0], places.at(-1)] : null);
@@ -12,12 +12,12 @@ export function snapshot({ state, measured, densities, theory, growth, grown }) 
     densities: Object.fromEntries(Object.entries(densities ?? {}).map(([name, { edges, density }]) => [
       name, { edges: [...edges], density: [...density], range: ends(theory?.places[name]) ?? ends(edges) ?? [0, 1] },
     ])),
-    times: [...(growth?.times ?? [])], mean: [...(grown?.mean ?? [])],
+    times: [...(growth?.times ?? [])], means: Object.fromEntries(Object.entries(grown ?? {}).map(([name, { mean }]) => [name, [...mean]])),
   };
 }
 
 export const pinnedDensity = (view, name) => view.pin?.densities[name];
-export const pinnedGrowth = (view) => view.pin;
+export const pinnedGrowth = ({ pin, chosen }) => (pin?.means[chosen] ? { times: pin.times, mean: pin.means[chosen] } : null);
 export function pinnedMarker(view) {
   const { pin } = view;
   if (!pin) return null;
@@ -49,13 +49,19 @@ export function showPinned(view, element) {
   const { pin, state, measured } = view;
   element("pinned").hidden = !pin;
   if (!pin) return;
-  const columns = columnsFor(view, [pin.measured, measured]);
-  const row = (label, swatch, one) => `<tr class="measured"><th scope=row><span class="swatch ${swatch}"></span>${label}</th>${measuredCells(one, columns)}</tr>`;
-  const change = view.quantities.map(([name]) => {
-    const of = ({ values, errors }) => [values[name], errors[name]];
-    return `<td data-quantity="${name}">${measured ? changeText(...of(measured), ...of(pin.measured)) : "–"}</td>`;
+  const parts = view.groups.map((group) => {
+    const columns = columnsFor(view, group, [pin.measured, measured]);
+    const rows = group.rows.map(([whose, title]) => {
+      const own = columnsOf(whose, columns), of = title ? `${escaped(title)}, ` : "";
+      const row = (label, swatch, one) => `<tr class="measured"><th scope=row><span class="swatch ${swatch}"></span>${of}${label}</th>${measuredCells(one, own)}</tr>`;
+      const change = own.map(({ name }) => {
+        const found = ({ values, errors }) => [values[name], errors[name]];
+        return `<td data-quantity="${name}">${measured ? changeText(...found(measured), ...found(pin.measured)) : "–"}</td>`;
+      });
+      return `${row("this design", "box", measured)}${row("pinned", "pinned", pin.measured)}<tr><th scope=row>change</th>${change.join("")}</tr>`;
+    });
+    return { head: headOf("design", columns), rows };
   });
-  element("pinned-table").innerHTML = `<caption class="sr">Monte Carlo of this design and of the pinned one</caption><thead><tr>${headOf("design", columns)}</tr></thead>
-    <tbody>${row("this design", "box", measured)}${row("pinned", "pinned", pin.measured)}<tr><th scope=row>change</th>${change.join("")}</tr></tbody>`;
+  element("pinned-table").innerHTML = `<caption class="sr">Monte Carlo of this design and of the pinned one</caption>${bodiesOf(parts)}`;
   element("pinned-note").textContent = `${differences(state.values, pin.values)}${[measured, pin.measured].some(isTransient) ? " From rest, before the motion is stationary, both depend on how long the run is." : ""}`;
 }

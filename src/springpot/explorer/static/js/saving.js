@@ -18,7 +18,7 @@ export function described({ state }) {
 
 export function startSaving({ view, element, state, connection, panels, phase }) {
   const note = element("copied");
-  element("copy-link").addEventListener("click", () => copy(location.origin + location.pathname + state.link(), "Link copied.", note));
+  element("copy-link").addEventListener("click", () => copy(location.origin + location.pathname + location.search + state.link(), "Link copied.", note));
   const copyOf = (kind, said) => (view.copies ? copy(view.copies[kind], said, note) : say("Not copied: the server has not accepted these numbers.", note));
   element("copy-python").addEventListener("click", () => copyOf("python", "Python copied."));
   element("copy-command").addEventListener("click", () => copyOf("command", "Command copied."));
@@ -37,7 +37,7 @@ export function startSaving({ view, element, state, connection, panels, phase })
   const CHARTS = { traces: ["traceX", "traceV"], growth: ["growth"], curve: ["curve"], ...Object.fromEntries(Object.keys(DENSITIES).map((name) => [name, [name]])) };
   for (const card of document.querySelectorAll("[data-chart]")) {
     const name = card.dataset.chart, title = card.querySelector("h2, h3").textContent;
-    const heading = DENSITIES[name] ? `Density of the ${title.toLowerCase()}` : title;
+    const heading = card.dataset.heading ?? title;
     const tools = document.createElement("span");
     tools.className = "tools";
     if (CHARTS[name]) {

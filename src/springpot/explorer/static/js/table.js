@@ -19,18 +19,25 @@ export function gapText(gap) {
   return gap.percent === null ? `(${deviation} se)` : `${signed(gap.percent, 1)} % (${deviation} se)`;
 }
 
-// of each quantity its unit, with one power of ten for the whole column
-export function columnsFor({ state, quantities }, sources) {
-  return quantities.map(([name, symbol]) => {
-    const { factor, name: unit } = unitOf(name, state);
-    const sizes = sources.filter(Boolean).map(({ values }) => Math.abs(values[name] ?? 0) * factor);
+// of each quantity of a table its unit, with one power of ten for the whole column; ``of`` a row they have full names
+export function columnsFor({ state }, { rows, columns }, sources) {
+  return columns.map(([name, symbol]) => {
+    const { factor, name: unit } = unitOf(rows[0][0] + name, state);
+    const sizes = sources.filter(Boolean).flatMap(({ values }) => rows.map(([whose]) => Math.abs(values[whose + name] ?? 0) * factor));
     const exponent = exponentFor(Math.max(0, ...sizes));
     return { name, symbol, factor: factor / 10 ** exponent, unit: scaledUnit(exponent, unit) };
   });
 }
 
+export const columnsOf = (whose, columns) => columns.map((column) => ({ ...column, name: whose + column.name }));
+
 export function headOf(first, columns) {
   return [`<th scope=col>${first}</th>`, ...columns.map(({ symbol, unit }) => `<th scope=col>${symbol} <small>${unit || "&nbsp;"}</small></th>`)].join("");
+}
+
+// the head of a table, and its rows; what follows has a head of its own between the rows
+export function bodiesOf(parts) {
+  return parts.map(({ head, rows }, i) => `${i ? "" : `<thead><tr>${head}</tr></thead>`}<tbody>${i ? `<tr class="head">${head}</tr>` : ""}${rows.join("")}</tbody>`).join("");
 }
 
 export function measuredCells(measured, columns) {
@@ -63,16 +70,24 @@ export class Table {
   show(view, stale) {
     const { theory, measured } = view, best = theory?.recommended;
     this.element.classList.toggle("stale", stale);
-    const columns = columnsFor(view, [measured ?? (best && { values: theory.methods[best].moments })]);
-    const rows = [`<tr class="measured"><th scope=row><span class="swatch box"></span>Monte Carlo</th>${measuredCells(measured, columns)}</tr>`];
+    const source = measured ?? (best && { values: theory.methods[best].moments });
     // numbers that still depend on the start are no measure of theories of the stationary state
     const judge = stale || isTransient(measured) ? null : measured;
-    for (const name of theory ? NAMES : []) {
-      const answer = theory.methods[name];
-      if (answer) rows.push(this.row(name, answer, best === name && !isTransient(measured), judge, columns));
-    }
+    const parts = view.groups.map((group) => {
+      const columns = columnsFor(view, group, [source]);
+      const rows = group.rows.flatMap(([whose, title]) => {
+        const own = columnsOf(whose, columns), by = title ? `${escaped(title)} <small>Monte Carlo</small>` : "Monte Carlo";
+        const found = [`<tr class="measured"><th scope=row><span class="swatch box"></span>${by}</th>${measuredCells(measured, own)}</tr>`];
+        for (const name of theory ? NAMES : []) {
+          const answer = theory.methods[name];
+          if (answer) found.push(this.row(name, answer, best === name && !isTransient(measured), judge, own));
+        }
+        return found;
+      });
+      return { head: headOf(group.head, columns), rows };
+    });
     const focused = document.activeElement?.dataset?.draw;
-    this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption><thead><tr>${headOf("method", columns)}</tr></thead><tbody>${rows.join("")}</tbody>`;
+    this.element.innerHTML = `<caption class="sr">Moments by Monte Carlo and by every method of the theory</caption>${bodiesOf(parts)}`;
     for (const box of this.element.querySelectorAll("[data-draw]")) {
       box.addEventListener("change", () => {
         if (box.checked) this.drawn.add(box.dataset.draw); else this.drawn.delete(box.dataset.draw);

@@ -34,8 +34,9 @@ const DIMENSIONS = {
   v_rms: [1, -1], impact_rate: [0, -1], impact_speed_mean: [1, -1], impact_speed_mean_square: [2, -2],
   x: [1, 0], v: [1, -1], amplitude: [1, 0], impact_speed: [1, -1], time: [0, 1], energy_residual: [0, 0],
 };
-const POWER = [2, -3], OF_PARTS = ["impact_rate", "impact_speed_mean"];
-const dimensionsOf = (quantity) => DIMENSIONS[quantity] ?? DIMENSIONS[OF_PARTS.find((end) => quantity.endsWith(end))] ?? POWER;
+// of parts, of each of several masses, and of what is between them
+const POWER = [2, -3], ENDS = { ...DIMENSIONS, elongation_mean: [1, 0], elongation_rms: [1, 0] };
+const dimensionsOf = (quantity) => DIMENSIONS[quantity] ?? ENDS[Object.keys(ENDS).find((end) => quantity.endsWith(`_${end}`))] ?? POWER;
 
 // factor and name of a quantity's unit; dimensionless numbers have none, and rates are counted per 1/Ω
 export function unitOf(quantity, { si, paper, shown }) {

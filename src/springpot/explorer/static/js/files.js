@@ -1,0 +1,22 @@
+// A file of this computer, sent to the server in parts: measured data, or a system.
+
+export const LARGEST = 1_400_000; // bytes
+const PARTS = /[^]{1,7000}(?![\udc00-\udfff])/g; // no sign is cut in two
+const NO_TEXT = /[\0-\x08\x0b\x0e-\x1f]/; // what no text has
+const HANDFUL = 40, PAUSE = 500; // parts, and ms between them: the server takes some 100 messages a second
+const pause = (time) => new Promise((done) => { setTimeout(done, time); });
+
+// returns why it was not sent; wanted: whether it still is
+export async function send(file, kind, connection, advice, wanted = () => true) {
+  const name = [...file.name].slice(0, 100).join("");
+  if (file.size > LARGEST) return `${name} is larger than 1.4 MB${advice.large}`;
+  const text = await file.text().catch(() => null);
+  if (text === null) return `${name} cannot be read.`;
+  if (NO_TEXT.test(text)) return `${name} is not text, for it has control characters${advice.binary}`;
+  const parts = text.match(PARTS) ?? [""];
+  for (let part = 0; part < parts.length && wanted(); part += 1) {
+    if (part && part % HANDFUL === 0) await pause(PAUSE);
+    connection.part(kind, { name, part, of: parts.length, text: parts[part] });
+  }
+  return "";
+}
