@@ -35,6 +35,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -236,6 +237,8 @@ def _density(part: Any, w: float) -> float:
             return 0.5 * float(part.intensity)
         case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
             return math.pi * float(part.density(w))
+        case SpectralExcitation():
+            return part.power_into(max(w, 1e-300), 0.0)
         case RecordedExcitation():  # as noise that is white up to this frequency
             return 0.5 * math.pi * part.mean_square / max(w, 1e-300)
         case Harmonic():  # as if it were spread over its own frequency
