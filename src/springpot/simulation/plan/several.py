@@ -35,6 +35,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -236,6 +237,8 @@ def _density(part: Any, w: float) -> float:
             return 0.5 * float(part.intensity)
         case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
             return math.pi * float(part.density(w))
+        case SpectralExcitation():
+            return part.power_into(max(w, 1e-300), 0.0)
         case RecordedExcitation():  # as noise that is white up to this frequency
             return 0.5 * math.pi * part.mean_square / max(w, 1e-300)
         case Harmonic():  # as if it were spread over its own frequency
@@ -326,15 +329,18 @@ class MotionOfSeveral(Motion):
         rows = self.system.coordinates.elongations
         return {
             name: StruckWalls(
-                slow_restitution(part), self._intensity_along(rows[name]),
+                slow_restitution(part), self._intensity_along(rows[name], part.position),
                 max(part.inwards * part.position, 0.0) * self.scales.fastest_rate**2,
             )
             for name, part in self.system.named()
             if isinstance(part, Barrier)
         }  # fmt: skip
 
-    def _intensity_along(self, row: Floats) -> float:
-        """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
+    def _intensity_along(self, row: Floats, place: float | None = None) -> float:
+        """Of the acceleration of an elongation, where it is at a place, by white noise and by that of warm dashpots.
+
+        Noise that multiplies another elongation counts with the usual size of that.
+        """
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
         white = sum(
@@ -346,7 +352,14 @@ class MotionOfSeveral(Motion):
             2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
             for name, own in (coordinates.elongations.items() if thermal else ())
         )
-        return float(white + warm)
+        shaken = 0.0
+        for name, part in parts.items():
+            if isinstance(part, ParametricNoise):
+                own = coordinates.elongations[name]
+                alike = np.array_equal(own, row) or np.array_equal(own, -row)
+                size = place if alike and place is not None else self.modes.spread(own)
+                shaken += part.intensity * (size * float(turned @ own)) ** 2
+        return float(white + warm + shaken)
 
     @cached_property
     def modes(self) -> Modes:
