@@ -449,3 +449,18 @@ def test_names_of_several_masses_are_those_of_their_points() -> None:
         _ = answers["linear"].x_mean
     assert "d_x_mean" not in dir(answers["linear"])
     assert "c_x_mean" in dir(answers["linear"])
+
+
+def test_results_and_systems_are_shown_in_short() -> None:
+    found = linear(THREE)
+    assert repr(found).startswith("LinearResponse(method='linear', a_x_mean=0, a_x_mean_square=0.192367, ")
+    assert repr(found.moments).startswith("Moments(a_x_mean=0, a_x_mean_square=0.192367, ")
+    assert not any(word in repr(found) for word in ("nan", "array", "Companion"))
+    assert eval(repr(THREE), {**vars(sp.problem.parts), "System": sp.System}) == THREE
+    named = sp.System(*TWO, sp.Spring(1.0, between=ENDS[0]), stop=sp.Barrier(-1.0, between=ENDS[1]))
+    assert repr(named).endswith("stop=Barrier(position=-1.0, restitution=1.0, side='above', between=('a', 'b')))")
+    assert "stationary='There is no stationary state: no spring pulls b back" in repr(
+        linear(sp.System(*named.parts[:3], NOISE))
+    )
+    run = sp.simulate(THREE, paths=64, step=0.02, duration=2.0)
+    assert repr(run).startswith("Run(paths=64, duration=2.0, step=0.02: ")

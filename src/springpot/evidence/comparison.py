@@ -20,7 +20,7 @@ from springpot.simulation.plan.options import own_seed
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.simulation.plan.settings import checked_seed
 from springpot.theory import Result, solve_all
-from springpot.theory.result import MOMENTS
+from springpot.theory.result import MOMENTS, names_of_results
 
 __all__ = ["Comparison", "Gap", "compare", "observe"]
 
@@ -77,7 +77,8 @@ class Comparison:
     @property
     def moments(self) -> tuple[str, ...]:
         """The moments that theory and Monte Carlo both have, by name."""
-        return tuple(name for name in (*MOMENTS, "harvested_power") if name in self._budgets)
+        own = (*MOMENTS, "harvested_power") if len(self.system.points) == 1 else names_of_results(self.system)
+        return tuple(name for name in own if name in self._budgets)
 
     @property
     def _budgets(self) -> dict[str, Budget]:
@@ -164,7 +165,8 @@ def compare(
         Total relative error of the Monte Carlo, in [1e-4, 0.5].
     quantities : sequence of str
         What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.  A system
-        without a linear spring has no <A^2>; <v^2> takes its place.
+        without a linear spring has no <A^2>; <v^2> takes its place.  Of several masses it is what `springpot.simulate`
+        takes.
     max_time, threads, progress
         As in `springpot.simulate`.
     seed : int
@@ -194,12 +196,12 @@ def compare(
     answers, statements = solve_all(system)
     check_stationary(system, "compare")
     best = recommended(system, answers)
-    if quantities is None:
+    if quantities is None and len(system.points) == 1:
         quantities = _usual_quantities(system, best)
     simulation = simulated(
         system,
         rtol=rtol,
-        quantities=tuple(quantities),
+        quantities=None if quantities is None else tuple(quantities),
         max_time=max_time,
         seed=own_seed(checked_seed(seed), system.to_dict()),
         threads=threads,

@@ -106,6 +106,8 @@ class System:
     ('mass', 'spring', 'springpot', 'barrier', 'white_noise')
     >>> device.natural_frequency
     20.0
+    >>> System(Spring(2.0), stop=Barrier(-1.0))
+    System(Spring(stiffness=2.0), stop=Barrier(position=-1.0, restitution=1.0, side='above'))
 
     An instrument on a panel, which shakes:
 
@@ -128,6 +130,14 @@ class System:
         object.__setattr__(self, "parts", (*parts, *named.values()))
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
+
+    def __repr__(self) -> str:
+        """As a call, with the names that were given."""
+        kinds, count = [kind_of(part) for part in self.parts], len(self.parts)
+        while [*self.names[:count]] != usual_names(kinds[:count]):
+            count -= 1
+        named = (f"{name}={part!r}" for name, part in [*self.named()][count:])
+        return f"System({', '.join([*map(repr, self.parts[:count]), *named])})"
 
     @classmethod
     def from_matrices(

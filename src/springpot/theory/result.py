@@ -93,9 +93,17 @@ class Moments:
     impact_speed_mean_square: float
     of_parts: Mapping[str, float] = field(default_factory=dict, hash=False)
 
+    def __repr__(self) -> str:
+        """The numbers that there are."""
+        return f"Moments({_shown({name: self[name] for name in (*MOMENTS, *self.of_parts)})})"
+
     def __getitem__(self, name: str) -> float:
         """A number by its name; NaN if there is none of this name."""
         return getattr(self, name) if name in MOMENTS else self.of_parts.get(name, math.nan)
+
+
+def _shown(numbers: Mapping[str, float]) -> str:
+    return ", ".join(f"{name}={value:.6g}" for name, value in numbers.items() if not math.isnan(value))
 
 
 def names_of_results(system: System) -> tuple[str, ...]:
@@ -204,6 +212,16 @@ class Result:
     assumptions: tuple[str, ...]
     warnings: tuple[str, ...]
     is_exact: bool = field(default=False, kw_only=True)
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.__repr__ = Result.__repr__  # type: ignore[method-assign]  # a dataclass does not replace one of the class
+
+    def __repr__(self) -> str:
+        """The method and its numbers, or why there are none."""
+        if isinstance(self.stationary, str):
+            return f"{type(self).__name__}(method={self.method!r}, stationary={self.stationary!r})"
+        return f"{type(self).__name__}(method={self.method!r}, {_shown(self.numbers)})"
 
     def __post_init__(self) -> None:
         if isinstance(found := self.stationary, str):

@@ -76,11 +76,11 @@ class Filter:
 
     Attributes
     ----------
-    matrix : ndarray, shape (1, 1) or (2, 2)
-        A, in units of one over a step.
+    matrix : ndarray, shape (1, 1) or (2 n, 2 n)
+        A, in units of one over a step: blocks of two states on the diagonal.
     noise : ndarray, of that shape
-        Covariance of the noise in a step.
-    output : ndarray, shape (1,) or (2,)
+        Covariance of the noise in a step, of blocks with each other too.
+    output : ndarray, shape (1,) or (2 n,)
         c.
     """
 

@@ -18,6 +18,7 @@ from springpot.problem.parts import (
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -35,7 +36,7 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls"]
 
-_SMOOTH = (ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+_SMOOTH = (ColoredNoise, KanaiTajimiNoise, SpectralExcitation, PoissonImpulses, ParametricNoise, ThermalNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
 
 
@@ -359,7 +360,8 @@ class Motion:
     @property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
-        kinds = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
+        stationary = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
+        kinds = (*stationary, Harmonic, VanDerPol)
         sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds)]
         if self.recorded:
             return "a record has a beginning and an end"

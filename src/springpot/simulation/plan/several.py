@@ -35,6 +35,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -50,6 +51,7 @@ from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.normal_modes import free_motion
 
 __all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
 
@@ -166,52 +168,41 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
 
 def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
     """The modes, with more stiffness and damping of some parts."""
-    coordinates = system.coordinates
-    root = np.linalg.inv(np.linalg.cholesky(coordinates.mass))
-    rows = [
-        (name, part, root @ coordinates.elongations[name]) for name, part in system.named() if isinstance(part, Element)
-    ]
-
-    def matrix(numbers: Mapping[str, float]) -> Floats:
-        size = len(root)
-        return sum((numbers[name] * np.outer(row, row) for name, _, row in rows), np.zeros((size, size)))
+    at = system.coordinates
+    parts = {name: part for name, part in system.named() if isinstance(part, Element)}
 
     def linear(name: str, part: Any, p: complex) -> complex:
         stiffness, damping = more.get(name, (0.0, 0.0))
         return complex(part.modulus(p)) + stiffness + damping * p
 
-    still = {name: more.get(name, (0.0, 0.0))[0] + part.linear_stiffness for name, part, _ in rows}
-    values, shapes = np.linalg.eigh(matrix(still))
-    frequency, rate = np.sqrt(np.maximum(values, 0.0)), np.zeros(len(root))
-    moved = shapes.copy()
-    remembers = any(part.remembers for _, part, _ in rows)
-    for i in range(len(root)):
+    still = {name: more.get(name, (0.0, 0.0))[0] + part.linear_stiffness for name, part in parts.items()}
+    squares, moved = free_motion(at.mass, at.sum_of(still))
+    frequency, rate = np.sqrt(np.maximum(squares, 0.0)), np.zeros(len(squares))
+    remembers = any(part.remembers for part in parts.values())
+    for i in range(len(rate)):
         w = frequency[i]
         if remembers:
-            w = w or _alone(rows)
+            w = w or _alone(system)
             for _ in range(_ROUNDS):
-                values, shapes = np.linalg.eigh(
-                    matrix({name: linear(name, part, 1j * w).real for name, part, _ in rows})
-                )
-                new = math.sqrt(max(float(values[i]), 0.0))
+                stiff = {name: linear(name, part, 1j * w).real for name, part in parts.items()}
+                squares, shapes = free_motion(at.mass, at.sum_of(stiff))
+                new = math.sqrt(max(float(squares[i]), 0.0))
                 if abs(new - w) <= 1e-10 * w or new == 0.0:
                     break
                 w = 0.5 * (w + new)
             frequency[i], moved[:, i] = w if new > 0.0 else 0.0, shapes[:, i]
         p = 1j * max(frequency[i], 1e-9 * max(frequency.max(), 1e-300))
-        rate[i] = (
-            moved[:, i] @ matrix({name: linear(name, part, p).imag / p.imag for name, part, _ in rows}) @ moved[:, i]
-        )
-    temperature, excited = _temperatures(system, frequency, rate, root.T @ moved)
-    return Modes(frequency, rate, root.T @ moved, temperature, excited)
+        losses = at.sum_of({name: linear(name, part, p).imag / p.imag for name, part in parts.items()})
+        rate[i] = moved[:, i] @ losses @ moved[:, i]
+    temperature, excited = _temperatures(system, frequency, rate, moved)
+    return Modes(frequency, rate, moved, temperature, excited)
 
 
-def _alone(rows: Any) -> float:
+def _alone(system: System) -> float:
     """A frequency with springpots alone."""
+    at = system.coordinates
     rates = [
-        (part.coefficient * float(row @ row)) ** (1.0 / (2.0 - part.order))
-        for _, part, row in rows
-        if isinstance(part, Springpot)
+        (pot.coefficient / at.reduced(at.row(pot.between))) ** (1.0 / (2.0 - pot.order)) for pot in system.of(Springpot)
     ]
     return max(rates, default=0.0)
 
@@ -252,6 +243,8 @@ def _density(part: Any, w: float) -> float:
             return 0.5 * float(part.intensity)
         case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
             return math.pi * float(part.density(w))
+        case SpectralExcitation():
+            return part.power_into(max(w, 1e-300), 0.0)
         case RecordedExcitation():  # as noise that is white up to this frequency
             return 0.5 * math.pi * part.mean_square / max(w, 1e-300)
         case Harmonic():  # as if it were spread over its own frequency
@@ -388,7 +381,7 @@ class MotionOfSeveral(Motion):
         rows = self.system.coordinates.elongations
         return {
             name: StruckWalls(
-                slow_restitution(part), self._intensity_along(rows[name]),
+                slow_restitution(part), self._intensity_along(rows[name], part.position),
                 max(part.inwards * part.position, 0.0) * self.scales.fastest_rate**2,
             )
             for name, part in self.system.named()
@@ -423,8 +416,11 @@ class MotionOfSeveral(Motion):
         ]
         return {f"{name}_": self.struck_alone[name] for name in numbers if self.struck_alone[name].crowded}
 
-    def _intensity_along(self, row: Floats) -> float:
-        """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
+    def _intensity_along(self, row: Floats, place: float | None = None) -> float:
+        """Of the acceleration of an elongation, where it is at a place, by white noise and by that of warm dashpots.
+
+        Noise that multiplies another elongation counts with the usual size of that.
+        """
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
         white = sum(
@@ -436,7 +432,14 @@ class MotionOfSeveral(Motion):
             2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
             for name, own in (coordinates.elongations.items() if thermal else ())
         )
-        return float(white + warm)
+        shaken = 0.0
+        for name, part in parts.items():
+            if isinstance(part, ParametricNoise):
+                own = coordinates.elongations[name]
+                alike = np.array_equal(own, row) or np.array_equal(own, -row)
+                size = place if alike and place is not None else self.modes.spread(own)
+                shaken += part.intensity * (size * float(turned @ own)) ** 2
+        return float(white + warm + shaken)
 
     @cached_property
     def modes(self) -> Modes:

@@ -154,6 +154,12 @@ class Run:
     def __post_init__(self) -> None:
         name_results(self, "estimates", "distributions", "extremes", "first_passages")
 
+    def __repr__(self) -> str:
+        """How long it is, and what it holds; printed, it shows its numbers."""
+        own = self.settings
+        held = f"{len(self.estimates)} estimates, {len(self.warnings)} warnings"
+        return f"Run(paths={own.paths!r}, duration={own.duration!r}, step={own.step!r}: {held})"
+
     def __getitem__(self, name: str) -> Estimate:
         """One estimate; of an unknown name the error says which one was probably meant."""
         return self.estimates[name]

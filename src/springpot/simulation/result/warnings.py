@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Springpot
+from springpot.problem.parts import SpectralExcitation, Springpot
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
@@ -46,6 +46,7 @@ FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a wa
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
+MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
@@ -68,6 +69,7 @@ def doubts(
     return [
         *_about_contact_tolerance(simulation, values),
         *_about_uncountable(simulation.motion),
+        *_about_shapes(simulation.motion),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
         *_about_energy(simulation, values, errors, rows),
@@ -83,6 +85,22 @@ def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
     column = dict(zip(simulation.parts.columns, rows.T, strict=True))
     if "halts" in column and (count := int(column["collapses"].sum())):
         yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
+
+
+def _about_shapes(motion: Motion) -> Iterator[Message]:
+    """Of filters that change the linear response, where there is one mass: it lies where a density begins or ends."""
+    if not motion.system.of(SpectralExcitation) or len(motion.system.points) > 1:
+        return
+    from springpot.simulation.lowering.shaping import moments_off, shape_of  # SciPy is slow to import
+
+    unit = motion.unit
+    stiffness = unit.stiffness if unit.stiffness > 0.0 else motion.scales.frequency**2
+    for name, part in unit.named():
+        if isinstance(part, SpectralExcitation):
+            shape = shape_of(part, name)
+            x, v = moments_off(part, shape, unit, stiffness)
+            if max(abs(x), abs(v)) > MOST_SHAPED:
+                yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
 
 
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
