@@ -36,6 +36,7 @@ EVERYTHING = sp.System(
     sp.Harmonic(0.2, 2.0, on="b"),
     sp.Constant(-1.0, on="a"),
     sp.RecordedExcitation((0.0, 1.0), (0.0, 0.2), on="b"),
+    sp.SpectralExcitation((1.0, 9.0), (0.1, 0.2), on="b"),
     gap=sp.Barrier(-0.2, sp.PowerRestitution(sp.free("r", 0.7, (0.1, 0.9)), 0.1), between=LINK),
 )
 
@@ -331,7 +332,7 @@ def test_the_equations_in_words() -> None:
     assert lines[0].startswith("1 x_a'' + 3 x_a + 2 (x_a - x_b) - [0.1 (x_b - x_a)^2 + 1 (x_b - x_a)^3] + 0.3 x_a'")
     assert lines[1].startswith("2 x_b'' + 2 (x_b - x_a) + 0.1 (x_b - x_a)^2 + 1 (x_b - x_a)^3 + 0.2 D^0.5 (x_b - x_a)")
     assert lines[0].endswith(" = u(t) - 1 y(t) - 1")
-    assert lines[1].endswith(" = w(t) - 2 y(t) + z(t) + a(t)")
+    assert lines[1].endswith(" = w(t) - 2 y(t) + z(t) + a(t) + b(t)")
     assert any(line.startswith("wall (gap): x_b - x_a >= -0.2 m, restitution min(1, 0.7") for line in lines)
     assert any(line.startswith("natural frequencies 0.7419") for line in lines)
     assert any("0.3 (x_b - x_a)'" in line for line in lines if line.startswith("V (piezoelectric_circuit)"))

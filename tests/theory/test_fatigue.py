@@ -69,10 +69,10 @@ def test_an_elongation_of_several_masses() -> None:
         mount=sp.Springpot(0.3, 5.0, between=("panel", "box")), shaker=sp.WhiteNoise(1.0, on="panel"),
     )  # fmt: skip
     linear = sp.theory.linear(pair)
-    found = sp.theory.fatigue(linear, 3.0, of="mount")
+    found = sp.theory.fatigue(pair, 3.0, of="mount")
     assert found.moments[0.0] == pytest.approx(linear.panel_box_elongation_mean_square, rel=1e-7)
     with pytest.raises(ValueError, match=r"^of must be one of .*mount"):
-        sp.theory.fatigue(linear, 3.0, of="mont")
+        sp.theory.fatigue(pair, 3.0, of="mont")
 
 
 @pytest.mark.parametrize(

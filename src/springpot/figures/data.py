@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from springpot.simulation import Run
 
 __all__ = [
-    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "error_of_mean", "paper_of", "recorded", "results",
-    "spacing_in_steps", "walls_of",
+    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "error_of_mean", "paper_of", "recorded", "result_of",
+    "results", "spacing_in_steps", "walls_of",
 ]  # fmt: skip
 
 Data: TypeAlias = "Run | xarray.Dataset"
@@ -151,6 +151,48 @@ def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, FloatArray, Floa
     if len(row) > 1:
         x, v = x @ row, v @ row
     return dataset, np.asarray(dataset["time"], dtype=float), x, v
+
+
+def result_of(data: xarray.Dataset, quantity: str, of: str = "") -> str:
+    """The name of a quantity in the results: of one mass its own, of several that of a mass, a pair or a wall.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    quantity : {"x", "v", "amplitude", "impact_speed"}
+    of : str
+        As in `recorded`; of an impact speed the wall.
+
+    Raises
+    ------
+    ValueError
+        If there is no such mass or part, or it has no such result.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> masses = sp.Mass(1.0, at="box"), sp.Mass(2.0, at="panel")
+    >>> legs = (sp.Spring(1.0, between=("ground", end)) for end in ("box", "panel"))
+    >>> pair = sp.System(*masses, *legs, mount=sp.Spring(1.0, between=("panel", "box")))
+    >>> data = sp.simulate(pair, paths=1, duration=1.0, start="rest").to_xarray()
+    >>> result_of(data, "v", "box"), result_of(data, "x", "mount")
+    ('box_v', 'panel_box_elongation')
+    """
+    _rows(data, of)  # else it says what there is
+    system = read_system(json.loads(data.attrs["system"]))
+    if len(system.points) == 1:
+        return quantity
+    at = system.coordinates
+    row = at.elongations[of] if of in at.elongations else at.rows[at.points.index(of)]
+    points = [point for point, own in zip(at.points, at.rows, strict=True) if np.array_equal(own, row)]
+    pairs = [pair for pair, own in at.pairs.items() if np.array_equal(own, row)]
+    if quantity == "impact_speed" and of in system.stops:
+        return f"{of}_impact_speed"
+    if quantity in ("x", "v") and points:
+        return f"{points[0]}_{quantity}"
+    if quantity == "x" and pairs:
+        return f"{pairs[0]}_elongation"
+    raise ValueError(f"data holds no {quantity} of {of}.")
 
 
 def error_of_mean(values: FloatArray) -> FloatArray:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, recorded
+from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, recorded, result_of
 from springpot.figures.designs import design_at, from_zero
 from springpot.machine.faults import known_word
 
@@ -32,6 +33,7 @@ def plot_density(
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
+    of: str = "",
     label: str | None = None,
     color: str | None = None,
 ) -> Axes:
@@ -49,6 +51,9 @@ def plot_density(
         Each is drawn if it has this density.
     at : array_like, shape (n,), optional
         Where to draw theory, in m or m/s; the range of the histogram if left out.
+    of : str
+        Of several masses: the mass whose displacement or velocity it is, the part whose elongation it is, or the wall
+        whose impact speed it is.
     label, color : str, optional
         Name of this design in the legend, and its color; by default the next ones of the axes.
 
@@ -76,17 +81,20 @@ def plot_density(
     ax.set(xlabel=across, ylabel=up)
     if data is not None:
         dataset = as_dataset(data)
-        if f"{quantity}_density" not in dataset:
-            raise ValueError(f"data holds no density of {quantity}: simulate with distributions=True.")
-        middle, value, error = _columns(dataset, f"{quantity}_bin", f"{quantity}_density")
+        name = result_of(dataset, quantity, of)
+        if f"{name}_density" not in dataset:
+            raise ValueError(f"data holds no density of {name}: simulate with distributions=True.")
+        if of:
+            ax.set_xlabel(f"{name.replace('_', ' ')} ({dataset[f'{name}_bin'].units.replace(' s-1', '/s')})")
+        middle, value, error = _columns(dataset, f"{name}_bin", f"{name}_density")
         if value.size == 0:
             ax.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=ax.transAxes)
             return ax
         design.bars(middle, value, error, measured=_MEASURED, size=2.5)
         if at is None:
-            half = np.asarray(dataset[f"{quantity}_bin_width"], dtype=float) / 2.0
+            half = np.asarray(dataset[f"{name}_bin_width"], dtype=float) / 2.0
             place = np.linspace(middle[0] - half[0], middle[-1] + half[-1], 400)
-    design.curves(theory, lambda result: getattr(result, f"{quantity}_density", None), place)
+    design.curves(theory, lambda result: None if of else getattr(result, f"{quantity}_density", None), place)
     from_zero(ax)
     return ax
 
@@ -97,6 +105,7 @@ def plot_spectrum(
     *,
     theory: Theory = (),
     at: ArrayLike | None = None,
+    of: str = "",
     label: str | None = None,
     color: str | None = None,
 ) -> Axes:
@@ -112,6 +121,8 @@ def plot_spectrum(
         Each is drawn if it has a spectrum.
     at : array_like, shape (n,), optional
         Frequencies in rad/s at which to draw theory; those of the run if left out.
+    of : str
+        Of several masses: the mass whose displacement it is, or the part whose elongation it is.
     label, color : str, optional
         Name of this design in the legend, and its color; by default the next ones of the axes.
 
@@ -134,15 +145,17 @@ def plot_spectrum(
     """
     design, place = design_at(data, at, ax, color, label)
     ax = design.ax
-    ax.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=r"spectral density of $x$ (m$^2$ s/rad)", yscale="log")
+    of_what = f"the displacement of {of}" if of else "$x$"
+    ax.set(xlabel=r"frequency $\omega$ (rad/s)", ylabel=f"spectral density of {of_what} (m$^2$ s/rad)", yscale="log")
     if data is not None:
         dataset = as_dataset(data)
-        if "x_spectrum" not in dataset:
+        name = f"{result_of(dataset, 'x', of)}_spectrum"
+        if name not in dataset:
             raise ValueError("data holds no spectrum: simulate with spectrum= frequencies in rad/s.")
-        frequency, value, error = _columns(dataset, "frequency", "x_spectrum")
+        frequency, value, error = _columns(dataset, "frequency", name)
         design.bars(frequency, value, error, measured=_MEASURED, size=2.5)
         place = frequency if at is None else place
-    design.curves(theory, lambda result: getattr(result, "spectrum", None), place)
+    design.curves(theory, lambda result: _spectrum_of(result, of), place)
     return ax
 
 
@@ -214,6 +227,11 @@ def plot_correlation(
         design.bars(lags, means.mean(axis=1), error_of_mean(means.T), measured=_MEASURED, size=2.5)
     design.curves(theory, lambda result: getattr(result, "correlation", None), place)
     return ax
+
+
+def _spectrum_of(result: Any, of: str) -> Any:
+    curve = getattr(result, "spectrum", None)
+    return partial(curve, of=of) if of and curve is not None else curve
 
 
 def _columns(dataset: Any, place: str, value: str) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -105,6 +105,12 @@ MESSAGES: dict[str, Kind] = {
         "{most:.2g} s for these.",
         "Nothing for averages; for the rest use the step that the sentence names.",
     ),
+    "shaped_density": Kind(
+        _ACCURACY,
+        "{name} is made by a filter, which changes the linear response by {x} in x^2 and {v} in v^2: its density is "
+        "within {worst} of the table, and passes to 0 within a tenth of the frequency on either side of the band.",
+        "The resonance lies at an end of the band or outside it: take values of linear systems from theory.linear.",
+    ),
     "contact_tolerance": Kind(
         _ACCURACY,
         "contact_tolerance is {tolerance:g} m, which is not small compared with the root mean square displacement of "

@@ -73,9 +73,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     plan = from_the_start(plan_of(system, **options), wishes.get("first_passage"), options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
-    if plan.settings.start == "stationary":
-        plan = adapt(plan, progress=progress)
-    simulation = simulation_of(plan)
+    simulation = simulation_of(plan := adapt(plan, progress=progress))
     with _faults_of_own_forces(system):
         ensemble = simulation.advance(observers=wanted.observers, progress=_with_time(simulation, progress))
     seen = watched(simulation, ensemble.rows)
@@ -182,7 +180,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
         },
         warnings=tuple(warned),
         time=np.zeros(0),
-        record=np.zeros((0, reached.settings.steps + 1, 2)),
+        record=np.zeros((0, reached.settings.steps + 1, *reached.simulation.parts.shape_of_state)),
     )
 
 
@@ -198,32 +196,38 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         each of ``quantities`` is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
         Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` where
-        the linear springs have no positive stiffness.
+        the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
         a whole round of paths; the number of rounds depends on the machine.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
-        window and comes back under its name, with its standard error.
+        window and comes back under its name, with its standard error.  With several masses the names of the arguments
+        say what they are: ``t``, ``box_x``, ``box_v``, ``mount_elongation``.
     impact_observables : dict
         Names and functions f(speed) of the speed just before an impact: each is summed over the impacts in the window
-        and comes back per second.
+        and comes back per second.  With several masses the argument is ``speed``, on any wall, or
+        ``stop_impact_speed``, on that one.
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
-        and the extremes of each path in it.
+        and the extremes of each path in it; with several masses of x and v of each, of the elongation of each pair and
+        the impact speed of each wall.
     spectrum : array_like
-        Frequencies in rad/s at which to estimate the spectral density of x in the window.
+        Frequencies in rad/s at which to estimate the spectral density of x in the window; with several masses that of
+        each and of the elongation of each pair.
     first_passage : dict
         Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
-        ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of
-        x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"``
-        (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem;
-        ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function
-        f(t, x, v) and its level.  Times count from the start of the window; from rest the window is the whole run if
-        left out.
+        ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of x -
+        reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"`` (m)
+        is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem; ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2)
+        / 2.  Any other name is an observable's, with a pair of a function f(t, x, v) and its level.  With several
+        masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``, and of a part or a pair
+        ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Times count from the start of the window; from
+        rest the window is the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
-        faster.  They exist also where the rate of all impacts is infinite.
+        faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
+        all impacts is infinite.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -321,8 +325,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
     each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
-    force of each wall; ``damping_power`` and the balance of energy.  Observables, distributions, spectra, first
-    passages, ``slowest_counted_impact`` and ``rtol`` are for one mass only.
+    force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
+    ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on.  With ``rtol`` the means are not offered that
+    are 0 by symmetry, and the rate of impacts on a lossy wall has those that are too slow for the step.
 
     Memory use is about 230 bytes per path, whatever the number of steps.
 

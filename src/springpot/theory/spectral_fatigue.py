@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
 from springpot.problem.system import System
 from springpot.theory.numerics.frequencies import integral, resonances
-
-if TYPE_CHECKING:
-    from springpot.theory.methods.systems.linear import LinearResponse
 
 __all__ = ["Fatigue", "damage_rates", "fatigue"]
 
@@ -130,15 +127,13 @@ def _dirlik(middle: float, a2: float, k: float) -> float:
     return d1 * math.pow(q, k) * math.gamma(1.0 + k) + rayleigh * (d2 * math.pow(abs(r), k) + d3)
 
 
-def fatigue(
-    system: System | LinearResponse, exponent: float, constant: float = 1.0, of: str = "", stress: float = 1.0
-) -> Fatigue:
+def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = "", stress: float = 1.0) -> Fatigue:
     """Damage of a linear system's stationary response, by Basquin's curve N S^k = K and Miner's sum.
 
     Parameters
     ----------
-    system : System or LinearResponse
-        A linear system, or what `springpot.theory.linear` found for it.
+    system : System
+        A linear one.
     exponent : float
         k of the curve, from 1 to 50.
     constant : float
@@ -178,7 +173,7 @@ def fatigue(
     """
     from springpot.theory.methods.systems.linear import linear  # slow to import
 
-    response = linear(system) if isinstance(system, System) else system
+    response = linear(system)
     k = finite_number(exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
     basquin = finite_number(constant, "constant", low=0.0, open_low=True)
     unit = finite_number(stress, "stress", low=0.0, high=LARGEST, open_low=True, hint="It is in Pa per m.")

@@ -127,11 +127,25 @@ def test_results_are_in_datasets_files_and_pictures(thermal: Run, driven: Run, t
     again = sp.load_run(thermal.save(tmp_path / "run.nc"))
     assert again.estimates == thermal.estimates
     assert again.distributions["a_x"].counts.tobytes() == thermal.distributions["a_x"].counts.tobytes()
+    few = simulated(THERMAL, paths=2, duration=1.0, record=2)
+    few.save(tmp_path / "few.csv")
+    first, _, last = (tmp_path / "few_paths.csv").read_text().strip().partition("\n")
+    assert first.split(",")[:3] == ["time (s)", '"x of a', ' path 0 (m)"']
+    assert [float(each) for each in last.split("\n")[-1].split(",")[1:]] == few.record[:, -1].ravel().tolist()
     words = json.loads(driven.save(tmp_path / "run.json").read_text())
     assert words["b_x_spectrum"] == driven.spectra["b_x"].density.tolist()
     assert words["a_b_elongation_quantile"][4] == float(driven.distributions["a_b_elongation"].quantile(0.5)[0])
     with pytest.raises(ValueError, match="distributions"):
         sp.extend(thermal, paths=2000)
+    for quantity, of, name in (("v", "b", "b_v"), ("x", "gap", "a_b_elongation"), ("impact_speed", "gap", "")):
+        axes = sp.figures.plot_density(thermal, quantity, of=of)
+        assert axes.get_xlabel().startswith((name or "gap_impact_speed").replace("_", " "))
+    axes = sp.figures.plot_spectrum(driven, theory=sp.theory.linear(DRIVEN), of="leg")
+    assert np.array_equal(axes.lines[-1].get_ydata(), sp.theory.linear(DRIVEN).spectrum(FREQUENCIES, of="leg"))
+    with pytest.raises(ValueError, match=r"of must be one of a, b, spring_1, .*, not ''"):
+        sp.figures.plot_density(thermal)
+    with pytest.raises(ValueError, match="data holds no v of gap"):
+        sp.figures.plot_density(thermal, "v", of="gap")
 
 
 # --- against records ------------------------------------------------------------------------------------------------
@@ -267,6 +281,7 @@ def test_the_rate_of_impacts_that_are_not_slow_does_not_depend_on_the_step(noise
          "you mean gap_impact_speed?"),
         ({"impact_observables": {"y": lambda speed, gap_impact_speed: 1.0}}, "must have one argument: "),
         ({"first_passage": {"x": 1.0}}, "first_passage has 'x', which is nothing that can pass a level"),
+        ({"first_passage": {"mine": (lambda t, x, v: x, 1.0)}}, "first_passage of 'mine' cannot be of a function of"),
         ({"first_passage": {"gap_elongaton": 1.0}}, "did you mean gap_elongation?"),
         ({"first_passage": {"gap_elongation": -0.4}}, "first_passage level of gap_elongation is -0.4 m, behind a wall: "
          "gap_elongation lies between -0.3 and inf."),

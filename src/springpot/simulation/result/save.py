@@ -22,6 +22,7 @@ import csv
 import dataclasses
 import hashlib
 import io
+import itertools
 import json
 import math
 import zlib
@@ -244,10 +245,11 @@ def _table(run: Run) -> bytes:
 
 
 def _paths_table(run: Run) -> bytes:
-    """Time, then x and v of each recorded path, in columns."""
+    """Time, then x and v of each recorded path, of several masses those of each point, in columns."""
+    points = [f"{point}, " for point in run.system.points] if run.record.ndim > 3 else [""]
     header = ["time (s)"]
-    for path in range(len(run.record)):
-        header += [f"x of path {path} (m)", f"v of path {path} (m/s)"]
+    for path, point in itertools.product(range(len(run.record)), points):
+        header += [f"x of {point}path {path} (m)", f"v of {point}path {path} (m/s)"]
     numbers = np.column_stack([run.time, np.moveaxis(run.record, 0, 1).reshape(run.time.size, -1)])
     return _csv(header, ([repr(number) for number in row] for row in numbers.tolist()))
 

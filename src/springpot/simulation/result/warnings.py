@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Springpot
+from springpot.problem.parts import SpectralExcitation, Springpot
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
@@ -46,6 +46,7 @@ FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a wa
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
+MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
@@ -68,6 +69,7 @@ def doubts(
     return [
         *_about_contact_tolerance(simulation, values),
         *_about_uncountable(simulation.motion),
+        *_about_shapes(simulation.motion),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
         *_about_energy(simulation, values, errors, rows),
@@ -85,6 +87,22 @@ def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
         yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
 
 
+def _about_shapes(motion: Motion) -> Iterator[Message]:
+    """Of filters that change the linear response, where there is one mass: it lies where a density begins or ends."""
+    if not motion.system.of(SpectralExcitation) or len(motion.system.points) > 1:
+        return
+    from springpot.simulation.lowering.shaping import moments_off, shape_of  # SciPy is slow to import
+
+    unit = motion.unit
+    stiffness = unit.stiffness if unit.stiffness > 0.0 else motion.scales.frequency**2
+    for name, part in unit.named():
+        if isinstance(part, SpectralExcitation):
+            shape = shape_of(part, name)
+            x, v = moments_off(part, shape, unit, stiffness)
+            if max(abs(x), abs(v)) > MOST_SHAPED:
+                yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
+
+
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
     settings = simulation.settings
     if settings.scheme != "grunwald" or not simulation.motion.walls:
@@ -95,7 +113,7 @@ def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator
 
 
 def _about_step(simulation: Simulation) -> Iterator[Message]:
-    settings, fastest = simulation.settings, simulation.motion.scales.fastest_rate
+    settings, fastest = simulation.settings, simulation.motion.resolved_rate
     limit, ratio = settings.numerical_scheme.coarsest_step, settings.step * fastest
     if ratio > limit * (1.0 + 1e-9):
         name = "coarse_step_of_transients" if simulation.plan.keeps_the_law else "coarse_step"
@@ -203,9 +221,10 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
+    walls = [f"{wall}_" for wall in reached.simulation.parts.struck] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
-        for name in ("impact_rate", "impact_speed_mean")
+        for name in (f"{wall}{of}" for wall in walls for of in ("impact_rate", "impact_speed_mean"))
         if name not in reached.wanted and name in reached.budgets and reached.values.get(name, 0.0) != 0.0
     }
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]

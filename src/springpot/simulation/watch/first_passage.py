@@ -110,6 +110,10 @@ def _passage(plan: Plan, name: str, given: Any) -> Passage:
     title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
     quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
     if not quantity and motion.arguments:
+        if isinstance(given, tuple | list):
+            raise ValueError(
+                f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
+            )
         near = meant(str(name), motion.levels) or f"; there are {few(sorted(motion.levels))}"
         raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
     if not quantity:
