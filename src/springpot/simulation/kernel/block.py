@@ -25,6 +25,7 @@ from springpot.simulation.kernel.lanes import (
     MOST_FORCES,
     MOST_MODES,
     MOST_STATES,
+    SPARE,
     f32,
     f64,
     lesser,
@@ -33,7 +34,7 @@ from springpot.simulation.kernel.lanes import (
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
-from springpot.simulation.kernel.random import draw
+from springpot.simulation.kernel.random import draw_for_steps
 from springpot.simulation.kernel.steps import State, Struck, Sums, replay, sweep_lanes
 from springpot.simulation.kernel.watching import Accumulators, show_steps
 
@@ -69,7 +70,7 @@ _eight = stack_array(2 * GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 _by_force = stack_array(MOST_FORCES * LANES)
-_by_force_and_step = stack_array((MOST_FORCES + 1) * GROUP * LANES)  # and room for two steps more
+_by_force_and_step = stack_array((SPARE + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
 _extras = stack_array(MOST_EXTRAS * LANES)
 
@@ -114,16 +115,6 @@ def _add(sums, terms, lane):
 def _counts(n, low, high):
     """1.0 if step n lies in the window, otherwise 0.0."""
     return 1.0 if low <= n < high else 0.0
-
-
-@njit(**INLINE)
-def _draw(group, first, stream, k0, k1, halved, g, fine):
-    """The normals of four steps; with ``halved``, each combines two normals of a run with half the step."""
-    for half in range(2 if halved else 1):
-        draw(2 * group + half if halved else group, first, stream, 0, k0, k1, fine if halved else g)
-        for i in range(2 * LANES if halved else 0):
-            pair = i // LANES * 2 * LANES + i % LANES
-            g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
 
 class Parts(NamedTuple):
@@ -202,7 +193,7 @@ def block(
         for n in range(0, steps, GROUP):
             if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            _draw(n // GROUP, path_0, stream, k0, k1, halved, g, fine)
+            draw_for_steps(n // GROUP, path_0, stream, 0, k0, k1, halved, g, fine)
             supply(load, 0, n // GROUP, path_0, stream, k0, k1, forcing)
             if drive.size > 0:
                 p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])

@@ -113,7 +113,7 @@ def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator
 
 
 def _about_step(simulation: Simulation) -> Iterator[Message]:
-    settings, fastest = simulation.settings, simulation.motion.scales.fastest_rate
+    settings, fastest = simulation.settings, simulation.motion.resolved_rate
     limit, ratio = settings.numerical_scheme.coarsest_step, settings.step * fastest
     if ratio > limit * (1.0 + 1e-9):
         name = "coarse_step_of_transients" if simulation.plan.keeps_the_law else "coarse_step"
@@ -221,9 +221,10 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
+    walls = [f"{wall}_" for wall in reached.simulation.parts.struck] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
-        for name in ("impact_rate", "impact_speed_mean")
+        for name in (f"{wall}{of}" for wall in walls for of in ("impact_rate", "impact_speed_mean"))
         if name not in reached.wanted and name in reached.budgets and reached.values.get(name, 0.0) != 0.0
     }
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]
