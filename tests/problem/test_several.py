@@ -10,7 +10,6 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.evidence.comparison import compare
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
@@ -351,7 +350,6 @@ FREE = sp.System(
 HERTZ = np.array([0.1, 0.2, 0.3])
 DOORS = {
     "fit of moduli": lambda: sp.fit(FREE, sp.MeasuredModuli(HERTZ, HERTZ, HERTZ)),
-    "comparison": lambda: compare(FREE),
     "atlas": lambda: sp.atlas(FREE),
     "paper": lambda: sp.Dimensionless.of(FREE),
 }
@@ -378,5 +376,5 @@ def test_the_command_prints_the_results_of_each_mass(tmp_path, capsys) -> None:
     printed = capsys.readouterr().out
     assert "b_x_mean_square" in printed
     assert "* recommended here: linear" in printed
-    assert cli.main(["compare", str(place)]) == 2
+    assert cli.main(["atlas", str(place)]) == 2
     assert "one mass is needed" in capsys.readouterr().err
