@@ -9,7 +9,7 @@ import springpot as sp
 __all__ = ["buildings", "chain", "tuned"]
 
 
-def buildings(*excitations: Any, gap: float = -0.05) -> sp.System:
+def buildings(*excitations: Any, gap: Any = -0.05) -> sp.System:
     """Two unequal buildings with a wall between them."""
     return sp.System(
         sp.Mass(2e5, at="old"), sp.Mass(4e5, at="new"), sp.Spring(8e6, between=("ground", "old")),

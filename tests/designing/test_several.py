@@ -54,3 +54,29 @@ def test_results_of_walls_have_sensitivities_or_a_sentence() -> None:
                             paths=64, duration=5.0)  # fmt: skip
     (sentence,) = shaken.warnings
     assert sentence.startswith("gap_impact_rate has no value for this model: gap is lossy, and no white noise")
+    far = sp.sensitivity(buildings(sp.WhiteNoise(1e3, on="old"), gap=-5.0), "gap_power", paths=8, duration=5.0)
+    assert far.warnings == ("gap_power is 0 for this model: it has no relative change.",)
+
+
+def test_a_design_by_exact_theory_ends_at_the_classical_damper() -> None:
+    """Warburton's minimum for a mass ratio of 0.05; Monte Carlo of the design agrees."""
+    damper: dict[str, Any] = {"between": ("frame", "damper")}
+    model = sp.System(
+        sp.Mass(1.0, at="frame"), sp.Mass(0.05, at="damper"), sp.Spring(1.0, between=("ground", "frame")),
+        sp.Spring(sp.free("k", 0.03, (0.01, 0.1)), **damper), sp.WhiteNoise(1.0, on="frame"),
+        sp.Dashpot(sp.free("c", 0.03, (0.002, 0.1)), **damper),
+    )  # fmt: skip
+    found = sp.design(model, minimize="frame_x_mean_square", subject_to={}, rtol=0.2)
+    assert found.method == "linear"
+    assert found.values == pytest.approx({"k": 0.0464852607, "c": 0.0105843}, rel=2e-3)
+    assert sp.theory.linear(found.model).frame_x_mean_square == pytest.approx(4.445436, rel=1e-6)
+    assert abs(found.cost - 4.445436) < 4.0 * found.cost_error
+
+
+def test_a_gap_is_designed_for_a_rate() -> None:
+    model = buildings(sp.WhiteNoise(1e9, on="old"), gap=sp.free("gap", -0.05, (-0.1, -0.01)))
+    found = sp.design(model, minimize=lambda values: -values["gap"], subject_to={"gap_impact_rate": (None, 0.1)},
+                      rtol=0.1)  # fmt: skip
+    assert found.method == "monte_carlo"
+    assert found.promises[0].probability > 0.98
+    assert found.quantities["gap_impact_rate"] < 0.1

@@ -303,6 +303,7 @@ def test_nothing_is_cut_or_overlaps(page: Tab) -> None:
     page.page.set_viewport_size({"width": 1440, "height": 900})
 
 
+@pytest.mark.validation  # every day: the shelf, and a file that is sent to it
 def test_another_system_is_opened_from_the_page(context: BrowserContext, server: Server, tmp_path: Path) -> None:
     """From its examples, and from a file; a place that is not there is said."""
     file = tmp_path / "pair.toml"

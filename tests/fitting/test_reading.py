@@ -13,7 +13,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.fitting import rows
+from springpot.machine import rows
 from springpot.machine.faults import FileError
 
 RUBBER = """[[parts]]

@@ -33,12 +33,13 @@ ONE_OF_EACH: tuple[object, ...] = (
     sp.Constant(0.1),
     sp.Harmonic(0.1, 2.0),
     RECORD,
+    sp.SpectralExcitation((0.1, 1.0), (0.2, 0.1), 0.5),
     sp.PoissonImpulses(0.5, 0.1),
     sp.ParametricNoise(0.01),
     sp.Barrier(-2.0, 0.8),
 )
 SMOOTH = System(*ONE_OF_EACH)
-KINDS_OF_FORCES = (sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.RecordedExcitation)
+KINDS_OF_FORCES = (sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.RecordedExcitation, sp.SpectralExcitation)
 FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds eight forces
 OTHERS = System(*(part for part in ONE_OF_EACH if isinstance(part, (sp.Mass, sp.Spring, *KINDS_OF_FORCES))))
 SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, side="below"),
@@ -89,7 +90,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     assert found["parts.barrier.restitution"] == ("1", "1")
     # what has no unit is known to have none
     assert {name.rpartition(".")[2] for name, (unit, _) in found.items() if unit == "1"} == {
-        "order", "damping", "restitution",
+        "order", "damping", "restitution", "scale",
     }  # fmt: skip
     assert unit_of(SOFT, "parts.contact_1.exponent") == "1"
     assert label_of("parts.fractional_maxwell.springpot.order") == "fractional_maxwell_springpot_order"

@@ -10,7 +10,6 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.evidence.comparison import compare
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
@@ -37,6 +36,7 @@ EVERYTHING = sp.System(
     sp.Harmonic(0.2, 2.0, on="b"),
     sp.Constant(-1.0, on="a"),
     sp.RecordedExcitation((0.0, 1.0), (0.0, 0.2), on="b"),
+    sp.SpectralExcitation((1.0, 9.0), (0.1, 0.2), on="b"),
     gap=sp.Barrier(-0.2, sp.PowerRestitution(sp.free("r", 0.7, (0.1, 0.9)), 0.1), between=LINK),
 )
 
@@ -332,7 +332,7 @@ def test_the_equations_in_words() -> None:
     assert lines[0].startswith("1 x_a'' + 3 x_a + 2 (x_a - x_b) - [0.1 (x_b - x_a)^2 + 1 (x_b - x_a)^3] + 0.3 x_a'")
     assert lines[1].startswith("2 x_b'' + 2 (x_b - x_a) + 0.1 (x_b - x_a)^2 + 1 (x_b - x_a)^3 + 0.2 D^0.5 (x_b - x_a)")
     assert lines[0].endswith(" = u(t) - 1 y(t) - 1")
-    assert lines[1].endswith(" = w(t) - 2 y(t) + z(t) + a(t)")
+    assert lines[1].endswith(" = w(t) - 2 y(t) + z(t) + a(t) + b(t)")
     assert any(line.startswith("wall (gap): x_b - x_a >= -0.2 m, restitution min(1, 0.7") for line in lines)
     assert any(line.startswith("natural frequencies 0.7419") for line in lines)
     assert any("0.3 (x_b - x_a)'" in line for line in lines if line.startswith("V (piezoelectric_circuit)"))
@@ -350,7 +350,6 @@ FREE = sp.System(
 HERTZ = np.array([0.1, 0.2, 0.3])
 DOORS = {
     "fit of moduli": lambda: sp.fit(FREE, sp.MeasuredModuli(HERTZ, HERTZ, HERTZ)),
-    "comparison": lambda: compare(FREE),
     "atlas": lambda: sp.atlas(FREE),
     "paper": lambda: sp.Dimensionless.of(FREE),
 }
@@ -377,5 +376,5 @@ def test_the_command_prints_the_results_of_each_mass(tmp_path, capsys) -> None:
     printed = capsys.readouterr().out
     assert "b_x_mean_square" in printed
     assert "* recommended here: linear" in printed
-    assert cli.main(["compare", str(place)]) == 2
+    assert cli.main(["atlas", str(place)]) == 2
     assert "one mass is needed" in capsys.readouterr().err

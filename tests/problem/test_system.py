@@ -227,6 +227,7 @@ EVERYTHING = sp.System(
     sp.ParametricNoise(0.1),
     sp.Friction(0.01),
     sp.RecordedExcitation((0.0, 0.5, 1.0), (0.0, 0.3, -0.1)),
+    sp.SpectralExcitation.from_psd((20.0, 2000.0), 0.02, "g2/Hz", scale=0.5),
     stop=sp.Barrier(0.003, 0.7, "below"),
 )
 

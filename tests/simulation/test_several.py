@@ -12,6 +12,7 @@ import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.simulation.kernel.several import several
 from springpot.simulation.monte_carlo import simulated
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
 from tests.sizes import validation
 
@@ -423,6 +424,37 @@ def test_impacts_on_a_lossy_wall_have_a_bound_on_the_bias_of_the_step() -> None:
     assert any("misses slow impacts" in sentence for sentence in coarse.warnings)
 
 
+def test_a_wall_that_is_not_struck_has_no_step_bias() -> None:
+    run = simulated(linear_pair(sp.WhiteNoise(1.0, on="a"), sp.Barrier(-50.0, between=A_B)), paths=64, duration=20.0)
+    assert [name for name, each in run.estimates.items() if each.step_bias is not None] == []
+
+
+@pytest.mark.parametrize(("order", "strength"), [(0.8, 10.0), (0.9, 3.0), (1.0, 3.0), (0.5, 0.1)])
+def test_strong_dampers_have_a_bound_on_the_bias_of_the_step(order: float, strength: float) -> None:
+    ends = GROUND_A, A_B
+    dampers = [sp.Dashpot(strength, between=e) if order == 1.0 else sp.Springpot(order, strength, between=e)
+               for e in ends]  # fmt: skip
+    pair = sp.System(*masses(a=1.0, b=0.5), *(sp.Spring(1.0, between=e) for e in ends), *dampers,
+                     sp.WhiteNoise(1.0, on="b"))  # fmt: skip
+    run = simulated(pair, paths=1, duration=1.0)
+    bias = run["a_v_mean_square"].step_bias
+    assert (bias is None) == (strength < 1.0)
+    assert bias is None or 1e-3 < bias / run["a_v_mean_square"].value < 0.03
+
+
+def test_the_default_step_follows_a_contact_that_takes_all_speed() -> None:
+    """Two masses that close once on a contact with strong losses, against a much finer step."""
+    noise = sp.WhiteNoise(1e-12, on="a"), sp.WhiteNoise(1e-12, on="b")
+    pair = linear_pair(sp.Contact(-0.3, 20.0, 1.5, 1000.0, between=A_B), sp.WhiteNoise(1.0, on="a"))
+    step = plan_of(pair).settings.step
+    lost = [
+        simulated(sp.System(*pair.parts[:-1], *noise), paths=64, duration=0.4, window=(0.0, 0.4), step=h, start="rest",
+                  initial_velocity={"a": 1.5, "b": -0.5})["contact_power"].value for h in (step, step / 16.0)
+    ]  # fmt: skip
+    assert lost[0] == pytest.approx(lost[1], rel=0.01)
+    assert lost[1] > 0.1
+
+
 def test_impacts_that_cannot_be_counted_are_named() -> None:
     """Noise that reaches a lossy wall through springs only, beside one that it acts on."""
     system = three(
@@ -582,7 +614,7 @@ DRIVEN = thermal_pair()
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"rtol": 0.02}, "rtol cannot be given: it is for one mass, and the system has 2; of several there are means"),
+        ({"rtol": 0.02, "quantities": ["gap"]}, "quantities must be among a_x_mean, b_x_mean"),
         ({"scheme": "grunwald"}, "scheme must be 'default': the paper's problem has one mass, and the system has 2."),
         ({"derivative": "riemann-liouville"}, "derivative must be 'caputo': the paper's problem has one mass"),
         (
@@ -617,13 +649,30 @@ def test_a_run_without_a_stationary_state_works_and_says_so(system: sp.System, r
     assert run["a_v_mean_square"].value >= 0.0
 
 
+def test_what_is_0_or_undefined_is_not_asked_of_a_tolerance() -> None:
+    """One sentence says why; what is left out is not controlled either."""
+    ends = (("ground", at) for at in "ab")
+    held = [part for end in ends for part in (sp.Spring(1.0, between=end), sp.Dashpot(0.5, between=end))]
+    apart = sp.System(*masses(a=1.0, b=1.0), *held, sp.WhiteNoise(1.0, on="b"))
+    run = simulated(apart, rtol=0.3)
+    assert run["a_x_mean_square"].value == 0.0
+    assert run.diagnostics["reached"]
+    with pytest.raises(ValueError, match="not a_x_mean_square: it is 0"):
+        sp.simulate(apart, rtol=0.3, quantities="a_x_mean_square")
+    smooth = three(sp.ColoredNoise(1.0, 1.0, on="a"), sp.Barrier(-0.1, 0.5, between=A_B))
+    with pytest.raises(ValueError, match="not barrier_impact_rate: barrier is lossy, and no white noise"):
+        sp.simulate(smooth, rtol=0.3, quantities="barrier_impact_rate")
+
+
 def test_impacts_without_a_rate_have_advice_that_can_be_followed() -> None:
     """Those that are not slow have one; so has a contact in place of the wall."""
     smooth = sp.ColoredNoise(1.0, 1.0, on="a")
     lossy = three(smooth, sp.Barrier(-0.1, 0.5, between=A_B))
-    run = simulated(lossy, paths=64, duration=20.0, slowest_counted_impact=0.1)
-    (sentence,) = (each for each in run.warnings if "undefined" in each)
+    (sentence,) = (each for each in simulated(lossy, paths=4, duration=20.0).warnings if "undefined" in each)
+    assert sentence.startswith("impact rate and speeds of barrier are undefined")
     assert sentence.endswith("slowest_counted_impact counts those that are faster.")
+    run = simulated(lossy, paths=64, duration=20.0, slowest_counted_impact=0.1)
+    assert not any("undefined" in each for each in run.warnings)  # the advice was followed
     assert np.isnan(run["barrier_impact_rate"].value)
     assert run["barrier_counted_impact_rate"].value > 0.0
     assert run["barrier_counted_impact_speed_mean"].value > 0.1

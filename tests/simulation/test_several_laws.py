@@ -11,6 +11,7 @@ from scipy import integrate
 
 import springpot as sp
 from springpot.problem.system import KINDS
+from springpot.simulation.kernel.several import several
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.several import modes_of
@@ -174,6 +175,16 @@ def test_noise_that_feeds_more_than_is_taken_has_no_mean_square() -> None:
     assert np.isfinite(modes_of(wild).temperature).all()
 
 
+@pytest.mark.parametrize(("place", "is_rough"), [(-0.3, True), (0.0, False)])
+def test_noise_that_multiplies_a_gap_makes_its_impacts_countable_where_it_is_not_0(
+    place: float, is_rough: bool
+) -> None:
+    smooth = sp.ColoredNoise(1.0, 1.0, on="b")
+    wall = sp.Barrier(place, 0.8, "above", between=A_B)
+    run = simulated(linear_pair(smooth, sp.ParametricNoise(0.1, between=("b", "a")), wall), paths=64, duration=10.0)
+    assert (run["barrier_impact_rate"].value > 0.0) is is_rough
+
+
 def test_held_noise_that_multiplies_x_is_that_of_one_mass() -> None:
     one = sp.System(sp.Mass(1.5), sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0), sp.ParametricNoise(0.1))
     two = sp.System(
@@ -244,7 +255,14 @@ def test_every_kind_of_part_has_a_law() -> None:
     """What has none is refused with its name, for one mass and for several alike."""
     without = {name for name, kind in KINDS.items() if lower.dispatch(kind) is lower.dispatch(object)}
     assert without == {"inerter", "mass", "point"}  # these are the mass matrix and rows
-    assert simulated(SHAKEN, paths=1, duration=1.0)["energy_residual"]
+
+
+def test_laws_without_functions_need_no_compilation_of_their_own() -> None:
+    simulated(linear_pair(sp.WhiteNoise(0.5, on="b")), paths=1, duration=1.0)
+    before = len(several.signatures)
+    wall = sp.Barrier(-0.3, sp.PowerRestitution(0.7, 0.5, 0.3), between=A_B)
+    simulated(harvester(sp.WhiteNoise(0.5, on="b"), sp.ParametricNoise(0.1, between=A_B), wall), paths=1, duration=1.0)
+    assert len(several.signatures) == before
 
 
 def test_a_force_is_on_one_mass_or_between_two() -> None:

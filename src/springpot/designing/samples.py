@@ -70,7 +70,7 @@ def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress |
     >>> samples.size, bool(abs(samples.mean() - value) < 1e-12)
     (64, True)
     """
-    if plan.adapted is None and plan.settings.start == "stationary":
+    if plan.adapted is None:
         plan = adapt(plan, progress=progress)
     simulation = simulation_of(plan)
     fastest = simulation.motion.scales.fastest_rate

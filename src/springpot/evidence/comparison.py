@@ -12,7 +12,7 @@ import numpy as np
 from springpot.evidence.recommendation import Recommendation, recommended
 from springpot.evidence.reliability import warnings_of
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System, check_single, checked_system
+from springpot.problem.system import System, checked_system
 from springpot.simulation import Budget, Run
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress
@@ -192,7 +192,6 @@ def compare(
     True
     """
     system = checked_system(system)
-    check_single(system)
     answers, statements = solve_all(system)
     check_stationary(system, "compare")
     best = recommended(system, answers)

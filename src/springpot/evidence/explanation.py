@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from springpot.machine.faults import few
+from springpot.machine.faults import few, per_cent
+from springpot.problem.parts import SpectralExcitation
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Part, in_words
@@ -53,7 +54,7 @@ def explain(system: System) -> str:
     natural frequency 20 rad/s, 3.1831 Hz; period 0.314159 s
     """
     system = checked_system(system)
-    return "\n".join([*equation(system), *_scales(system), *_losses(system), *_coverage(system)])
+    return "\n".join([*equation(system), *_scales(system), *_filters(system), *_losses(system), *_coverage(system)])
 
 
 def equation(system: System) -> Iterator[str]:
@@ -88,7 +89,7 @@ def _push(system: System, name: str, symbol: str, place: int) -> str:
     if row is None or len(system.points) == 1:
         return symbol
     whole = {1.0: "", -1.0: "-"} if name in at.elongations else {1.0: ""}
-    before = whole.get(row[place], f"{row[place]:.6g} ")
+    before = whole.get(float(share := f"{row[place]:.6g}"), f"{share} ")
     return f"{before}{symbol.removeprefix('-m ')}" if row[place] else ""
 
 
@@ -177,6 +178,21 @@ def _scales(system: System) -> Iterator[str]:
         if (found := system.resonance) > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
         yield from filter(None, (part.measure(name, omega) for name, part in system.per_unit_mass.named()))
+
+
+def _filters(system: System) -> Iterator[str]:
+    """How near the filters of a simulation are to the densities that they stand for."""
+    for name, part in system.named():
+        if isinstance(part, SpectralExcitation):
+            from springpot.simulation.lowering.shaping import shape_of  # Numba is slow to import
+
+            try:
+                shape = shape_of(part, name)
+            except ValueError as fault:
+                yield f"{fault} It cannot be simulated."
+                continue
+            near = f"within {per_cent(shape.worst)} of it, {per_cent(shape.rms)} rms"
+            yield f"{name}: simulated by a filter of {len(shape.poles)} sections whose density is {near}"
 
 
 def _losses(system: System) -> Iterator[str]:

@@ -134,10 +134,9 @@ def sliders(system: System, size: Mapping[str, float]) -> tuple[Slider, ...]:
 
 
 def _slider(system: System, name: str, value: float, size: Mapping[str, float]) -> Slider:
-    owner, _, path = name.partition("-")
-    if path == _SCALE:
-        number, place = RecordedExcitation.numbers["values"], 0
-        part, plain = dict(system.named())[owner], "1"
+    part = dict(system.named())[name.partition("-")[0]]
+    if isinstance(part, RecordedExcitation):
+        number, place, plain = part.numbers["values"], 0, "1"
     else:
         part, number, place = number_of(system, ROOT + name.replace("-", "."))
         plain = number.unit_of(system.has_mass and not part.of_ground, place)

@@ -18,11 +18,11 @@ from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
-from springpot.fitting.rows import numbers_of, rows_of
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.files import open_text
-from springpot.problem.spectral_density import STANDARD_GRAVITY
+from springpot.machine.rows import column_of, numbers_of, rows_of
+from springpot.problem.spectral_density import FREQUENCY_UNITS, STANDARD_GRAVITY
 
 __all__ = ["UNITS", "Data", "data_of", "read_data"]
 
@@ -37,7 +37,7 @@ Data = (
 """Every kind of measured data."""
 
 UNITS: dict[str, dict[str, float]] = {
-    "frequency": {"hz": 1.0, "Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / np.pi},
+    "frequency": FREQUENCY_UNITS,
     "storage": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
     "density": {"m2/Hz": 1.0, "mm2/Hz": 1e-6, "m2/s2/Hz": 1.0, "mm2/s2/Hz": 1e-6, "m2/s4/Hz": 1.0,
                 "g2/Hz": STANDARD_GRAVITY**2},
@@ -74,8 +74,6 @@ _SETTINGS = {
 }  # fmt: skip
 """What each kind of data may have, columns and settings."""
 MOST_BYTES = 200_000_000
-# no two parts of a pattern may take the same character: the time is then proportional to the length
-_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(])([^\])]+)[\])]?")
 _SETTING = re.compile(r"#\s*([A-Za-z_]+)\s*[=:](.+)")
 
 
@@ -178,7 +176,7 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
                 f"{title} is not right: {name} is a setting of {listed(_SETTINGS[name], 'or')}, not of statistics."
             )
         return found
-    known = [_head(head, line, title) for head in heads]
+    known = [column_of(head, UNITS, line, title) for head in heads]
     values, lines = numbers_of(rows, heads, title)
     with np.errstate(over="ignore"):  # what is infinite then is refused
         values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
@@ -205,23 +203,6 @@ def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> No
     if name in settings:
         raise FileError(f"{title}, line {number}: {name} must be given only once.")
     settings[name] = match[2].strip()
-
-
-def _head(text: str, line: int, title: str) -> tuple[str, str]:
-    """What a column is, and its unit."""
-    match = _HEADER.fullmatch(text)
-    name = match[1].lower() if match else text.lower()
-    if name not in UNITS:
-        known = listed([*UNITS], "or")
-        raise FileError(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit"
-                        f"{meant(name, UNITS) or '.'}")  # fmt: skip
-    if match is None:
-        unit = next(iter(UNITS[name]))
-        raise FileError(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
-    if (unit := match[2].strip()) not in UNITS[name]:
-        units = listed([*UNITS[name]], "or")
-        raise FileError(f"{title}, line {line}: the unit of {name} must be {units}, not {shown(unit)}.")
-    return name, unit
 
 
 def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from itertools import islice
 
 from springpot.fitting.columns import PointFault
-from springpot.fitting.rows import Row
 from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
+from springpot.machine.rows import Row
 from springpot.problem.catalogue import unit_of as unit_of_quantity
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]

@@ -19,6 +19,7 @@ from springpot.problem.parts import (
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
+    SpectralExcitation,
     ThermalNoise,
     WhiteNoise,
 )
@@ -99,7 +100,7 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
         seen = displaced(system, p, seen_by)
         found: Any = np.zeros(p.shape)
         for part, push in noises:
-            spread = _filtered(part, w) if isinstance(part, KanaiTajimiNoise) else part.density(w)
+            spread = _density(part, w)
             if of == "a" and part.of_ground:  # of the mass itself
                 found = found + spread * np.abs(np.sum(seen * held_by(system, p), axis=1)) ** 2
             else:
@@ -110,6 +111,13 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
         return np.asarray(4.0 * np.pi * found).reshape(np.shape(frequency))
 
     return density
+
+
+def _density(noise: Any, w: FloatArray) -> Any:
+    """Of a noise at many frequencies."""
+    if isinstance(noise, KanaiTajimiNoise):
+        return _filtered(noise, w)
+    return np.vectorize(noise.density, otypes=[float])(w) if isinstance(noise, SpectralExcitation) else noise.density(w)
 
 
 def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:

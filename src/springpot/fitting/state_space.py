@@ -27,6 +27,7 @@ from springpot.problem.parts import (
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     WhiteNoise,
@@ -131,6 +132,8 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation | PoissonImpulses):
             raise NotCoveredError(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")
+        if isinstance(part, SpectralExcitation):
+            raise NotCoveredError(f"{name} has a density without a short state: a fit of a record does not cover it.")
     own = companion_of(system)
     noises = [part for part in system.of(Excitation) if not isinstance(part, Constant | ThermalNoise)]
     if not own.noises and not own.temperature:

@@ -8,7 +8,7 @@ the place and what was meant, and densities in place of intensities would each n
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -17,11 +17,11 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import Free, free
-from springpot.problem.parts import WhiteNoise
+from springpot.problem.parts import SpectralExcitation, WhiteNoise
 from springpot.problem.parts.checks import Checked, fields_of, plain
 from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
-from springpot.problem.spectral_density import DensityUnit, Sides
+from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
 from springpot.problem.system import KINDS, System, checked_system, usual_names
 
 __all__ = ["read_system", "schema", "to_toml"]
@@ -46,7 +46,28 @@ _NUMBER = {
     ]
 }
 _FREE = {"free": str, **dict.fromkeys(("start", "low", "high", "times", "plus", "power"), float)}
-_PSD = {"psd": float, "psd_unit": DensityUnit, "sides": Sides, "on": str}
+_TABLE = tuple[float, ...]
+_UNIT: dict[str, Any] = {"psd_unit": DensityUnit, "sides": Sides, "on": str}
+_BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], set[str]], ...] = (
+    (
+        WhiteNoise.from_psd, "white_noise", "psd", "White noise by its spectral density.",
+        {"psd": float, **_UNIT}, {"psd", "psd_unit"},
+    ),
+    (
+        SpectralExcitation.from_slopes, "spectral_excitation", "slopes",
+        "A noise by its break points, the slopes between them in dB per octave, and its density at a frequency.",
+        {"frequency": _TABLE, "slopes": _TABLE, "psd": float, "psd_unit": DensityUnit, "at": float, "scale": float,
+         "on": str},
+        {"frequency", "slopes", "psd", "psd_unit", "at"},
+    ),
+    (
+        SpectralExcitation.from_psd, "spectral_excitation", "psd_unit",
+        "A noise by the points of its spectral density, or one number for all of them.",
+        {"frequency": _TABLE, "psd": float | _TABLE, **_UNIT, "frequency_unit": FrequencyUnit, "scale": float},
+        {"frequency", "psd", "psd_unit"},
+    ),
+)  # fmt: skip
+"""Noises by their densities: what makes them, the kind, the key that marks this form, its words, keys and needs."""
 
 
 def read_system(source: str | Path | Mapping[str, Any]) -> System:
@@ -57,7 +78,8 @@ def read_system(source: str | Path | Mapping[str, Any]) -> System:
     source : str, Path or mapping
         The file's place, or its content: a table ``[[parts]]`` for each part, with its ``kind`` (the name of the class
         in small letters, such as ``polynomial_spring``), its numbers under their names in Python and, if you like, a
-        ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``.
+        ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``; a
+        ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too.
 
     Returns
     -------
@@ -182,12 +204,13 @@ def _part(table: object, place: str) -> tuple[str, object]:
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
         near = meant(kind, _KINDS) if isinstance(kind, str) else ""
-        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near}.")
+        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near or '.'}")
     numbers = {key: value for key, value in table.items() if key not in ("kind", "name")}
     where = f"{place} ({kind})"
-    if kind == "white_noise" and "psd" in numbers:
-        _check_keys(numbers, _PSD, {"psd", "psd_unit"}, where)
-        return kind, _made(WhiteNoise.from_psd, numbers, where)
+    for make, own, mark, _, keys, needed in _BY_DENSITY:
+        if kind == own and mark in numbers:
+            _check_keys(numbers, keys, needed, where)
+            return kind, _made(make, _all_read(keys, numbers, where), where)
     return kind, _build(_KINDS[kind], numbers, where)
 
 
@@ -197,8 +220,11 @@ def _build(kind: type[Checked], numbers: Mapping[str, Any], where: str) -> objec
     needed = {field.name for field in fields_of(kind) if field.default is MISSING}
     usual = [own.name for own in fields_of(kind) if own.repr]
     _check_keys(numbers, hints, needed, where, usual)
-    values = {name: _read(hints[name], value, f"{where}.{name}") for name, value in numbers.items()}
-    return _made(kind, values, where)
+    return _made(kind, _all_read(hints, numbers, where), where)
+
+
+def _all_read(hints: Mapping[str, Any], numbers: Mapping[str, Any], where: str) -> dict[str, Any]:
+    return {name: _read(hints[name], value, f"{where}.{name}") for name, value in numbers.items()}
 
 
 def _read(hint: Any, value: Any, where: str) -> Any:
@@ -259,8 +285,8 @@ def _check_keys(
 ) -> None:
     for key in numbers:
         if key not in known:
-            hint = meant(str(key), known) or f": its keys are {listed(usual or [*known])}"
-            raise ValueError(f"{shown(key)} is not a key of {where}{hint}.")
+            hint = meant(str(key), known) or f": its keys are {listed(usual or [*known])}."
+            raise ValueError(f"{shown(key)} is not a key of {where}{hint}")
     if missing := [name for name in known if name in needed and name not in numbers]:
         raise ValueError(f"{where} needs {listed(missing)}.")
 
@@ -285,15 +311,15 @@ def _schemas() -> Iterator[dict[str, Any]]:
         table["properties"] = head | table["properties"]
         table["required"] = ["kind", *table["required"]]
         yield table
-    densities = {name: _schema_of(hint) for name, hint in _PSD.items()}
-    yield {
-        "type": "object",
-        "title": "WhiteNoise.from_psd",
-        "description": "White noise by its spectral density.",
-        "properties": head | {"kind": {"const": "white_noise"}} | densities,
-        "required": ["kind", "psd", "psd_unit"],
-        "additionalProperties": False,
-    }
+    for make, kind, _, said, keys, needed in _BY_DENSITY:
+        yield {
+            "type": "object",
+            "title": make.__qualname__,
+            "description": said,
+            "properties": head | {"kind": {"const": kind}} | {name: _schema_of(hint) for name, hint in keys.items()},
+            "required": ["kind", *(name for name in keys if name in needed)],
+            "additionalProperties": False,
+        }
 
 
 def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
@@ -319,6 +345,8 @@ def _schema_of(hint: Any) -> dict[str, Any]:
         return {"type": "string"}
     if any(_is_a(one, Restitution) for one in get_args(hint)):
         return {"anyOf": [_A_NUMBER, *map(_schema, Restitution.laws.values())]}
+    if hint == float | _TABLE:
+        return {"anyOf": [_A_NUMBER, _schema_of(_TABLE)]}
     if get_origin(hint) is Literal:
         return {"enum": [*get_args(hint)]}
     if get_origin(hint) is tuple:

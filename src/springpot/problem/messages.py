@@ -105,6 +105,12 @@ MESSAGES: dict[str, Kind] = {
         "{most:.2g} s for these.",
         "Nothing for averages; for the rest use the step that the sentence names.",
     ),
+    "shaped_density": Kind(
+        _ACCURACY,
+        "{name} is made by a filter, which changes the linear response by {x} in x^2 and {v} in v^2: its density is "
+        "within {worst} of the table, and passes to 0 within a tenth of the frequency on either side of the band.",
+        "The resonance lies at an end of the band or outside it: take values of linear systems from theory.linear.",
+    ),
     "contact_tolerance": Kind(
         _ACCURACY,
         "contact_tolerance is {tolerance:g} m, which is not small compared with the root mean square displacement of "
@@ -113,7 +119,7 @@ MESSAGES: dict[str, Kind] = {
     ),
     "uncountable_impacts": Kind(
         _PROBLEM,
-        "impact rate and speeds are undefined, but energies are correct: {reason}. "
+        "impact rate and speeds{of} are undefined, but energies are correct: {reason}. "
         "slowest_counted_impact counts those that are faster.",
         "Give slowest_counted_impact=, or a Contact in place of the wall, or ask for powers and forces of the wall, "
         "which are finite.",
@@ -178,8 +184,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "slow_impacts_of_some_wall": Kind(
         _ACCURACY,
-        "impact rate {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies are "
-        "correct.",
+        "impact rate{of} {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies "
+        "are correct.",
         "Use a finer step, or slowest_counted_impact=.",
     ),
     "slow_impact_quantiles": Kind(

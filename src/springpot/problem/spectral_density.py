@@ -15,16 +15,26 @@ is divided by m^2 first.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
 from typing import Literal, get_args
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.files import open_text
 
 __all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
 STANDARD_GRAVITY = 9.80665
 """g in m/s^2, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
 
+FREQUENCY_UNITS = {"hz": 1.0, "Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / math.pi}
+"""Units of frequency, in Hz."""
+
 DensityUnit = Literal["g2/Hz", "m2/s4/Hz", "N2/Hz"]
+FrequencyUnit = Literal["Hz", "kHz", "rad/s"]
 Excited = Literal["base", "force"]
 Sides = Literal[1, 2]
 
@@ -127,3 +137,78 @@ def check_excited(of: object, unit: DensityUnit) -> None:
     if of != ("force" if unit == "N2/Hz" else "base"):
         right = "psd_unit='N2/Hz'" if of == "force" else "psd_unit='g2/Hz' or psd_unit='m2/s4/Hz'"
         raise ValueError(f"of={of!r} needs {right}, not {unit!r}.")
+
+
+MOST_BYTES = 10_000_000
+OCTAVE = 10.0 * math.log10(2.0)
+"""dB of a density that is proportional to the frequency, in an octave."""
+
+
+def one_sided_si(psd: Sequence[float], unit: DensityUnit, sides: Sides) -> tuple[float, ...]:
+    """One-sided densities in (m/s^2)^2/Hz or N^2/Hz."""
+    size = 2.0 * _density_of_one(unit, sides, 1.0)
+    return tuple(size * value for value in psd)
+
+
+def in_hertz(frequency: Sequence[float], unit: FrequencyUnit) -> tuple[float, ...]:
+    """Frequencies in Hz."""
+    _one_of(unit, get_args(FrequencyUnit), "frequency_unit", "The density is per Hz whatever it is.")
+    return tuple(FREQUENCY_UNITS[unit] * value for value in frequency)
+
+
+def along_slopes(frequency: Sequence[float], slopes: Sequence[float], psd: float, at: float) -> tuple[float, ...]:
+    """Densities at break points from the slopes between them, in dB per octave, and the density at a frequency.
+
+    Examples
+    --------
+    >>> [round(value, 4) for value in along_slopes((20.0, 80.0, 350.0, 2000.0), (3.0, 0.0, -3.0), 0.04, 100.0)]
+    [0.01, 0.04, 0.04, 0.007]
+    """
+    if len(slopes) != len(frequency) - 1:
+        raise ValueError(
+            f"slopes must be one for each piece between two frequencies, {len(frequency) - 1}, not {len(slopes)}."
+        )
+    if not frequency[0] <= at <= frequency[-1]:
+        raise ValueError(f"at must lie between {frequency[0]:g} and {frequency[-1]:g}, not {at:g}: there psd is given.")
+    rises = [
+        slope / OCTAVE * math.log(high / low)
+        for slope, low, high in zip(slopes, frequency, frequency[1:], strict=False)
+    ]
+    logs = [math.fsum(rises[:n]) for n in range(len(frequency))]
+    place = max(n for n in range(len(slopes)) if frequency[n] <= at)
+    there = logs[place] + slopes[place] / OCTAVE * math.log(at / frequency[place])
+    return tuple(psd * math.exp(log - there) for log in logs)
+
+
+def read_densities(path: str | Path) -> tuple[tuple[float, ...], tuple[float, ...], DensityUnit]:
+    """Frequencies in Hz, densities and their unit, from a CSV file with the units in its header.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        One sentence that says what is wrong in it.
+    """
+    from springpot.machine.rows import column_of, numbers_of, rows_of  # slow to import, as NumPy is
+
+    title = f"density file {str(path)!r}"
+    units = {"frequency": FREQUENCY_UNITS, "psd": dict.fromkeys(get_args(DensityUnit), 1.0)}
+    units["density"] = units["psd"]
+    with open_text(path, title, MOST_BYTES) as file:
+        rows = rows_of(file, title, lambda line, number: None)
+        line, cells = next(rows)
+        heads = [" ".join(cell.split()) for cell in cells]
+        known = [*map(partial(column_of, units=units, line=line, title=title), heads)]
+        kinds = ["frequency" if name == "frequency" else "psd" for name, _ in known]
+        if sorted(kinds) != ["frequency", "psd"]:
+            raise FileError(
+                f"{title} must have two columns, one of the frequency and one of the density, such as "
+                f"frequency_Hz,psd_g2/Hz, not {listed([*map(shown, heads)])}."
+            )
+        values, _ = numbers_of(rows, heads, title)
+    if not len(values):
+        raise FileError(f"{title} is empty below its header: a density needs two points or more.")
+    at, of = kinds.index("frequency"), kinds.index("psd")
+    size = FREQUENCY_UNITS[known[at][1]]
+    return tuple((size * values[:, at]).tolist()), tuple(values[:, of].tolist()), known[of][1]  # type: ignore[return-value]

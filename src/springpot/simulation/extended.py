@@ -216,7 +216,7 @@ def _extended_to(
 def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
     """What cannot be continued to an error, before work starts."""
     check_motion(motion, "rtol")
-    if run.settings.scheme != "default":
+    if run.settings.scheme == "grunwald":
         raise ValueError(f"run must have the default scheme, not {run.settings.scheme!r}, whose bias is not measured.")
     if run.settings.record:
         raise ValueError("run must not have recorded paths if it is extended to an rtol.")
@@ -224,7 +224,7 @@ def _check_continued(run: Run, motion: Motion, wanted: Sequence[str]) -> None:
         raise ValueError(
             "run must have a stationary start if it is extended to an rtol: the bias of others is not known."
         )
-    if motion.struck.crowded and (slow := [name for name in wanted if "impact" in name]):
+    if slow := [name for name in wanted if "impact" in name and name.startswith((*motion.completed,))]:
         raise ValueError(
             f"quantities must not have {slow[0]} behind a lossy wall: its slow impacts are added only in a run "
             "that was made with rtol."

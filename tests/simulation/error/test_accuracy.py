@@ -11,14 +11,16 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation import simulate
 from springpot.simulation.error import reach as accuracy
 from springpot.simulation.error.budget import combine
-from springpot.simulation.error.levels import COARSEST_STEP, levels_of
+from springpot.simulation.error.levels import levels_of
 from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import extrapolation_step, slow_impact_order
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import controlled, standard_error
+from springpot.simulation.plan.creep import missing_variance
 from springpot.simulation.plan.plan import plan_of
-from springpot.simulation.plan.transient import missing_variance, shares_missing
+from springpot.simulation.plan.schemes import Splitting
+from springpot.simulation.plan.transient import shares_missing
 from springpot.theory.result import MOMENTS
 from tests.simulation.problems import oscillator, truncated_gaussian
 from tests.sizes import validation
@@ -137,8 +139,8 @@ def test_max_time_ends_after_a_whole_round_whose_bits_are_those_of_the_same_work
     assert short.shortfall.startswith("amplitude_mean_square is known to ")
     value, budget = short.values["amplitude_mean_square"], short.budgets["amplitude_mean_square"]
     assert 1e-3 * value < budget.total < 0.1 * value
-    finer = round(math.log2(COARSEST_STEP / short.settings.step)) - 1
-    again = levels_of(short.simulation.plan.but(step=COARSEST_STEP)).with_step(finer)
+    finer = round(math.log2(Splitting.coarsest_step / short.settings.step)) - 1
+    again = levels_of(short.simulation.plan.but(step=Splitting.coarsest_step)).with_step(finer)
     again = again.extended(short.settings.paths - 2 * short.pairs, short.pairs, None)
     estimates = combine(again)
     assert estimates.values == short.values

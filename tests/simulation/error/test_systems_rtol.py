@@ -70,6 +70,7 @@ def test_the_wall_of_a_system_is_that_of_an_oscillator() -> None:
         (sp.ColoredNoise(1.0, 0.3), sp.WhiteNoise(0.3)),
         validation((sp.KanaiTajimiNoise(3.0, 0.4, 1.0), sp.ColoredNoise(1.0, 0.3))),
         validation((sp.PoissonImpulses(2.0, 0.5),)),
+        (sp.SpectralExcitation((0.05, 10.0), (1.0, 1.0), on="mass"),),
     ],
 )
 def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitation: tuple[Any, ...]) -> None:

@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Self
+from pathlib import Path
+from typing import Annotated, Any, Self
 
-from springpot.machine.faults import shown
+from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.faults import FileError, shown
 from springpot.problem.parts.checks import put, real
 from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
-from springpot.problem.spectral_density import DensityUnit, Sides, intensity_from_psd
+from springpot.problem.spectral_density import (
+    STANDARD_GRAVITY,
+    DensityUnit,
+    FrequencyUnit,
+    Sides,
+    along_slopes,
+    in_hertz,
+    intensity_from_psd,
+    one_sided_si,
+    read_densities,
+)
 
 __all__ = [
     "ColoredNoise",
@@ -23,6 +36,7 @@ __all__ = [
     "ParametricNoise",
     "PoissonImpulses",
     "RecordedExcitation",
+    "SpectralExcitation",
     "ThermalNoise",
     "WhiteNoise",
 ]  # fmt: skip
@@ -31,6 +45,10 @@ On = PointName
 """A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
 then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
+
+MOST_POINTS = 1000  # of a table of densities
+_GRID = 400
+_A_DENSITY = "It is a density, not a level in dB, which is 10 log10 of it."
 
 
 class Excitation(Part, abstract=True):
@@ -116,10 +134,7 @@ class WhiteNoise(Excitation):
         >>> WhiteNoise.from_psd(0.01, "g2/Hz").on
         'ground'
         """
-        intensity = intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0)
-        if psd_unit != "N2/Hz" and on not in ("", "ground"):
-            raise ValueError(f"on must be left out with a density in {psd_unit}, which is that of the ground.")
-        return cls(intensity, (on or "mass") if psd_unit == "N2/Hz" else "ground")
+        return cls(intensity_from_psd(psd, psd_unit, sides=sides, mass=1.0), _driven(psd_unit, on))
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -363,6 +378,286 @@ class RecordedExcitation(Excitation):
         """What it is."""
         rms = f"root mean square {math.sqrt(self.mean_square):.6g} {unit('values')}"
         return f"a record of {self.duration:.6g} s ({name}), {rms}"
+
+
+@dataclass(frozen=True)
+class SpectralExcitation(Excitation):
+    """A stationary Gaussian noise with a given spectral density: straight lines between points in the log-log plane.
+
+    Parameters
+    ----------
+    frequency : sequence of float
+        Increasing, in Hz; at least two.  The density is 0 below the first and above the last.
+    psd : sequence of float
+        The one-sided density at each, above 0, in (m/s^2)^2/Hz; of a force in N^2/Hz, per unit mass in (m/s^2)^2/Hz.
+        `from_psd`, `from_slopes` and `from_csv` take g^2/Hz and other units.
+    scale : float
+        Factor on the density, above 0: 0.5 for a test at -3 dB.
+    on : str
+        The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the frequencies do not increase, the two have different lengths, or a number is not positive.
+
+    Notes
+    -----
+    It is Gaussian, as the theory assumes: its peaks are not clipped, as those of shakers are at 3 sigma.
+
+    Examples
+    --------
+    >>> profile = SpectralExcitation.from_psd((10, 40, 500, 2000), (0.01, 0.04, 0.04, 0.005), "g2/Hz")
+    >>> round(profile.rms / 9.80665, 2)  # in g, for comparison with the test's own
+    6.26
+    """
+
+    said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    frequency: Annotated[tuple[float, ...], Number("f", "frequency", "Hz", own=True)]
+    psd: Annotated[tuple[float, ...], Number("G", "spectral density", "N2 s", own=True)]
+    scale: Annotated[float, Number("×", "the density times", "1", "positive", "It is a factor on the density.")] = 1.0
+    on: On = "ground"
+
+    def __post_init__(self) -> None:
+        put(self, frequency=_positive(self.frequency, "frequency"), psd=_positive(self.psd, "psd"))
+        if len(self.frequency) != len(self.psd) or len(self.psd) < 2:
+            raise ValueError(
+                f"frequency and psd must have the same number of points, two or more, not {len(self.frequency)} and "
+                f"{len(self.psd)}."
+            )
+        if len(self.psd) > MOST_POINTS:
+            raise ValueError(f"frequency must have at most {MOST_POINTS} points, not {len(self.psd)}: thin the table.")
+        for low, high in zip(self.frequency, self.frequency[1:], strict=False):
+            if not low < high:
+                raise ValueError(
+                    f"frequency must increase from each point to the next, but {high:g} Hz follows {low:g} Hz."
+                )
+        super().__post_init__()
+
+    @classmethod
+    def from_psd(
+        cls, frequency: Sequence[float], psd: float | Sequence[float], psd_unit: DensityUnit, *,
+        frequency_unit: FrequencyUnit = "Hz", sides: Sides = 1, scale: float = 1.0, on: str = "",
+    ) -> SpectralExcitation:  # fmt: skip
+        """The noise of a table as test equipment and standards state it.
+
+        Parameters
+        ----------
+        frequency : sequence of float
+            Increasing; of a flat band its two ends.
+        psd : float or sequence of float
+            The density at each, or one number for all.
+        psd_unit : {"g2/Hz", "m2/s4/Hz", "N2/Hz"}
+            Of the ground's acceleration in standard gravity or in m/s^2, or of a force on the mass.
+        frequency_unit : {"Hz", "kHz", "rad/s"}
+            Of the frequencies; the density is per Hz whatever it is.
+        sides : {1, 2}
+            1: the density is one-sided (positive frequencies only); 2: two-sided.
+        scale : float
+            Factor on the density.
+        on : str
+            The mass on which the force acts, by its name, where there are several.
+
+        Returns
+        -------
+        SpectralExcitation
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number or one of the words is not what it must be.
+
+        Examples
+        --------
+        >>> band = SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz")
+        >>> band.on, round(band.rms, 2)
+        ('ground', 61.87)
+        """
+        f = _positive(frequency, "frequency")
+        values = (psd,) * len(f) if isinstance(psd, int | float) else psd
+        size = one_sided_si(_positive(values, "psd"), psd_unit, sides)
+        return cls(in_hertz(f, frequency_unit), size, scale, _driven(psd_unit, on))
+
+    @classmethod
+    def from_slopes(
+        cls, frequency: Sequence[float], slopes: Sequence[float], psd: float, psd_unit: DensityUnit, *, at: float,
+        scale: float = 1.0, on: str = "",
+    ) -> SpectralExcitation:  # fmt: skip
+        """The noise of a profile by its slopes between break points, as test standards write it.
+
+        Parameters
+        ----------
+        frequency : sequence of float
+            The break points, increasing, in Hz.
+        slopes : sequence of float
+            From each to the next, in dB per octave.
+        psd : float
+            The one-sided density at a frequency.
+        psd_unit : {"g2/Hz", "m2/s4/Hz", "N2/Hz"}
+            As of `from_psd`.
+        at : float
+            That frequency, in Hz.
+        scale, on
+            As of `from_psd`.
+
+        Returns
+        -------
+        SpectralExcitation
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number or one of the words is not what it must be.
+
+        Examples
+        --------
+        >>> SpectralExcitation.from_slopes((20, 80, 350, 2000), (3, 0, -3), 0.04, "g2/Hz", at=100).rms.__round__(2)
+        59.47
+        """
+        f, steep = _positive(frequency, "frequency"), _numbers(slopes, "slopes")
+        level = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
+        there = finite_number(at, "at", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
+        cls(f, f)  # they increase
+        return cls.from_psd(f, along_slopes(f, steep, level, there), psd_unit, scale=scale, on=on)
+
+    @classmethod
+    def from_csv(cls, path: str | Path, *, scale: float = 1.0, on: str = "") -> SpectralExcitation:
+        """The noise of a table in a CSV file.
+
+        Parameters
+        ----------
+        path : str or Path
+            A header with the units, such as ``frequency_Hz,psd_g2/Hz``, then a row for each point, separated by commas,
+            semicolons or tabs.  Units of the frequency are ``Hz``, ``kHz`` and ``rad/s``, of the one-sided density
+            ``g2/Hz``, ``m2/s4/Hz`` and ``N2/Hz``.  Lines that begin with ``#`` are comments.
+        scale, on
+            As of `from_psd`.
+
+        Returns
+        -------
+        SpectralExcitation
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        ValueError
+            One sentence that says what is wrong in it.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> place = Path(tempfile.mkdtemp()) / "profile.csv"
+        >>> _ = place.write_text("frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02\\n")
+        >>> SpectralExcitation.from_csv(place) == SpectralExcitation.from_psd((10, 2000), 0.02, "g2/Hz")
+        True
+        """
+        frequency, psd, unit = read_densities(path)
+        try:
+            return cls.from_psd(frequency, psd, unit, scale=scale, on=on)
+        except (TypeError, ValueError) as fault:
+            raise FileError(f"density file {str(path)!r} is not right: {fault}") from None
+
+    @property
+    def mean_square(self) -> float:
+        """The integral of the density over all frequencies."""
+        pieces = zip(self.frequency, self.frequency[1:], self.psd, self.psd[1:], strict=False)
+        return self.scale * math.fsum(_area(*piece) for piece in pieces)
+
+    @property
+    def rms(self) -> float:
+        """Its overall root mean square, in m/s^2 or N."""
+        return math.sqrt(self.mean_square)
+
+    def one_sided(self, f: float) -> float:
+        """The one-sided density at a frequency in Hz.
+
+        Examples
+        --------
+        >>> SpectralExcitation((1.0, 4.0), (1.0, 16.0)).one_sided(2.0)
+        4.0
+        """
+        place = bisect_right(self.frequency, f)
+        if place == 0 or place == len(self.psd):
+            return self.scale * self.psd[-1] if f == self.frequency[-1] else 0.0
+        (low, high), (first, last) = self.frequency[place - 1 : place + 1], self.psd[place - 1 : place + 1]
+        share = math.log(f / low) / math.log(high / low)
+        return self.scale * first * math.exp(share * math.log(last / first))
+
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s."""
+        return self.one_sided(abs(w) / (2.0 * math.pi)) / (4.0 * math.pi)
+
+    def white_at(self, frequency: float) -> WhiteNoise:
+        """The white noise of the same density at a frequency in rad/s, for a response that is narrow about it.
+
+        Examples
+        --------
+        >>> SpectralExcitation((1.0, 4.0), (1.0, 1.0)).white_at(12.0)
+        WhiteNoise(intensity=0.5, on='ground')
+        """
+        return WhiteNoise(2.0 * math.pi * self.density(frequency), self.on)
+
+    def power_into(self, frequency: float, rate: float) -> float:
+        """Power fed into an oscillator of unit mass, also where it is out of the band: roughly, for guesses of scales.
+
+        Parameters
+        ----------
+        frequency, rate : float
+            Of the oscillator, in rad/s, and of its energy, in 1/s.
+        """
+        import numpy as np  # slow to import
+
+        u = np.linspace(math.log(self.frequency[0]), math.log(self.frequency[-1]), _GRID)
+        density = np.exp(np.interp(u, np.log(self.frequency), np.log(self.psd)))
+        w, rate = 2.0 * math.pi * np.exp(u), max(rate, 2.0 * float(u[1] - u[0]) * frequency)
+        taken = rate * w**2 / ((frequency**2 - w**2) ** 2 + (rate * w) ** 2)
+        return self.scale * float(np.trapezoid(density * taken * np.exp(u), u))
+
+    def measure(self, name: str, frequency: float) -> str:
+        """Its density at the natural frequency."""
+        q = self.white_at(frequency).intensity
+        there = f"that of white noise of intensity {q:.6g} m^2/s^3" if q else "0"
+        return f"density of {name} at the natural frequency: {there}"
+
+    def words(self, name: str, unit: Units) -> str:
+        """What it is, with its root mean square for comparison with the test's own."""
+        of = unit("psd") == "N^2 s"
+        size = f"{self.rms:.4g} N" if of else f"{self.rms:.4g} m/s^2 ({self.rms / STANDARD_GRAVITY:.4g} g)"
+        band = f"{self.frequency[0]:.6g} to {self.frequency[-1]:.6g} Hz in {len(self.psd)} points"
+        return f"Gaussian noise of a given spectral density ({name}), {band}, overall rms {size}"
+
+
+def _driven(psd_unit: DensityUnit, on: str) -> str:
+    """What a density in a unit drives."""
+    if psd_unit != "N2/Hz" and on not in ("", "ground"):
+        raise ValueError(f"on must be left out with a density in {psd_unit}, which is that of the ground.")
+    if psd_unit == "N2/Hz" and on == "ground":
+        raise ValueError("on must be a mass with a density in N2/Hz, which is that of a force.")
+    return (on or "mass") if psd_unit == "N2/Hz" else "ground"
+
+
+def _positive(values: object, name: str) -> tuple[float, ...]:
+    """The numbers of a table, all positive."""
+    hint = _A_DENSITY if name == "psd" else "It is in Hz, above 0 on a logarithmic scale."
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
+    found = []
+    for place, value in enumerate(values):
+        if isinstance(value, Free):
+            raise ValueError(f"{name}[{place}] must not be the free number {value.name}: mark the scale instead.")
+        number: Any = value.item() if hasattr(value, "item") else value  # of NumPy
+        found.append(finite_number(number, f"{name}[{place}]", low=0.0, high=LARGEST, open_low=True, hint=hint))
+    return tuple(found)
+
+
+def _area(low: float, high: float, first: float, last: float) -> float:
+    """The integral of a straight line in the log-log plane."""
+    octaves = math.log(high / low)
+    steep = math.log(last / first) + octaves  # of the density times the frequency
+    return first * low * octaves * (math.expm1(steep) / steep if abs(steep) > 1e-8 else 1.0 + 0.5 * steep)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.problem.catalogue import is_controlled
-from springpot.problem.parts.walls import restitution_of_missed, slow_restitution
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
@@ -115,7 +114,7 @@ def combine(levels: Levels) -> Estimates:
     motion, settings = simulation.motion, simulation.settings
     memory = 3.0 * settings.memory_tolerance + (SINGLE_PRECISION if settings.precision == "float32" else 0.0)
     energy = _energy_transient(simulation)
-    plain = samples.pop("plain_rate", None)
+    plain = {before: samples.pop(f"{before}plain_rate", None) for before in motion.completed}
     values = {name: sample.value(0.0) for name, sample in samples.items()}
     errors = {name: sample.error(0.0) for name, sample in samples.items()}
     shares = {}
@@ -125,15 +124,18 @@ def combine(levels: Levels) -> Estimates:
         values[name], errors[name] = samples[name].value(middle), samples[name].error(middle)
         shares[name] = orders, half
     errors |= errors_of_unseen(values, watched(simulation, levels.best.rows))
-    rate = values.get("impact_rate", math.nan)
-    restored = 1.0 - plain.value(0.0) / rate if plain is not None and rate > 0.0 else 0.0
+    restored = {}
+    for before, counted in plain.items():
+        rate = values.get(f"{before}impact_rate", math.nan)
+        restored[before] = 1.0 - counted.value(0.0) / rate if counted is not None and rate > 0.0 else 0.0
     slow = shares_missing(motion, settings.window[0], values)
     start = errors_of_the_start(simulation.plan, values)
     budgets, known = {}, {}
     for name, (orders, half) in shares.items():
         sample = samples[name]
         size, its_error = abs(float(sample.difference.mean())), sample.difference_error
-        other = RESTORED * abs(restored * values[name]) if "impact" in name else 0.0
+        whose = next((before for before in restored if name.startswith(before)), None)
+        other = RESTORED * abs(restored[whose] * values[name]) if whose is not None and "impact" in name else 0.0
         budgets[name] = Budget(
             standard_error=errors[name],
             step_bias=half * (size + its_error) + other,
@@ -150,7 +152,7 @@ def combine(levels: Levels) -> Estimates:
             difference_error=its_error,
             orders=orders,
             other_bias=other,
-            other_order=slow_impact_order(motion.struck.restitution) if motion.struck.crowded else 0.0,
+            other_order=0.0 if whose is None else slow_impact_order(motion.completed[whose].restitution),
             fixed=budgets[name].memory_bias + budgets[name].transient,
         )
     return Estimates(values, errors, budgets, known)
@@ -182,13 +184,10 @@ def orders_of_step(motion: Motion, name: str, step: float) -> tuple[float, float
     rate.  Where they are not added, it is that of the impact rate of the lossiest wall; a law of restitution counts
     with its value at the slowest impacts that the step resolves, or at slower ones.
     """
-    lossy = [
-        min(slow_restitution(wall), restitution_of_missed(wall, motion.intensity, step))
-        for wall in motion.walls
-        if not wall.is_elastic
-    ]
-    if lossy and "impact" in name:
-        added = motion.struck.crowded and (name.startswith("impact") or len(motion.walls) == 1)
+    lossy = motion.slowest_restitutions(name, step) if "impact" in name else []
+    if lossy:
+        alone = motion.struck.crowded and len(motion.walls) == 1
+        added = alone or any(name.startswith(f"{before}impact") for before in motion.completed)
         order = max(slow_impact_order(min(lossy)) + (UNCERTAIN_ORDER if added else 0.0), LEAST_ORDER)
         return min(1.0, order), HIGHEST_ORDER
     remembered = bool(motion.touched) and (motion.remembers or motion.scales.guessed)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation.error.decision import FEWEST_PATHS
 from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
@@ -17,19 +16,19 @@ from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
+from springpot.simulation.plan.creep import Creep
+from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import DEFAULTS
-from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.scales import closed_form
+from springpot.simulation.plan.plan import Plan, default_start
+from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.plan.transient import shares_missing
-from springpot.theory.methods.exact import free_mean_squares
 
 __all__ = ["FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "level_plan", "levels_of"]
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
-COARSEST_STEP = 0.1  # first step tried, in units of the shortest time scale
-LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on it for a loose tolerance, if the energy time is so long
+LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on the first step for a loose tolerance, if the energy time is so long
 FORGET = 20.0  # least decay of the transient before the window begins
 SLOWLY = 0.2  # share of the tolerance that may be missing from slow displacements when the window begins
 RELAXATIONS = (10.0, 20.0)  # in the window, at least; the more, the less is the share of the time before it
@@ -51,8 +50,8 @@ class Level:
     halved : bool
         Whether the noise is that of half the step, summed in pairs.
     rows : ndarray, shape (paths, len(COLUMNS))
-    counted : ndarray, shape (paths, 3)
-        Counts of `counts_of_fast_impacts`; empty if slow impacts are not frequent.
+    counted : ndarray, shape (paths, 3 times the walls that are completed)
+        Counts of `counts_of_fast_impacts`.
     """
 
     simulation: Simulation
@@ -71,21 +70,24 @@ class Level:
         more = -(-(paths - self.paths) // LANES) * LANES
         if more <= 0:
             return self
-        crowded = self.simulation.motion.struck.crowded
         ensemble = self.simulation.but(paths=more).advance(
             stream=self.stream,
             skipped=self.paths,
             halved=self.halved,
-            observers=(counts_of_fast_impacts(self.simulation),) if crowded else (),
+            observers=counts_of_fast_impacts(self.simulation),
             progress=progress,
         )
-        rows, counted = np.concatenate([self.rows, ensemble.rows]), np.concatenate([self.counted, *ensemble.observed])
-        return replace(self, rows=rows, counted=counted)
+        rows = np.concatenate([self.rows, ensemble.rows])
+        return replace(
+            self,
+            rows=rows,
+            counted=np.concatenate([self.counted, np.hstack([np.empty((more, 0)), *ensemble.observed])]),
+        )
 
     def samples(self) -> dict[str, Floats]:
         """Samples of each estimate, one per path."""
         per_path = {name: samples for name, (_, samples) in samples_of(self.simulation, self.rows).items()}
-        return with_completed_rate(self.simulation, per_path, self.counted) if self.counted.size else per_path
+        return with_completed_rate(self.simulation, per_path, self.counted)
 
     def controls(self, samples: dict[str, Floats]) -> Floats:
         """The control variates of each path, from its samples, shape (paths, controls)."""
@@ -154,7 +156,13 @@ def levels_of(plan: Plan) -> Levels:
 
 
 def _without_paths(simulation: Simulation, stream: int) -> Level:
-    return Level(simulation, stream, False, np.empty((0, len(simulation.parts.columns))), np.empty((0, 3)))
+    return Level(
+        simulation,
+        stream,
+        False,
+        np.empty((0, len(simulation.parts.columns))),
+        np.empty((0, 3 * len(simulation.motion.completed))),
+    )
 
 
 def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int) -> Plan:
@@ -175,6 +183,7 @@ def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], 
             f"most {LONGEST:,} steps of {step:.2g} s; give paths and duration instead."
         )
     begin, length = (step * math.ceil(time / step) for time in (begin, length))
+    start, _ = default_start(motion)
     settings = Settings(
         paths=FEWEST_PATHS,
         duration=begin + length,
@@ -182,19 +191,24 @@ def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], 
         window=(begin, begin + length),
         seed=seed,
         threads=threads,
+        scheme=motion.scheme_for("default"),
+        start=start,
+        initial_position=motion.placed(None) if start == "rest" else None,
+        initial_velocity=motion.moving(None),
         memory_tolerance=1e-8 if rtol < PRECISE else DEFAULTS["memory_tolerance"],
     )
     return Plan(motion, settings)
 
 
-def first_step(motion: Motion, rtol: float) -> float:
+def first_step(motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     """The step of the first round; longer for a loose tolerance and long paths, if the times are no guess."""
     scales = motion.scales
-    longest = COARSEST_STEP / scales.fastest_rate
+    longest = scheme_of(motion.scheme_for("default")).coarsest_step / scales.fastest_rate
     long_paths = scales.forgetting_time * scales.fastest_rate > LONG_MEMORY
     if long_paths and not scales.guessed and not motion.struck.crowded:
         longest *= min(max(rtol / 0.01, 1.0), LONGER_STEP)
-    return min(longest, 4.0 * extrapolation_step(motion.struck))
+    struck = [wall for name, wall in motion.struck_alone.items() if any(q.startswith(f"{name}_impact") for q in wanted)]
+    return min(longest, *(4.0 * extrapolation_step(wall) for wall in (motion.struck, *struck)))
 
 
 def first_pairs(simulation: Simulation, rtol: float) -> int:
@@ -209,23 +223,18 @@ def first_pairs(simulation: Simulation, rtol: float) -> int:
 
 def _slow_time(motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
-    return max((_slow_time_of(paper, motion, rtol, wanted) for paper in motion.slow), default=0.0)
+    return max((_slow_time_of(creep, motion, rtol, wanted) for creep in motion.slow), default=0.0)
 
 
-def _slow_time_of(paper: Dimensionless, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
-    free = free_mean_squares(replace(paper, barrier=None))
-    if isinstance(free, str):  # no springpot, or one of order 0: the wall alone dissipates
+def _slow_time_of(creep: Creep | CreepOfSeveral, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
+    if not creep.free:
         return 0.0
-    values = dict.fromkeys((*wanted, "x_mean"), 1.0) | {
-        "x_mean_square": free[0] * paper.length_scale**2,
-        "amplitude_mean_square": sum(free) * paper.length_scale**2,
-    }
-    scales = closed_form(paper)
-    alone = replace(motion, slow=(paper,))
-    time, last = 1.0 / paper.natural_frequency, 100.0 * scales.relaxation_time
+    values = dict.fromkeys(wanted, 1.0) | creep.free
+    alone = replace(motion, slow=(creep,))
+    time, last = creep.times
     while time < last:
         shares = shares_missing(alone, time, values)
-        if max(shares.get(name, shares["x_mean"]) for name in wanted) <= SLOWLY * rtol:
+        if max(shares[name] for name in wanted) <= SLOWLY * rtol:
             break
         time *= 1.1
     return time

@@ -21,6 +21,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import few, meant, per_cent
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
@@ -37,14 +39,13 @@ from springpot.simulation.error.levels import (
     level_plan,
     levels_of,
 )
-from springpot.simulation.estimate.samples import has_damping
+from springpot.simulation.estimate.samples import has_damping, watched
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.plan import Plan, check_motion, check_observed
+from springpot.simulation.plan.plan import Plan, check_motion
 from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads
 
 __all__ = ["Reached", "checked_quantities", "controllable", "reach"]
@@ -183,7 +184,8 @@ def reach(
     rtol : float
         In [1e-4, 0.5].
     quantities : sequence of str
-        Names of `controllable`; the mean square amplitude if left out, or v^2 without a linear spring.
+        Names of `controllable`; the mean square amplitude if left out, or v^2 without a linear spring, and of several
+        masses all mean square displacements and velocities.
     seed, threads
         As in `springpot.simulate`.
     most_path_steps : float
@@ -206,16 +208,14 @@ def reach(
     """
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
     motion = motion_of(system)
-    check_observed(motion, "rtol")
-    usual = "amplitude_mean_square" if system.stiffness > 0.0 else "v_mean_square"
-    wanted = checked_quantities(motion, (usual,) if quantities is None else quantities)
+    wanted = checked_quantities(motion, motion.usual_quantities if quantities is None else quantities)
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     check_motion(motion, "rtol")
     request = _Request(motion, rtol, wanted, checked_seed(seed), checked_threads(threads), most_path_steps)
     report = _Report(Clock(max_time), rtol, progress)
     shortest = FINEST_STEP / motion.scales.fastest_rate
-    step = max(first_step(motion, rtol), shortest)
+    step = max(first_step(motion, rtol, wanted), shortest)
     spent, reason = 0.0, ""
     halved, best = False, None
     try:
@@ -282,9 +282,17 @@ def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, 
     if not names or not set(names) <= set(allowed):
         given = few(map(str, names)) or "nothing"
         wrong = next((str(name) for name in names if name not in allowed), "")
-        hint = meant(wrong, allowed) or "."
+        hint = _why_not(motion, wrong) or meant(wrong, allowed) or "."
         raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
     return names
+
+
+def _why_not(motion: Motion, name: str) -> str:
+    """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
+    if name in motion.zeros:
+        return ": it is 0."
+    uncounted = "impact_" in name and motion.uncounted and name.startswith(motion.uncounted)
+    return f": {motion.uncountable}." if uncounted and name in possible_results(motion.system) else ""
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:
@@ -299,8 +307,8 @@ def controllable(motion: Motion) -> tuple[str, ...]:
     return tuple(
         name
         for name in filter(is_controlled, possible_results(motion.system))
-        if not (motion.uncountable and "impact_" in name)
-        and not (motion.is_symmetric and name == "x_mean")
+        if not (motion.uncounted and "impact_" in name and name.startswith(motion.uncounted))
+        and name not in motion.zeros
         and (name != "amplitude_mean_square" or motion.system.stiffness > 0.0)
         and (not name.startswith("damping_") or has_damping(motion.system))
     )
@@ -357,7 +365,9 @@ def _impacts_of_a_path(level: Level) -> float:
     """Mean number of impacts of a whole path."""
     settings = level.simulation.settings
     low, high = settings.window_steps
-    return float(level.rows[:, COLUMNS.index("impacts")].mean()) * settings.steps / (high - low)
+    seen = watched(level.simulation, level.rows).impacts
+    counted = seen.get("", sum(seen.values(), np.zeros(1)))
+    return float(counted.mean()) * settings.steps / (high - low)
 
 
 def _length_reason(simulation: Simulation) -> str:
@@ -375,7 +385,7 @@ def _reason(outcome: _Outcome, halved: bool) -> str:
     """What takes the time."""
     simulation, move = outcome.simulation, outcome.move
     if halved or move.kind == "halve":
-        slow = simulation.motion.struck.crowded and move.worst.startswith("impact")
+        slow = any(move.worst.startswith(f"{before}impact") for before in simulation.motion.completed)
         what = "slow impacts behind the lossy wall need" if slow else f"the step's bias of {move.worst} needs"
         return f"{what} a step below {simulation.settings.step:.2g} s"
     return _length_reason(simulation) or f"the sampling error of {move.worst} falls like 1 / sqrt(paths)"

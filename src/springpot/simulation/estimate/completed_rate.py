@@ -6,14 +6,15 @@ count is too low by a share proportional to h^(m / 2), which decreases slowly: 8
 0.05 / Omega.
 
 Instead the number N(u) of impacts faster than u is counted at two speeds; by the law,
-N(0) = N(u) + (N(u) - N(2 u)) / (2^m - 1).  At u = k sqrt(q h), with k of `resolved_speed`, the errors that the step
-causes in N(u) and N(2 u) cancel.  k was fitted to the Fokker-Planck equation at order 1 (b = 0, C = 0.2, h = 0.05,
-100,000 paths): 0.59, 0.60, 0.61, 0.65 and 0.69 at r = 0.25, 0.3, 0.35, 0.41 and 0.5.
+N(0) = N(u) + (N(u) - N(2 u)) / (2^m - 1).  At u = k sqrt(q h), with k of `StruckWalls.resolved_speed`, the errors
+that the step causes in N(u) and N(2 u) cancel.  k was fitted to the Fokker-Planck
+equation at order 1 (b = 0, C = 0.2, h = 0.05, 100,000 paths): 0.59, 0.60, 0.61, 0.65 and 0.69 at r = 0.25, 0.3, 0.35,
+0.41 and 0.5.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -26,25 +27,22 @@ from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.theory.mckean import slow_impact_power
 
-__all__ = ["completed_rate", "counts_of_fast_impacts", "resolved_speed", "with_completed_rate"]
+__all__ = ["counts_of_fast_impacts", "with_completed_rate"]
 
 Floats = npt.NDArray[np.float64]
 
 _FIRST = len(HEADER)
 
 
-def resolved_speed(restitution: float) -> float:
-    """The lower of the two speeds, in units of sqrt(q h)."""
-    return 0.47 + 0.43 * restitution
-
-
-def counts_of_fast_impacts(simulation: Simulation) -> Observer:
-    """Counts, for each path, the impacts faster than the resolved speed and those faster than twice that speed."""
-    walls = simulation.motion.struck
-    speed = resolved_speed(walls.restitution) * math.sqrt(walls.intensity * simulation.settings.step)
-    initial = np.zeros(3 * LANES)
-    initial[:LANES] = speed / simulation.parts.units.speed
-    return Observer(None, _counter(), initial, per_path=True)
+def counts_of_fast_impacts(simulation: Simulation) -> tuple[Observer, ...]:
+    """For each of the walls that `Motion.completed` has: counts, for each path, of the impacts faster than the resolved
+    speed and of those faster than twice that speed."""
+    found = []
+    for before, walls in simulation.motion.completed.items():
+        initial = np.zeros(3 * LANES)
+        initial[:LANES] = walls.resolved_speed(simulation.settings.step) / simulation.parts.units.speed
+        found.append(Observer(None, _counter(), initial, per_path=True, stop=before.removesuffix("_")))
+    return tuple(found)
 
 
 @cache
@@ -60,39 +58,42 @@ def _counter() -> Any:
     return count_fast
 
 
-def completed_rate(simulation: Simulation, counted: Floats) -> Floats:
-    """Impacts per second of each path, including those that the step cannot resolve.
+def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], counted: Floats) -> dict[str, Floats]:
+    """Samples of each estimate with the completed impact rates; the counted rate is ``plain_rate``.
 
     Parameters
     ----------
     simulation : Simulation
-    counted : ndarray, shape (paths, 3)
-        Counts of the observer of `counts_of_fast_impacts`.
-
-    Returns
-    -------
-    ndarray, shape (paths,)
+    samples : dict
+    counted : ndarray, shape (paths, 3 times the walls that are completed)
+        Counts of the observers of `counts_of_fast_impacts`.
     """
+    result, completed = samples, simulation.motion.completed
+    for n, before in enumerate(completed):
+        result = result | _completed(simulation, samples, before, counted[:, 3 * n + 1], counted[:, 3 * n + 2])
+    walls = list(simulation.motion.touched)
+    for wall in walls if len(walls) == 1 and "" in completed else ():  # its numbers are those of all impacts
+        result |= {f"{wall}_{name}": result[name] for name in ("impact_rate", "impact_speed_mean")}
+    return result
+
+
+def _completed(
+    simulation: Simulation, samples: Mapping[str, Floats], before: str, fast: Floats, faster: Floats
+) -> dict[str, Floats]:
+    """Rate and speeds of some walls with the impacts that the step cannot resolve, and the counted rate."""
     low, high = simulation.settings.window_steps
-    fast, faster = counted[:, 1], counted[:, 2]
-    slower = (fast - faster) / (2.0 ** slow_impact_power(simulation.motion.struck.restitution) - 1.0)
-    return np.asarray((fast + slower) / ((high - low) * simulation.settings.step))
-
-
-def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], counted: Floats) -> dict[str, Floats]:
-    """Samples of each estimate with the completed impact rate; the counted rate is ``plain_rate``."""
-    completed, rates = completed_rate(simulation, counted), samples["impact_rate"]
-    result = samples | {"impact_rate": completed, "plain_rate": rates}
+    restitution = simulation.motion.completed[before].restitution
+    slower = (fast - faster) / (2.0 ** slow_impact_power(restitution) - 1.0)
+    completed = np.asarray((fast + slower) / ((high - low) * simulation.settings.step))
+    rates = samples[f"{before}impact_rate"]
+    result = {f"{before}impact_rate": completed, f"{before}plain_rate": rates}
     rate = float(completed.mean())
     if not rate > 0.0:
         return result
     # the added impacts are so slow that rate times speed does not change
-    for name in ("impact_speed_mean", "impact_speed_mean_square"):
+    for name in (f"{before}impact_speed_mean", f"{before}impact_speed_mean_square"):
         plain = float(samples[name].mean())
         flux = plain * rates + float(rates.mean()) * (samples[name] - plain)  # its mean is rate times speed
         speed = float(flux.mean()) / rate
         result[name] = speed + (flux - speed * completed) / rate
-    walls = list(simulation.motion.touched)
-    for wall in walls if len(walls) == 1 else ():  # its numbers are those of all impacts
-        result |= {f"{wall}_{name}": result[name] for name in ("impact_rate", "impact_speed_mean")}
     return result

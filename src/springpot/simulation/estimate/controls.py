@@ -56,7 +56,9 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -
 
 
 def _are_summed(simulation: Simulation) -> bool:
-    """Whether the kernel has the sums of all forces."""
+    """Whether the kernel has the sums of all forces; that of several masses has none."""
+    if "virial" not in simulation.parts.columns:
+        return False
     stiffness = simulation.motion.unit.stiffness  # a flight has all of it, unless there is none
     return all(isinstance(part, SUMMED) for part in simulation.motion.system.parts) and math.isclose(
         stiffness, _frequency(simulation) ** 2, rel_tol=1e-9

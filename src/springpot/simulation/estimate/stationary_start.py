@@ -45,9 +45,11 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
     -------
     Plan
         With x(0).  No pilot is run where x(0) = 0 by symmetry, where nothing remembers x(0), or where x(0) is drawn
-        from Boltzmann's law.
+        from Boltzmann's law; a start from rest stays as it is.
     """
     motion = plan.motion
+    if plan.settings.start == "rest":
+        return plan
     if not motion.searched:
         return plan.started_at(Adapted(motion.scales.mean, 0.0, 0.0, 0.0, 0))
     most = min(max(plan.settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths

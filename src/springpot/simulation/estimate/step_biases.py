@@ -65,6 +65,7 @@ def step_biases(
         and ``impact_speed_density`` (over the bins of `Distribution.density`).
     """
     biases: dict[str, float | Floats] = dict(impact_biases(motion, step, values))
+    biases |= {name: share * values[name] for name, share in motion.velocity_biases(step).items()}
     if (speeds := distributions.get("impact_speed")) is not None:
         missed = slow_impacts(motion.struck, step, speeds)
         if missed is not None:
@@ -109,7 +110,8 @@ def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict
         for quantity, bias in impact_step_biases(slow, step, own).items():
             biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
         for quantity in ("force_mean", "power"):
-            biases[f"{name}_{quantity}"] = 2.0 * whole * values.get(f"{name}_{quantity}", 0.0)
+            if (value := values.get(f"{name}_{quantity}", 0.0)) != 0.0:
+                biases[f"{name}_{quantity}"] = 2.0 * whole * value
     return biases
 
 

@@ -26,6 +26,7 @@ from springpot.simulation.kernel.lanes import (
     MOST_FORCES,
     MOST_MODES,
     MOST_STATES,
+    SPARE,
     f32,
     f64,
     lesser,
@@ -35,7 +36,7 @@ from springpot.simulation.kernel.lanes import (
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
-from springpot.simulation.kernel.random import draw, lane_numbers
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.steps import State, Struck, Sums, replay, sweep_lanes
 from springpot.simulation.kernel.watching import Accumulators, show_steps
 
@@ -71,7 +72,7 @@ _eight = stack_array(2 * GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
 _by_force = stack_array(MOST_FORCES * LANES)
-_by_force_and_step = stack_array((MOST_FORCES + 1) * GROUP * LANES)  # and room for two steps more
+_by_force_and_step = stack_array((SPARE + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
 _extras = stack_array(MOST_EXTRAS * LANES)
 
@@ -116,16 +117,6 @@ def _add(sums, terms, lane):
 def _counts(n, low, high):
     """1.0 if step n lies in the window, otherwise 0.0."""
     return 1.0 if low <= n < high else 0.0
-
-
-@njit(**INLINE)
-def _draw(group, who, stream, k0, k1, halved, g, fine):
-    """The normals of four steps; with ``halved``, each combines two normals of a run with half the step."""
-    for half in range(2 if halved else 1):
-        draw(2 * group + half if halved else group, who, stream, 0, k0, k1, fine if halved else g)
-        for i in range(2 * LANES if halved else 0):
-            pair = i // LANES * 2 * LANES + i % LANES
-            g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
 
 class Parts(NamedTuple):
@@ -209,7 +200,7 @@ def block(
             births = birth(branches, n, births, row, steps, lanes)
             if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            _draw(n // GROUP, who, stream, k0, k1, halved, g, fine)
+            draw_for_steps(n // GROUP, who, stream, 0, k0, k1, halved, g, fine)
             supply(load, 0, n // GROUP, who, stream, k0, k1, forcing)
             if drive.size > 0:
                 p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])

@@ -17,7 +17,8 @@ from numba.extending import intrinsic
 
 __all__ = [
     "ENTRY", "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "OF_USER", "QUICK", "beyond", "bits_of", "f32", "f64", "float_of", "greater", "i32", "lesser", "no",
+    "MOST_STATES", "OF_USER", "QUICK", "SPARE", "beyond", "bits_of", "f32", "f64", "float_of", "greater", "i32",
+    "lesser", "no",
     "stack_array", "typed", "u32", "u64", "yes",
 ]  # fmt: skip
 
@@ -25,6 +26,7 @@ LANES = 64  # paths of a block, advanced together
 GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
 MOST_MODES = 128
 MOST_FORCES = 8  # named ones, and taps
+SPARE = 12  # the number of no force, whose place the impulses of half steps have until they are summed
 MOST_STATES = 160  # numbers that forces keep for each path
 MOST_CONTACTS = 6
 MOST_EXTRAS = 10 + 5 * MOST_CONTACTS  # sums of the walls

@@ -121,6 +121,16 @@ def draw(group, who, stream, word, k0, k1, g):
         g[3 * LANES + lane] = d
 
 
+@njit(**INLINE)
+def draw_for_steps(group, who, stream, word, k0, k1, halved, g, fine):
+    """As `draw`; with ``halved``, each normal combines two of a run with half the step, which are in ``fine``."""
+    for half in range(2 if halved else 1):
+        draw(2 * group + half if halved else group, who, stream, word, k0, k1, fine if halved else g)
+        for i in range(2 * LANES if halved else 0):
+            pair = i // LANES * 2 * LANES + i % LANES
+            g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
+
+
 @njit(nogil=True, **FAST)
 def _fill(first, stream, word, k0, k1, out):
     g, who = _four_lanes(f32(0)), lane_numbers(u32(0))

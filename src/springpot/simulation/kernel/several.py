@@ -26,6 +26,7 @@ from springpot.simulation.kernel.lanes import (
     GROUP,
     INLINE,
     LANES,
+    SPARE,
     beyond,
     f64,
     lesser,
@@ -36,7 +37,7 @@ from springpot.simulation.kernel.lanes import (
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
-from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
@@ -60,7 +61,7 @@ __all__ = [
     "MOST_STATES", "MOST_TAPS", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
 ]  # fmt: skip
 
-MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, 12, 12
+MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
 MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources
@@ -99,6 +100,7 @@ class Memories(NamedTuple):
 class Sources(NamedTuple):
     """Excitation that is not white, as `springpot.simulation.kernel.sources` has it, one after another."""
 
+    parts: int  # of a step: with 2 the impulses are sums of two of a run with half the step
     kind: Any  # (sources,)
     word: Any  # (sources,) first counter word
     place: Any  # (sources,) of its state
@@ -212,7 +214,7 @@ def _remember(z, z0, d, d0, h, h0, modes, powers, weights, t0):
 @njit(**INLINE)
 def _filtered(f, i):
     return Filtered(
-        f.word[i], 1, f.place[i], f.pairs[f.pair_begin[i] : f.pair_begin[i + 1]], f.newest[4 * i : 4 * i + 4],
+        f.word[i], f.parts, f.place[i], f.pairs[f.pair_begin[i] : f.pair_begin[i + 1]], f.newest[4 * i : 4 * i + 4],
         f.start[f.start_begin[i] : f.start_begin[i + 1]],
     )  # fmt: skip
 
@@ -224,7 +226,7 @@ def _harmonic(f, i):
 
 @njit(**INLINE)
 def _poisson(f, i):
-    return Poisson(f.word[i], 1, f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]))
+    return Poisson(f.word[i], f.parts, f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]))
 
 
 @njit(**INLINE)
@@ -474,7 +476,7 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
 @njit(**ENTRY)
 def several(
     size, q, exact, memories, sources, start,
-    first, blocks, steps, low, high, k0, k1, stream, observers, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -535,7 +537,8 @@ def several(
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises + size.shaken):
-                draw(t // GROUP, who, stream, r, k0, k1, beyond(g, r * GROUP * LANES))
+                own = beyond(g, r * GROUP * LANES)
+                draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, own, forcing.normals)
             _supply_sources(size, sources, t // GROUP, who, stream, k0, k1, forcing)
             for i in range(n * LANES):
                 s.x0[i], s.v[i] = now_x[i], now_v[i]

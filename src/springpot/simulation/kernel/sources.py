@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.kernel.forces import _damp_nothing, _one_named, _wake_nothing
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, MOST_FORCES, f64, typed, u32
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, SPARE, f64, typed, u32
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 from springpot.simulation.kernel.random import draw, philox
 
@@ -76,11 +76,11 @@ class Filter:
 
     Attributes
     ----------
-    matrix : ndarray, shape (1, 1) or (2, 2)
-        A, in units of one over a step.
+    matrix : ndarray, shape (1, 1) or (2 n, 2 n)
+        A, in units of one over a step: blocks of two states on the diagonal.
     noise : ndarray, of that shape
-        Covariance of the noise in a step.
-    output : ndarray, shape (1,) or (2,)
+        Covariance of the noise in a step, of blocks with each other too.
+    output : ndarray, shape (1,) or (2 n,)
         c.
     """
 
@@ -154,7 +154,7 @@ def _sum_pairs(given, slot, to):
 
     The first two steps are kept beyond the last force, until the second pair is known.
     """
-    place, kept = slot * GROUP * LANES, MOST_FORCES * GROUP * LANES
+    place, kept = slot * GROUP * LANES, SPARE * GROUP * LANES
     for lane in range(LANES):
         one = given[place + lane] + given[place + LANES + lane]
         two = given[place + 2 * LANES + lane] + given[place + 3 * LANES + lane]

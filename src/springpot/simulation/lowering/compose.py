@@ -212,7 +212,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         If parts of the system cannot be simulated together.
     """
     if len(plan.system.points) > 1:
-        return compose_several(plan)
+        return compose_several(plan, 2 if halved else 1)
     motion, settings, parts_of_step = plan.motion, plan.settings, 2 if halved else 1
     unit, scales = motion.unit, motion.scales
     position, velocity = cast(float | None, settings.initial_position), cast(float, settings.initial_velocity)

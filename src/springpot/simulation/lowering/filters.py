@@ -32,9 +32,10 @@ _FASTER = 1e9  # of two rates
 
 
 def filtered(
-    filters: Sequence[Filter], word: int, place: int, step: float, white: float = 0.0, *, parts: int = 1
-) -> Filtered:
-    """The law of the impulses over a group of steps of a sum of filters.
+    filters: Sequence[Filter], word: int, place: int, step: float, white: float = 0.0, *, parts: int = 1,
+    floor: float = 0.0,
+) -> Filtered:  # fmt: skip
+    """The law of the impulses over a group of steps of a sum of filters, each with noise of its own.
 
     Parameters
     ----------
@@ -47,6 +48,9 @@ def filtered(
         Variance of a white noise that is added to every impulse.
     parts : int
         1 or 2: of a step.
+    floor : float
+        White noise that is added too, as a share of the variance: without it the law is ill-conditioned where a
+        density falls to nothing within the reach of the step.
 
     Returns
     -------
@@ -63,18 +67,20 @@ def filtered(
     True
     """
     blocks = [_over_a_step(pair) for pair in _in_pairs(filters)]
-    move = linalg.block_diag(*(step_of[:2, :2] for step_of, _, _ in blocks))
-    seen = step * np.concatenate([step_of[2, :2] for step_of, _, _ in blocks])
-    spread = linalg.block_diag(*(noise[:2, :2] for _, noise, _ in blocks))
-    cross = step * np.concatenate([noise[:2, 2] for _, noise, _ in blocks])
-    unseen = step**2 * sum(float(noise[2, 2]) for _, noise, _ in blocks) + white
+    move = linalg.block_diag(*(step_of[:-1, :-1] for step_of, _, _ in blocks))
+    seen = step * np.concatenate([step_of[-1, :-1] for step_of, _, _ in blocks])
+    spread = linalg.block_diag(*(noise[:-1, :-1] for _, noise, _ in blocks))
+    cross = step * np.concatenate([noise[:-1, -1] for _, noise, _ in blocks])
+    unseen = step**2 * sum(float(noise[-1, -1]) for _, noise, _ in blocks) + white
     stationary = linalg.block_diag(*(covariance for _, _, covariance in blocks))
+    if floor:
+        unseen += floor * (float(seen @ stationary @ seen) + unseen)
     guess = _uncertainty(move, seen, spread, cross, unseen)
     variance = float(seen @ guess @ seen) + unseen
     root = math.sqrt(max(variance, 0.0))
     gain = (move @ guess @ seen + cross) / root if root > 0.0 else np.zeros(len(seen))
     rows, newest = [], np.array([root, 0.0, 0.0, 0.0])
-    for k in range(len(blocks)):
+    for k in range(len(seen) // 2):
         own = slice(2 * k, 2 * k + 2)
         powers = [np.linalg.matrix_power(move[own, own], n) for n in range(GROUP + 1)]
         shown = [seen[own] @ power for power in powers[:GROUP]]
@@ -106,8 +112,8 @@ def _uncertainty(move: Floats, seen: Floats, spread: Floats, cross: Floats, unse
 
 
 def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
-    """The same filters as filters of two states each: single ones are joined two by two."""
-    pairs = [filter for filter in filters if filter.output.size == 2]
+    """The same filters with an even number of states each: single ones are joined two by two."""
+    pairs = [filter for filter in filters if filter.output.size > 1]
     single = [filter for filter in filters if filter.output.size == 1]
     silent = Filter(-np.ones((1, 1)), np.zeros((1, 1)), np.zeros(1))
     single += [silent] * (len(single) % 2 if filters else 2)
@@ -124,8 +130,9 @@ def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
 
 def _over_a_step(block: Filter) -> tuple[Floats, Floats, Floats]:
     """State and impulse after a step from the state before it; the covariance of their noise; that of the state."""
-    generator = np.zeros((3, 3))
-    generator[:2, :2], generator[2, :2] = block.matrix, block.output
+    size = block.output.size + 1
+    generator = np.zeros((size, size))
+    generator[:-1, :-1], generator[-1, :-1] = block.matrix, block.output
     step, spread = _transition(generator, linalg.block_diag(block.noise, np.zeros((1, 1))))
     return step, spread, _stationary(block)
 

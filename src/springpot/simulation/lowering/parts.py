@@ -35,6 +35,7 @@ from springpot.problem.parts import (
     PolynomialDashpot,
     PolynomialSpring,
     RecordedExcitation,
+    SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
@@ -350,6 +351,15 @@ def _(part: KanaiTajimiNoise, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
+def _(part: SpectralExcitation, name: str, units: Units, step: float) -> Lowered:
+    from springpot.simulation.lowering import shaping  # SciPy's linear algebra is slow to import
+
+    intensity = 0.5 * part.scale * max(part.psd) / units.length**2 * units.time**3 / step
+    law = shaping.filter_of(shaping.shape_of(part, name), intensity, 2.0 * math.pi * units.time * step)
+    return Lowered(forces=(_filtered(name, [law], step, floor=shaping.FLOOR),))
+
+
+@lower.register
 def _(part: Harmonic, name: str, units: Units, step: float) -> Lowered:
     turn = part.frequency * units.time * step
     impulse = step * part.amplitude / units.length * units.time**2 * float(np.sinc(0.5 * turn / math.pi))
@@ -377,15 +387,17 @@ def _(part: Contact, name: str, units: Units, step: float) -> Lowered:
     return Lowered(contacts=((name, contact),))
 
 
-def _filtered(name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0) -> Named:
-    single = sum(filter.output.size == 1 for filter in filters)
-    states = 2 * max(1, len(filters) - single + -(-single // 2))
+def _filtered(
+    name: str, filters: Sequence[sources.Filter], step: float, white: float = 0.0, floor: float = 0.0
+) -> Named:
+    states = max(2, sum(filter.output.size for filter in filters))
+    states += states % 2
 
     def make(word: int, place: int, parts: int, more: float = 0.0) -> sources.Filtered:
         from springpot.simulation.lowering.filters import filtered  # SciPy's linear algebra is slow to import
 
         slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
-        return filtered(slower, word, place, step / parts, (white + more) / parts, parts=parts)
+        return filtered(slower, word, place, step / parts, (white + more) / parts, parts=parts, floor=floor)
 
     def join(word: int, place: int, parts: int, more: float) -> sources.Joined:
         law = make(word, place, parts, more)

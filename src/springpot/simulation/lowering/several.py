@@ -14,7 +14,6 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import NotCoveredError
 from springpot.memory import ExponentialSum
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
@@ -178,12 +177,10 @@ class PartsOfSeveral:
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows = given
-            if halved:
-                raise NotCoveredError("levels of several masses are not there yet.")
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, observers,
+                first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
                 record, settings.record_every, stop, rows,
             )  # fmt: skip
             record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
@@ -199,8 +196,8 @@ class _Row:
     total: Lowered = field(default_factory=Lowered)
 
 
-def compose_several(plan: Plan) -> PartsOfSeveral:
-    """The arguments of the kernel.
+def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
+    """The arguments of the kernel; with 2 parts of a step the excitation is that of half the step, summed in pairs.
 
     Raises
     ------
@@ -221,7 +218,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
     jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
     solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
     memories, near, history, taps = _memories(totals, scheme, step, settings)
-    noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g)
+    noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g, parts_of_step)
     walls = [(name, wall) for total in totals for name, wall in total.barriers]
     at = np.array([coordinates.numbers[tuple(coordinates.elongations[name])] for name, _ in walls], np.int64)
     jump = jumps[at]
@@ -287,7 +284,7 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
         sweep=with_arrays(exact, kind)._replace(step=kind(step), zero=kind(0.0)),
         exact=exact,
         memories=with_arrays(memories, kind),
-        sources=_sources(given, kind),
+        sources=_sources(given, kind, parts_of_step),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
         units=units,
         unit_mass=unit_mass,
@@ -317,7 +314,8 @@ def compose_several(plan: Plan) -> PartsOfSeveral:
          * (coordinates.rows @ solve @ g[n]) * (coordinates.rows @ jumps[n] / reduced[n]))
         for n, square, _ in shaken
     ]  # fmt: skip
-    return replace(whole, readings=tuple(_readings(plan, whole, lacking, shaking)))
+    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, totals, reduced, step)
+    return replace(whole, readings=readings)
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -493,7 +491,7 @@ class _Given:
 
 
 def _excitation(
-    plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats
+    plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats, parts_of_step: int
 ) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
     white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(g.shape[1])
@@ -507,16 +505,44 @@ def _excitation(
         constant -= sum(more.springs[:1]) * row
         given += [(replace(named, does="feeds"), row, None) for named in more.forces]
     for thermal in plan.system.of(ThermalNoise):
-        warm = lower(thermal.per_mass(unit_mass), "", units, step).temperature
+        warm = _temperature(thermal, unit_mass, units, step)
         name = plan.system.name_of(thermal)
-        for total, row in zip(totals, g, strict=True):
-            dashpots = sum(c for order, c in total.springpots if order == 1.0)
-            if len(total.springpots) > sum(order == 1.0 for order, _ in total.springpots) or total.arms:
-                noise = thermal_noise(name, replace(total, temperature=warm), step, plan.settings.steps, 1)
+        for n, (total, row) in enumerate(zip(totals, g, strict=True)):
+            if _remembers(total):
+                own, hot = f"{name} of row {n}", replace(total, temperature=warm)
+                noise = thermal_noise(own, hot, step, plan.settings.steps, parts_of_step)
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
-            elif dashpots > 0.0:
-                white.append(math.sqrt(2.0 * warm * dashpots) * row)
-    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given)], constant
+            elif total.springpots:
+                white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
+    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given, parts_of_step)], constant
+
+
+def _temperature(thermal: ThermalNoise, unit_mass: float, units: Units, step: float) -> float:
+    return lower(thermal.per_mass(unit_mass), "", units, step).temperature
+
+
+def _remembers(total: Lowered) -> bool:
+    return bool(total.arms) or any(order != 1.0 for order, _ in total.springpots)
+
+
+def _dashpots(total: Lowered) -> float:
+    return sum(c for order, c in total.springpots if order == 1.0)
+
+
+def _of_thermal_noise(
+    plan: Plan, parts: PartsOfSeveral, totals: Sequence[Lowered], reduced: Floats, step: float
+) -> Iterator[Reading]:
+    """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
+    power = parts.unit_mass * parts.units.speed**2 / parts.units.time
+    for thermal in plan.system.of(ThermalNoise):
+        name, warm = plan.system.name_of(thermal), _temperature(thermal, parts.unit_mass, parts.units, step)
+        white = sum(
+            warm * _dashpots(total) / float(mass)
+            for total, mass in zip(totals, reduced, strict=True)
+            if not _remembers(total)
+        )
+        works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
+        yield Reading(f"{name}_power", works, "time", power * white)
 
 
 def _drawn(law: Any) -> float:
@@ -526,19 +552,17 @@ def _drawn(law: Any) -> float:
     return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
 
 
-def _placed(given: Sequence[tuple[Named, Floats, float | None]]) -> Iterator[_Given]:
-    """Each source with its own counter words and its place among the states; those of one part are numbered."""
-    word, place, count = kernel.MOST_NOISES, 0, dict[str, int]()
+def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int) -> Iterator[_Given]:
+    """Each source with its own counter words and its place among the states."""
+    word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
-        count[named.name] = count.get(named.name, 0) + 1
-        own = named if count[named.name] == 1 else replace(named, name=f"{named.name} {count[named.name]}")
-        law = named.make(word, place, 1)
-        smooth = brought is None and not isinstance(law, sources.Poisson)
-        yield _Given(own, law, row, _drawn(law) if brought is None else brought, smooth)
+        law = named.make(word, place, parts_of_step)
+        whole = _drawn(named.make(word, place, 1)) if brought is None else brought
+        yield _Given(named, law, row, whole, brought is None and not isinstance(law, sources.Poisson))
         word, place = word + sources.WORDS, place + named.states
 
 
-def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
+def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.Sources:
     kinds = {
         sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
         sources.Poisson: kernel.POISSON,
@@ -560,6 +584,7 @@ def _sources(given: Sequence[_Given], kind: Any) -> kernel.Sources:
         return whole([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)])
 
     return kernel.Sources(
+        parts_of_step,
         whole([kinds[type(law)] for law in laws]),
         whole([getattr(law, "word", 0) for law in laws]),
         whole([getattr(law, "place", 0) for law in laws]),

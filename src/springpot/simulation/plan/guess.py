@@ -32,6 +32,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -202,6 +203,8 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
                 power += 0.5 * part.intensity
             case ColoredNoise() | KanaiTajimiNoise():
                 power += math.pi * part.density(w)
+            case SpectralExcitation():
+                power += part.power_into(w, dissipated(unit, law) / law.temperature)
             case RecordedExcitation():  # as noise that is white up to this frequency
                 power += 0.5 * math.pi * part.mean_square / w
             case ParametricNoise():
@@ -267,6 +270,8 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
                 rates.append(math.sqrt(part.coupling**2 / part.capacitance))
             case Harmonic():
                 rates.append(0.5 * part.frequency)
+            case SpectralExcitation():  # a motion below the band moves with it
+                rates.append(2.0 * math.pi * part.frequency[0])
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
@@ -295,7 +300,7 @@ def _temperature(unit: System, potential: Potential) -> float:
         return thermal[0].temperature
     size = _natural_energy(potential)
     if not any(getattr(part, "intensity", 0.0) or getattr(part, "amplitude", 0.0) for part in unit.parts) and not (
-        unit.of(ColoredNoise, VanDerPol)
+        unit.of(ColoredNoise, SpectralExcitation, VanDerPol)
     ):
         return size
 
@@ -304,7 +309,8 @@ def _temperature(unit: System, potential: Potential) -> float:
 
     for powers in (np.linspace(12.0, -12.0, 97), np.linspace(90.0, -90.0, 361)):  # the second where size means nothing
         thetas = (size * 10.0**powers).tolist()
-        if unit.of(Harmonic):  # it feeds in most at its own frequency: the hottest of several is found by a walk
+        # these feed in most at some frequency: the hottest of several is found by a walk
+        if unit.of(Harmonic, SpectralExcitation):
             hot = next((n for n, theta in enumerate(thetas) if is_fed(theta)), len(thetas))
         else:
             hot = bisect_left(thetas, True, key=is_fed)

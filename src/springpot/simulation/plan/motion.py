@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -19,13 +18,16 @@ from springpot.problem.parts import (
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, slow_restitution
+from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System
+from springpot.simulation.plan.creep import Creep
+from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -34,7 +36,7 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls"]
 
-_SMOOTH = (ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ParametricNoise, ThermalNoise)
+_SMOOTH = (ColoredNoise, KanaiTajimiNoise, SpectralExcitation, PoissonImpulses, ParametricNoise, ThermalNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
 
 
@@ -61,6 +63,13 @@ class StruckWalls:
         """Whether slow impacts are frequent and can be added: the walls are lossy, and the impact rate is finite."""
         return COLLAPSE_BELOW < self.restitution < 1.0 and self.intensity > 0.0
 
+    def resolved_speed(self, step: float) -> float:
+        """The lower of the two speeds in m/s at which impacts are counted so that the errors of a step cancel.
+
+        In units of sqrt(q h); see `springpot.simulation.estimate.completed_rate`.
+        """
+        return (0.47 + 0.43 * self.restitution) * math.sqrt(self.intensity * step)
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -73,8 +82,8 @@ class Motion:
     scales : Scales
     sign : float
         -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
-    slow : tuple of Dimensionless
-        Problems with the slow displacements of each springpot, without a wall.
+    slow : tuple of Creep or CreepOfSeveral
+        The slow displacements of springpots, without walls.
     searched : bool
         Whether E[x], the x(0) of a stationary start, must be found by pilot runs.
     keeps_the_law : bool
@@ -88,16 +97,11 @@ class Motion:
     system: System
     scales: Scales
     sign: float
-    slow: tuple[Dimensionless, ...]
+    slow: tuple[Creep | CreepOfSeveral, ...]
     searched: bool
     keeps_the_law: bool
     beyond_paper: str = ""
     guess: BoltzmannLaw | None = None
-
-    @property
-    def unobserved(self) -> str:
-        """Why there are no observers and levels of this motion; empty if there can be."""
-        return ""
 
     @cached_property
     def seen(self) -> tuple[Seen, ...]:
@@ -160,6 +164,25 @@ class Motion:
         if self.scales.guessed:
             return 0.5 * values["v_mean_square"]
         return 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
+
+    @property
+    def resolved_rate(self) -> float:
+        """The rate that the default step follows."""
+        return self.scales.fastest_rate
+
+    @property
+    def usual_quantities(self) -> tuple[str, ...]:
+        """What ``rtol`` controls where nothing else is asked for."""
+        return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
+
+    @property
+    def zeros(self) -> tuple[str, ...]:
+        """The results that are 0 by symmetry."""
+        return ("x_mean",) if self.is_symmetric else ()
+
+    def mean_square_of(self, name: str) -> str:
+        """The mean square displacement with which a result changes."""
+        return "x_mean_square"
 
     @property
     def unit(self) -> System:
@@ -270,6 +293,15 @@ class Motion:
             return StruckWalls()
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
+    def velocity_biases(self, step: float) -> dict[str, float]:
+        """Bounds on the relative step biases of mean square velocities that strong dampers leave: of one mass none."""
+        return {}
+
+    @property
+    def completed(self) -> dict[str, StruckWalls]:
+        """The walls to whose impacts slow ones can be added, by how the names of their results begin."""
+        return {"": self.struck} if self.struck.crowded else {}
+
     @property
     def uncounted(self) -> tuple[str, ...]:
         """How the names of results begin that are of impacts which cannot be counted: any way, or no name does."""
@@ -279,6 +311,18 @@ class Motion:
     def struck_alone(self) -> dict[str, StruckWalls]:
         """Each wall as slow impacts see it, by its name, where its results have biases of their own: none has."""
         return {}
+
+    def slowest_restitutions(self, name: str, step: float) -> list[float]:
+        """Of each lossy wall in a result: for the slowest impacts that a step resolves, or slower ones."""
+        return [
+            min(slow_restitution(wall), restitution_of_missed(wall, intensity, step))
+            for wall, intensity in self._walls_in(name)
+            if not wall.is_elastic
+        ]
+
+    def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
+        """The walls whose impacts are in a result, and the intensity of the noise that drives the mass to each."""
+        return [(wall, self.intensity) for wall in self.walls]
 
     def press_on(self, wall: Barrier) -> float:
         """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""
@@ -321,7 +365,8 @@ class Motion:
     @property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
-        kinds = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise, Harmonic, VanDerPol)
+        stationary = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
+        kinds = (*stationary, Harmonic, VanDerPol)
         sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds)]
         if self.recorded:
             return "a record has a beginning and an end"

@@ -13,6 +13,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import WhiteNoise
 from springpot.problem.system import System, checked_system
+from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.scales import closed_form
@@ -46,14 +47,14 @@ def motion_of(system: System) -> Motion:
         law = guessed_law(system)
         motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
         searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
-        return replace(motion, searched=searched, slow=_alike(motion, law))
+        return replace(motion, searched=searched, slow=tuple(map(Creep, _alike(motion, law))))
     elastic = paper.barrier is None or paper.restitution == 1.0
     dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
     return Motion(
         system,
         closed_form(paper),
         sign=paper.direction or 1.0,
-        slow=(paper,),
+        slow=(Creep(paper),),
         searched=paper.barrier is not None,
         keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
     )

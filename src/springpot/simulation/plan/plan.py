@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Unpack, cast, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError, shown
+from springpot.machine.faults import shown
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
@@ -26,7 +26,7 @@ from springpot.simulation.plan.settings import (
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.result import NoStationaryStateError
 
-__all__ = ["TOO_FAR_APART", "Plan", "check_observed", "check_stationary", "default_start", "plan_of"]
+__all__ = ["TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
 
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -194,12 +194,6 @@ def check_motion(motion: Motion, who: str) -> None:
         raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {motion.not_stationary}.")
 
 
-def check_observed(motion: Motion, name: str) -> None:
-    """Raise an error if there are no observers and levels of a motion; ``name`` is the argument that needs them."""
-    if motion.unobserved:
-        raise NotCoveredError(f"{name} cannot be given: {motion.unobserved}.")
-
-
 def default_duration(motion: Motion, step: float) -> float:
     """100 over the frequency (as in the paper), or 20 relaxation times if that is longer; at most 1e4 over the
     frequency and 2 million steps.
@@ -219,7 +213,7 @@ def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Sc
     if not 0.0 < fastest < math.inf:
         raise ValueError(TOO_FAR_APART)
     if step is None:
-        step = min(scheme_of(scheme).default_step / fastest, math.inf if duration is None else duration)
+        step = min(scheme_of(scheme).default_step / motion.resolved_rate, math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:

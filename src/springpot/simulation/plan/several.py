@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -35,6 +35,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -44,6 +45,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
+from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -59,6 +61,11 @@ _ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, a
 _FAR = 3.0  # standard deviations at which a spring is taken for its fastest motion
 _RIGID = 1e-9  # of the largest frequency: a motion that stretches no spring
 _UNDAMPED = 1e-12  # of the frequency
+_GUESSED = 1.5  # factor on the forgetting time
+_TAKEN, _LEAST_BIAS = (
+    0.025,
+    1e-3,
+)  # bias of <v^2> over what dampers take of a kick in its step; and what is worth saying
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,6 +243,8 @@ def _density(part: Any, w: float) -> float:
             return 0.5 * float(part.intensity)
         case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
             return math.pi * float(part.density(w))
+        case SpectralExcitation():
+            return part.power_into(max(w, 1e-300), 0.0)
         case RecordedExcitation():  # as noise that is white up to this frequency
             return 0.5 * math.pi * part.mean_square / max(w, 1e-300)
         case Harmonic():  # as if it were spread over its own frequency
@@ -246,14 +255,6 @@ def _density(part: Any, w: float) -> float:
 @dataclass(frozen=True, eq=False)
 class MotionOfSeveral(Motion):
     """The motion of several masses; what it has not, its results do not have."""
-
-    @property
-    def unobserved(self) -> str:
-        """Why there are no observers and levels."""
-        return (
-            f"it is for one mass, and the system has {len(self.system.points)}; of several there are means, mean "
-            "squares, impacts, powers and recorded paths"
-        )
 
     @cached_property
     def seen(self) -> tuple[Seen, ...]:
@@ -306,6 +307,73 @@ class MotionOfSeveral(Motion):
         return tuple(pot for pot in self.system.of(Springpot) if pot.remembers)
 
     @property
+    def usual_quantities(self) -> tuple[str, ...]:
+        """All mean square displacements and velocities."""
+        return tuple(
+            name
+            for of in "xv"
+            for point in self.system.points
+            if (name := f"{point}_{of}_mean_square") not in self.zeros
+        )
+
+    @cached_property
+    def displacements(self) -> dict[str, Floats]:
+        """The rows of all displacements and elongations that are observed, by how the names of their results begin."""
+        at = self.system.coordinates
+        points = zip(at.points, at.rows, strict=True)
+        return {f"{point}_x": row for point, row in points} | {
+            f"{pair}_elongation": row for pair, row in at.pairs.items()
+        }
+
+    def mean_square_of(self, name: str) -> str:
+        """The mean square displacement with which a result changes: its own, or that of the nearest row."""
+        if own := next((begin for begin in self.displacements if name.startswith(f"{begin}_")), ""):
+            return f"{own}_mean_square"
+        rows = self.system.coordinates.elongations
+        row = next((rows[stop] for stop in self.touched if name.startswith(f"{stop}_")), None)
+        if row is None:
+            return next(f"{begin}_mean_square" for begin in self.displacements)
+        alike = {begin: abs(float(own @ row)) / float(np.linalg.norm(own)) for begin, own in self.displacements.items()}
+        return f"{max(alike, key=alike.__getitem__)}_mean_square"
+
+    @cached_property
+    def zeros(self) -> tuple[str, ...]:
+        """The means of displacements that no force with a mean can move, and all of those that no force can move."""
+        if self.system.of(ThermalNoise):
+            return self._means_of_zero
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        moving = [*coordinates.forces.values()]
+        moving += [row for name, row in coordinates.elongations.items() if not parts[name].is_linear]
+        ties = np.abs(coordinates.mass) + sum(np.outer(*2 * [np.abs(row)]) for row in coordinates.elongations.values())
+        reached = np.abs(np.array([np.zeros(len(coordinates.names)), *moving])).sum(0)
+        for _ in coordinates.names:
+            reached = (ties @ reached > 0.0).astype(float)
+        still = [begin for begin, row in self.displacements.items() if not (np.abs(row) @ reached).any()]
+        squares = [f"{begin}_mean_square" for begin in still]
+        speeds = [f"{begin[:-2]}_v_mean_square" for begin in still if begin.endswith("_x")]
+        return (*self._means_of_zero, *squares, *speeds)
+
+    @property
+    def _means_of_zero(self) -> tuple[str, ...]:
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        rows = {**coordinates.forces, **coordinates.elongations}
+        stops = {_inwards(rows[name], part): rows[name] for name, part in self.touched.items()}
+        pushes = [row for (into, *law), row in stops.items() if (tuple(-n for n in into), *law) not in stops]
+        pushes += [rows[name] for name, part in parts.items() if not (part.is_odd or name in self.touched)]
+        if pushes:  # what is nonlinear may have a mean force where others have
+            pushes += [rows[name] for name, part in parts.items() if not part.is_linear]
+        stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in parts.items() if isinstance(p, Element)})
+        values = np.linalg.eigvalsh(stiffness)
+        if pushes and not values[0] > _RIGID * values[-1]:
+            return ()
+        moved = np.linalg.solve(stiffness, np.array(pushes).T) if pushes else np.zeros((len(values), 1))
+        return tuple(
+            f"{begin}_mean"
+            for begin, row in self.displacements.items()
+            if (np.abs(row @ moved) <= _RIGID * (np.abs(row) @ np.abs(moved))).all()
+        )
+
+    @property
     def is_symmetric(self) -> bool:
         """Not asked."""
         return False
@@ -314,6 +382,14 @@ class MotionOfSeveral(Motion):
     def is_thermal(self) -> bool:
         """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
         return self.law is not None
+
+    @cached_property
+    def resolved_rate(self) -> float:
+        """Also that at which contacts stop what touches them: a longer step is stable, but off."""
+        at = self.system.coordinates
+        contacts = [(at.elongations[name], part) for name, part in self.touched.items() if isinstance(part, Contact)]
+        stops = (_stop_rate(part, at.reduced(row), _FAR * self.modes.speed(row)) for row, part in contacts)
+        return max(self.scales.fastest_rate, *stops, 0.0)
 
     @cached_property
     def struck(self) -> StruckWalls:
@@ -326,15 +402,46 @@ class MotionOfSeveral(Motion):
         rows = self.system.coordinates.elongations
         return {
             name: StruckWalls(
-                slow_restitution(part), self._intensity_along(rows[name]),
+                slow_restitution(part), self._intensity_along(rows[name], part.position),
                 max(part.inwards * part.position, 0.0) * self.scales.fastest_rate**2,
             )
             for name, part in self.system.named()
             if isinstance(part, Barrier)
         }  # fmt: skip
 
-    def _intensity_along(self, row: Floats) -> float:
-        """Of the acceleration of an elongation by white noise and by that of dashpots at a temperature."""
+    def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
+        """The wall whose result it is."""
+        return [(part, self.struck_alone[own].intensity) for own, part in self.system.named()
+                if isinstance(part, Barrier) and name.startswith(f"{own}_")]  # fmt: skip
+
+    def velocity_biases(self, step: float) -> dict[str, float]:
+        """Of noise that is not matched to the dampers, which take a share of each kick within its step."""
+        at, rows = self.system.coordinates, self.system.coordinates.elongations
+        shares = [
+            part.coefficient
+            * step ** (2.0 - (part.order if isinstance(part, Springpot) else 1.0))
+            / at.reduced(rows[name])
+            for name, part in self.system.named()
+            if isinstance(part, Springpot | Dashpot) and part.dissipates
+        ]
+        bias = _TAKEN * max(shares, default=0.0)
+        if self.system.of(ThermalNoise) or bias < _LEAST_BIAS:
+            return {}
+        return {f"{point}_v_mean_square": bias for point in at.points}
+
+    @property
+    def completed(self) -> dict[str, StruckWalls]:
+        """Each lossy wall with a number of restitution."""
+        numbers = [
+            name for name, part in self.touched.items() if isinstance(part, Barrier) and not callable(part.restitution)
+        ]
+        return {f"{name}_": self.struck_alone[name] for name in numbers if self.struck_alone[name].crowded}
+
+    def _intensity_along(self, row: Floats, place: float | None = None) -> float:
+        """Of the acceleration of an elongation, where it is at a place, by white noise and by that of warm dashpots.
+
+        Noise that multiplies another elongation counts with the usual size of that.
+        """
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
         white = sum(
@@ -346,7 +453,14 @@ class MotionOfSeveral(Motion):
             2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
             for name, own in (coordinates.elongations.items() if thermal else ())
         )
-        return float(white + warm)
+        shaken = 0.0
+        for name, part in parts.items():
+            if isinstance(part, ParametricNoise):
+                own = coordinates.elongations[name]
+                alike = np.array_equal(own, row) or np.array_equal(own, -row)
+                size = place if alike and place is not None else self.modes.spread(own)
+                shaken += part.intensity * (size * float(turned @ own)) ** 2
+        return float(white + warm + shaken)
 
     @cached_property
     def modes(self) -> Modes:
@@ -499,6 +613,15 @@ class MotionOfSeveral(Motion):
         return np.asarray(rest + inward.T @ forces)
 
 
+def _inwards(row: Floats, stop: Stop) -> tuple[Any, ...]:
+    """A wall or contact by the way in which it pushes, its place along that way, and its law."""
+    return (
+        tuple((stop.inwards * row).tolist()),
+        stop.inwards * stop.position,
+        replace(stop, position=0.0, side="above", between=None),  # type: ignore[call-arg]
+    )
+
+
 def _least_forces(inward: Floats, least: Floats) -> Floats | None:
     """The forces of walls that keep ``inward @ x`` at ``least`` or above with the smallest x; None if nothing does.
 
@@ -531,8 +654,19 @@ def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float
 def motion_of_several(system: System) -> MotionOfSeveral:
     """What follows from a system of several masses alone."""
     modes = modes_of(system)
-    many = f"the paper's problem has one mass, and the system has {len(system.points)}."
-    return MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
+    many = f"the paper's problem has one mass, and the system has {len(system.coordinates.names)}."
+    motion = MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
+    if not motion.springpots and not system.of(FractionalMaxwell):
+        return motion
+    more = _means(system, modes)
+    stiffness = {
+        name: part.linear_stiffness + more.get(name, (0.0, 0.0))[0]
+        for name, part in system.named()
+        if isinstance(part, Element)
+    }
+    rows = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
+    free = {name: modes.spread(row) ** 2 for name, row in rows.items()}
+    return replace(motion, slow=(CreepOfSeveral(system, stiffness, motion.scales.fastest_rate, rows, free),))
 
 
 def _scales(system: System, modes: Modes) -> Scales:
@@ -562,7 +696,7 @@ def _scales(system: System, modes: Modes) -> Scales:
         _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
     fastest += _hops(system, modes)
-    largest = max(fastest) or 1.0  # straight flights between walls alone have no time of their own
+    largest = float(max(fastest)) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
     energy = [1.0 / float(damped.min())] if damped.size else []
     if lossy := [(part, modes.speed(row)) for part, row in elements if isinstance(part, Barrier) and part.dissipates]:
@@ -572,19 +706,35 @@ def _scales(system: System, modes: Modes) -> Scales:
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
     settled = max(energy, default=math.inf)
+    forgotten = max(settled, 2.0 / frequency, _forgetting_time(system, modes))
+    if any(not part.is_linear for part in system.parts):  # the size of the motion is a guess
+        forgotten *= _GUESSED
     return Scales(
         frequency=frequency,
         fastest_rate=largest,
         energy_time=settled,
         creep_time=max((_creep_time(part, row, system) for part, row in elements), default=0.0),
-        forgetting_time=max(settled, 2.0 / frequency),
-        settling_time=settled,
+        forgetting_time=forgotten,
+        settling_time=max(settled, forgotten),
         flight_frequency=largest,
         length=max(spreads),
         spread=max(spreads),
         mean=0.0,
         guessed=True,
     )
+
+
+def _forgetting_time(system: System, modes: Modes) -> float:
+    """In which the slowest overdamped motion of springs and dashpots loses its square: it has no energy to lose."""
+    more, at = _means(system, modes), system.coordinates
+    elements = [(name, part, more.get(name, (0.0, 0.0))) for name, part in system.named() if isinstance(part, Element)]
+    stiffness = at.sum_of({name: part.linear_stiffness + k for name, part, (k, _) in elements})
+    damping = at.sum_of({name: part.linear_damping + c for name, part, (_, c) in elements})
+    none, one = np.zeros_like(at.mass), np.eye(len(at.mass))
+    pulls = [-np.linalg.solve(at.mass, each) for each in (stiffness, damping)]
+    rates = -np.linalg.eigvals(np.block([[none, one], pulls]))
+    over = rates.real[(np.abs(rates.imag) <= 1e-9 * rates.real) & (rates.real > 1e-9 * np.abs(rates).max())]
+    return 0.5 / float(over.min()) if over.size else 0.0
 
 
 def _strength(part: Any) -> float:
@@ -643,6 +793,13 @@ def _rate_in(contact: Contact, reduced: float, speed: float) -> float:
     power = contact.exponent + 1.0
     depth = (0.5 * power * reduced * speed**2 / contact.stiffness) ** (1.0 / power)
     return math.sqrt(contact.exponent * contact.stiffness * depth ** (contact.exponent - 1.0) / reduced)
+
+
+def _stop_rate(contact: Contact, reduced: float, speed: float) -> float:
+    """At which its dissipation alone stops a speed of touch, m v dv/dd = -k d^p chi v."""
+    power = contact.exponent + 1.0
+    stop = (contact.stiffness * contact.dissipation / (power * reduced)) ** (1.0 / power)
+    return float(stop * speed ** (1.0 - 1.0 / power))
 
 
 def _curvature(part: Any, spread: float) -> float:

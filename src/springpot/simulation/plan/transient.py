@@ -1,89 +1,15 @@
-"""The transient of a run: exponential for the energy, a power of time for slow displacements.
-
-A path starts with an empty memory, so at time t a part of the variance of x is missing: the response to earlier noise,
-q times the integral of h^2 from t on, where h is the impulse response without a wall.  For large t, h follows the creep
-of spring and springpot, C D^alpha x + Omega^2 x = delta: t^(alpha - 1) / (C Gamma(alpha)) before the creep time, and
-alpha C t^(-1 - alpha) / (Omega^4 Gamma(1 - alpha)) after it (Podlubny, "Fractional Differential Equations", 1999,
-sections 1.2 and 5).  Up to order 1/2 each is a bound at all times.  Above order 1/2 the second is not: near order 1 the
-creep ends almost like exp(-Omega^2 t / C), and the power law is late and small.  There h is integrated as a sum of
-exponentials,
-
-    h(t) = (1 / (pi alpha Omega^2)) int_0^(pi alpha) s exp(-s t) du,   C s^alpha / Omega^2 = sin u / sin(pi alpha - u).
-"""
+"""The transient of a run: exponential for the energy, a power of time for slow displacements."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
-import numpy as np
-
-from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation.plan.motion import Motion
 
-__all__ = ["MOST_TRANSIENT", "missing_variance", "shares_missing"]
+__all__ = ["MOST_TRANSIENT", "shares_missing"]
 
 MOST_TRANSIENT = 0.01  # share left at the start of the window
-LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
 WALL = 2.0  # a wall changes the slow displacements by less than this factor
-SLOW = {"x_mean": 0.5, "x_mean_square": 1.0, "impact_rate": 0.5, "impact_speed_mean": 0.5,
-        "impact_speed_mean_square": 0.5}  # fmt: skip
-"""Relative change of a quantity over that of the variance of x; v^2 and A^2 are treated separately."""
-
-
-def missing_variance(paper: Dimensionless, time: float) -> float:
-    """Bound on the missing variance of x at a time much longer than a cycle, in m^2.
-
-    Examples
-    --------
-    >>> from springpot import Springpot
-    >>> strong = Dimensionless(springpot=Springpot(order=0.5, coefficient=50.0))
-    >>> [round(1e6 * missing_variance(strong, time)) for time in (20.0, 1000.0, 1e5)]
-    [590, 92, 0]
-    """
-    order, coefficient = paper.springpot.order, paper.springpot.coefficient
-    if order == 0.0 or coefficient == 0.0:
-        return 0.0
-    intensity = paper.excitation.intensity
-    if order <= 0.5:
-        return intensity * _squared_powers(paper, time)
-    return intensity * _squared_creep(paper, time)
-
-
-def _squared_powers(paper: Dimensionless, time: float) -> float:
-    """Integral of h^2 from a time on, with the smaller of the two power laws for h; logarithms avoid overflow."""
-    order, now = paper.springpot.order, math.log(time)
-    coefficient, stiffness = math.log(paper.springpot.coefficient), 2.0 * math.log(paper.natural_frequency)
-    early = -coefficient - math.lgamma(order)  # times t^(order - 1)
-    late = math.log(order) + coefficient - 2.0 * stiffness - math.lgamma(1.0 - order)  # times t^(-1 - order)
-    crossing = 0.5 * (late - early) / order
-    after = math.exp(2.0 * late - (1.0 + 2.0 * order) * max(now, crossing)) / (1.0 + 2.0 * order)
-    if now >= crossing:
-        return after
-    power = 1.0 - 2.0 * order
-    before = (crossing - now) * math.exp(2.0 * early - power * now)
-    if power > 1e-9:
-        before *= -math.expm1(-power * (crossing - now)) / (power * (crossing - now))
-    return after + before
-
-
-def _squared_creep(paper: Dimensionless, time: float) -> float:
-    """Integral of h^2 from a time on, above order 1/2."""
-    order, stiffness = paper.springpot.order, paper.natural_frequency**2
-    logarithm = math.log(stiffness / paper.springpot.coefficient) / order  # of the rate of creep
-    scaled = logarithm + math.log(time)
-    if order == 1.0:
-        return 0.5 * math.exp(logarithm - 2.0 * math.exp(min(scaled, 7.0))) / stiffness**2 if scaled < 7.0 else 0.0
-    if scaled > LATE:
-        return _squared_powers(paper, time)
-    small = math.log(math.pi * order / math.sin(math.pi * (1.0 - order)))
-    y = np.arange(-20.0 - small - max(order * scaled, 0.0), 20.0 + small + max(-order * scaled, 0.0), 0.15)
-    share, rest = 1.0 / (1.0 + np.exp(-y)), 1.0 / (1.0 + np.exp(y))
-    u, other = math.pi * order * share, math.pi * order * rest
-    rate = (np.sin(u) / np.sin(other)) ** (1.0 / order)  # over that of creep
-    weight = 0.15 * u * rest * rate * np.exp(-rate * math.exp(scaled))
-    pairs = float(np.sum(np.outer(weight, weight) / (rate[:, None] + rate)))
-    return math.exp(logarithm) * pairs / (math.pi * order * stiffness) ** 2
 
 
 def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> dict[str, float]:
@@ -92,21 +18,29 @@ def shares_missing(motion: Motion, time: float, values: Mapping[str, float]) -> 
     With a gap b the impact rate is proportional to exp(-b^2 / (2 <x^2>)), which adds b^2 / (2 <x^2>) to its relative
     change.
     """
-    missing = sum(missing_variance(paper, time) for paper in motion.slow)
-    missing *= WALL if motion.touched or motion.scales.guessed else 1.0
-    variance = values["x_mean_square"]
+    missing: dict[str, float] = {}
+    for creep in () if motion.is_thermal else motion.slow:
+        for square, variance in creep.missing(time).items():
+            missing[square] = missing.get(square, 0.0) + variance
+    wider = WALL if motion.touched or motion.scales.guessed else 1.0
     # of walls beyond the equilibrium, not on its near side as a preload
-    gaps = {name: abs(wall.position) for name, wall in motion.touched.items() if wall.inwards * wall.position < 0.0}
-    nearest = min(gaps.values(), default=0.0) if len(gaps) == len(motion.touched) else 0.0
+    rarer = {
+        name: 0.5 * wall.position * wall.position / values[motion.mean_square_of(f"{name}_impact_rate")]
+        for name, wall in motion.touched.items()
+        if wall.inwards * wall.position < 0.0
+    }
+    rarest = min(rarer.values(), default=0.0) if len(rarer) == len(motion.touched) else 0.0
     shares = {}
     for name in values:
-        if name == "v_mean_square" or name.endswith("_power"):
+        square = motion.mean_square_of(name)
+        absent = wider * missing.get(square, 0.0)
+        if name.endswith(("v_mean_square", "_power")):
             shares[name] = 0.0
         elif name == "amplitude_mean_square":
-            shares[name] = min(1.0, missing / values[name])
+            shares[name] = min(1.0, absent / values[name])
         else:
-            gap = next((gap for wall, gap in gaps.items() if name == f"{wall}_impact_rate"), nearest)
-            rarer = 0.5 * gap * gap / variance if name.endswith(("x_mean", "impact_rate")) else 0.0
-            weight = SLOW.get(name, 1.0 if name.startswith("x_") else 0.5)
-            shares[name] = min(1.0, (weight + rarer) * missing / variance)
+            beyond = next((more for wall, more in rarer.items() if name == f"{wall}_impact_rate"), rarest)
+            more = beyond if name.endswith(("x_mean", "elongation_mean", "impact_rate")) else 0.0
+            weight = 1.0 if name == square else 0.5
+            shares[name] = min(1.0, (weight + more) * absent / values[square]) if absent > 0.0 else 0.0
     return shares

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Springpot
+from springpot.problem.parts import SpectralExcitation, Springpot
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
@@ -46,16 +46,25 @@ FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a wa
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
 MOST_MISSED = 0.01  # of the impacts, by estimate
+MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
 
 def doubts(
-    simulation: Simulation, values: Values, errors: Values, rows: Floats, seen: Watched, *, bounded: bool = False
+    simulation: Simulation,
+    values: Values,
+    errors: Values,
+    rows: Floats,
+    seen: Watched,
+    *,
+    bounded: bool = False,
+    counted: bool = False,
 ) -> list[Message]:
     """One message for each reason to doubt a number of a run.
 
-    ``bounded``: the total errors include those of step and transient, so these give no warning.
+    ``bounded``: the total errors include those of step and transient, so these give no warning; ``counted``: impacts
+    that are not slower than a speed are counted, which is what may be done where all of them have no rate.
     """
     system = simulation.motion.system
     moments = [value for name, value in values.items() if name.endswith(("x_mean_square", "v_mean_square"))]
@@ -67,7 +76,8 @@ def doubts(
     of_the_step = [] if bounded else [*_about_step(simulation), *_about_window(simulation)]
     return [
         *_about_contact_tolerance(simulation, values),
-        *_about_uncountable(simulation.motion),
+        *(() if counted else _about_uncountable(simulation.motion)),
+        *_about_shapes(simulation.motion),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
         *_about_energy(simulation, values, errors, rows),
@@ -85,6 +95,22 @@ def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
         yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
 
 
+def _about_shapes(motion: Motion) -> Iterator[Message]:
+    """Of filters that change the linear response, where there is one mass: it lies where a density begins or ends."""
+    if not motion.system.of(SpectralExcitation) or len(motion.system.points) > 1:
+        return
+    from springpot.simulation.lowering.shaping import moments_off, shape_of  # SciPy is slow to import
+
+    unit = motion.unit
+    stiffness = unit.stiffness if unit.stiffness > 0.0 else motion.scales.frequency**2
+    for name, part in unit.named():
+        if isinstance(part, SpectralExcitation):
+            shape = shape_of(part, name)
+            x, v = moments_off(part, shape, unit, stiffness)
+            if max(abs(x), abs(v)) > MOST_SHAPED:
+                yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
+
+
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
     settings = simulation.settings
     if settings.scheme != "grunwald" or not simulation.motion.walls:
@@ -95,7 +121,7 @@ def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator
 
 
 def _about_step(simulation: Simulation) -> Iterator[Message]:
-    settings, fastest = simulation.settings, simulation.motion.scales.fastest_rate
+    settings, fastest = simulation.settings, simulation.motion.resolved_rate
     limit, ratio = settings.numerical_scheme.coarsest_step, settings.step * fastest
     if ratio > limit * (1.0 + 1e-9):
         name = "coarse_step_of_transients" if simulation.plan.keeps_the_law else "coarse_step"
@@ -161,18 +187,18 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
 def _about_uncountable(motion: Motion) -> Iterator[Message]:
     """Of walls whose impacts have no rate, and what has one in their place."""
     if reason := motion.uncountable:
-        yield say("uncountable_impacts", reason=reason)
+        yield say("uncountable_impacts", of=_of([name.removesuffix("_") for name in motion.uncounted]), reason=reason)
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:
     """Of a step that misses more than MOST_MISSED of the impacts."""
     motion, step, rate = simulation.motion, simulation.settings.step, values.get("impact_rate", 0.0)
     bounds = impact_biases(motion, step, dict(values))
-    for name in motion.struck_alone:
-        bound, rate_of_wall = (found.get(f"{name}_impact_rate", 0.0) for found in (bounds, values))
-        if bound > MOST_MISSED * rate_of_wall > 0.0:
-            yield say("slow_impacts_of_some_wall", low=_low(bound, rate_of_wall), step=step)
-            return
+    each = {name: [of.get(f"{name}_impact_rate", 0.0) for of in (bounds, values)] for name in motion.struck_alone}
+    off = {name: alone for name, alone in each.items() if alone[0] > MOST_MISSED * alone[1] > 0.0}
+    if off:
+        worst = max(off.values(), key=lambda alone: alone[0] / alone[1])
+        yield say("slow_impacts_of_some_wall", of=_of([*off]), low=_low(*worst), step=step)
     bound = bounds.get("impact_rate", 0.0)
     if not bound > 0.0 or not rate > 0.0:
         return
@@ -182,7 +208,12 @@ def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Mess
         high = per_cent(missed / (1.0 - missed))
         yield say("slow_impacts", low=per_cent(missed), high=high, step=step, order=order)
     elif not motion.struck.crowded and bound > MOST_MISSED * rate:
-        yield say("slow_impacts_of_some_wall", low=_low(bound, rate), step=step)
+        yield say("slow_impacts_of_some_wall", of="", low=_low(bound, rate), step=step)
+
+
+def _of(walls: Sequence[str]) -> str:
+    """Whose impacts they are, where each wall has its own."""
+    return f" of {listed(walls)}" if any(walls) else ""
 
 
 def _low(bound: float, rate: float) -> str:
@@ -203,9 +234,10 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
+    walls = [f"{wall}_" for wall in reached.simulation.parts.struck] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
-        for name in ("impact_rate", "impact_speed_mean")
+        for name in (f"{wall}{of}" for wall in walls for of in ("impact_rate", "impact_speed_mean"))
         if name not in reached.wanted and name in reached.budgets and reached.values.get(name, 0.0) != 0.0
     }
     off = [f"{name} {per_cent(share)}" for name, share in left.items() if share > max(3.0 * rtol, 2.0 * MOST_MISSED)]

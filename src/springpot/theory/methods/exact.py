@@ -250,7 +250,7 @@ def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     -------
     Exact, ExactLaw or ExactOfPoints
         The first of the paper's problem, exact to about 1e-13 of the size of its moments; the second to about 1e-10;
-        the last of several masses, to about 1e-8.
+        the last of several masses, to 1e-8 or, with three elongations together, 1e-6.
 
     Raises
     ------

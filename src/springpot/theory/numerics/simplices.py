@@ -105,7 +105,7 @@ def _rule(size: int, order: int) -> tuple[FloatArray, FloatArray]:
 
 
 def integral(
-    values: Callable[[FloatArray], FloatArray], simplices: FloatArray, tolerance: float
+    values: Callable[[FloatArray], FloatArray], simplices: FloatArray, tolerance: float, positive: int = 0
 ) -> tuple[FloatArray, float]:
     """The integrals of several functions over simplices, and a bound on their errors.
 
@@ -116,13 +116,15 @@ def integral(
     simplices : ndarray
         Of `simplices_of_box` or `cut`.
     tolerance : float
-        Over the first integral.
+        Over the first integral, which is positive.
+    positive : int
+        How many of the last functions are positive too, and have the tolerance over their own integrals.
 
     Returns
     -------
     found : ndarray, shape (functions,)
     error : float
-        The sum of the differences between two rules, over the first integral: far more than the error itself.
+        The sum of the differences between two rules, as the tolerance: far more than the error itself.
 
     Raises
     ------
@@ -139,13 +141,15 @@ def integral(
     found, errors = _both(values, simplices)
     points = 0
     while True:
-        total, worst = found.sum(axis=0), errors.max(axis=1)
-        allowed = tolerance * float(total[0])
-        if worst.sum() <= allowed:
-            return total, float(worst.sum() / total[0])
+        total = found.sum(axis=0)
+        own = np.arange(len(total)) >= len(total) - positive
+        scale = np.where(own, np.maximum(total, 1e-300), total[0])
+        worst = (errors / scale).max(axis=1)
+        if worst.sum() <= tolerance:
+            return total, float(worst.sum())
         rising = np.argsort(worst)
         open_ = np.zeros(len(worst), bool)
-        open_[rising[np.cumsum(worst[rising]) > 0.5 * allowed]] = True
+        open_[rising[np.cumsum(worst[rising]) > 0.5 * tolerance]] = True
         halves = _halved(simplices[open_])
         points += len(halves) * sum(order ** simplices.shape[2] for order in _ORDERS)
         if points > _MOST_POINTS or not np.isfinite(total).all():

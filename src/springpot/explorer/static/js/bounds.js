@@ -5,7 +5,10 @@ import { POINTS, wallsAlong } from "./problem.js";
 const DEVIATIONS = 4.5; // on either side of a mean
 
 export function setBounds(view) {
-  view.reach = view.followed.map((one, k) => ({ ...one, walls: wallsAlong(view.walls, one.row), ...sizeOf(view, one, view.sizes.of[k]) }));
+  view.reach = view.followed.map((one, k) => {
+    const walls = wallsAlong(view.walls, one.row), { low, high, fastest } = sizeOf(view, one, view.sizes.of[k]), [floor, roof] = endsOf(walls);
+    return { ...one, walls, low: Math.max(low, floor), high: Math.min(high, roof), fastest };
+  });
 }
 
 function sizeOf({ theory, densities, measured }, { name, row }, size) {
@@ -18,12 +21,17 @@ function sizeOf({ theory, densities, measured }, { name, row }, size) {
   return { low: from[0], high: from[from.length - 1], fastest };
 }
 
+// between which rigid walls it stays
+function endsOf(walls) {
+  const rigid = walls.filter(({ soft }) => !soft);
+  return [rigid.find(({ lower }) => lower)?.position ?? -Infinity, rigid.find(({ lower }) => !lower)?.position ?? Infinity];
+}
+
 // rare large motions, and growing ones, make room for themselves
 export function stretch(view, x, v) {
   const points = view.followed[0].row.length, count = x.length / points;
   for (const reach of view.reach) {
-    const { row, walls } = reach, slack = 0.15 * (reach.high - reach.low), rigid = walls.filter(({ soft }) => !soft);
-    const floor = rigid.find(({ lower }) => lower)?.position ?? -Infinity, roof = rigid.find(({ lower }) => !lower)?.position ?? Infinity;
+    const { row, walls } = reach, slack = 0.15 * (reach.high - reach.low), [floor, roof] = endsOf(walls);
     for (let k = 0; k < count; k += 1) {
       let place = 0, speed = 0;
       for (let i = 0; i < points; i += 1) {

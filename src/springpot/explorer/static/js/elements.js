@@ -219,10 +219,10 @@ export function excitation(g, kinds, right, y, narrow) {
   }
 }
 
-// the resistor of each circuit, with its voltage and power of now
-export function circuit(g, circuits, voltages, left, y, W) {
+// the resistor of each circuit, with its voltage and power of now: below each other, or apart from each other
+export function circuit(g, circuits, voltages, begin, y, W, apart = 0) {
   circuits.slice(0, 2).forEach(({ resistance }, i) => {
-    const volts = voltages[i] ?? 0, top = y + 44 * i, wide = Math.min(34, 0.4 * (W - left));
+    const volts = voltages[i] ?? 0, left = begin + apart * i, top = apart ? y : y + 44 * i, wide = Math.min(34, 0.4 * (W - left));
     g.strokeStyle = palette.steel;
     g.lineWidth = 1.5;
     g.beginPath();

@@ -1,6 +1,6 @@
 // Where the masses stand while they rest, and how many pixels a metre is.
 
-import { GROUND, POINTS, isSeveral, linksOf } from "./problem.js";
+import { GROUND, POINTS, hasCircuit, isSeveral, linksOf } from "./problem.js";
 
 export const MIDDLE = 84; // px, the height of the masses
 const LANE = 34, LAST = POINTS.length - 1, POST = 18, LEAST = 14;
@@ -48,4 +48,4 @@ for (const { i, j, from, to } of spans) {
 }
 export const laneY = (lane, size) => MIDDLE + size / 2 + 16 + LANE * (lane - 1);
 const floorOf = (size) => MIDDLE + size / 2 + 10 + LANE * taken.length;
-export const TALL = 236 + LANE * taken.length;
+export const TALL = 236 + LANE * taken.length + (isSeveral && hasCircuit ? 26 : 0);

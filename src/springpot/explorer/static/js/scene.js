@@ -74,7 +74,8 @@ export class Scene {
     this.flashes = this.flashes.filter((flash) => performance.now() - flash.at < FLASH);
     for (const { ends: [first, i], rubs } of links) if (rubs && first === GROUND) rubbing(g, at[i], size, floor);
     excitation(g, excitations, W - 12, 14, narrow);
-    circuit(g, circuits, this.track.voltages, place.right + 12, floor + 14, W);
+    if (isSeveral) circuit(g, circuits, this.track.voltages, place.left, TALL - 24, W, 130);
+    else circuit(g, circuits, this.track.voltages, place.right + 12, floor + 14, W);
     for (const left of at) {
       g.strokeStyle = g.fillStyle = palette.path;
       g.lineWidth = 2;

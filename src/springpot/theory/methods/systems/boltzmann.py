@@ -56,7 +56,7 @@ _REACH = (
     "ThermalNoise, or with white noise that is to the dashpots as noise of one temperature"
 )
 _MOST = 3  # coordinates that are integrated over together
-_TOLERANCE, _ROUGH = 1e-8, 1e-2
+_ROUGH, _FINE = 1e-2, {1: 1e-8, 2: 1e-8, 3: 1e-6}  # between two rules, by coordinates: more than is left of the finer
 _FAR = 36.0  # energy over kT above the least that is left out
 _START, _GROWTH, _GROWTHS = 6.0, 1.5, 80  # of the box, in standard deviations
 _ROUNDS = 3  # of the box's axes
@@ -92,7 +92,7 @@ def exact_of_points(system: System) -> ExactOfPoints:
     Returns
     -------
     ExactOfPoints
-        Exact to about 1e-8.
+        Exact to about 1e-8; to 1e-6 where three elongations depend on each other.
 
     Raises
     ------
@@ -262,7 +262,7 @@ def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
     held = _held(law)
     values, ways = np.linalg.eigh(held)
     middle, axes = np.asarray(np.linalg.solve(held, law.force)), np.asarray(ways / np.sqrt(values))
-    for tolerance in (*[_ROUGH] * (_ROUNDS - 1), _TOLERANCE):
+    for tolerance in (*[_ROUGH] * (_ROUNDS - 1), _FINE[size]):
         simplices, least = _box(law, middle, axes)
 
         def weighted(s: FloatArray, middle: Any = middle, axes: Any = axes, least: Any = least) -> FloatArray:
@@ -272,7 +272,7 @@ def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
             more = [function(y) for function in functions]
             return np.asarray(weight * np.array([np.ones(len(s)), *s.T, *squares, *more])).T
 
-        found, _ = integral(weighted, simplices, tolerance)
+        found, _ = integral(weighted, simplices, tolerance, len(functions))
         moments = found[1:] / found[0]
         mean = moments[:size]
         square = np.zeros((size, size))

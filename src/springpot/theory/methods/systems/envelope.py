@@ -24,6 +24,7 @@ from springpot.problem.parts import (
     PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
+    SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
@@ -385,7 +386,7 @@ def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
     for name, part in unit.named():
-        if isinstance(part, Harmonic):
+        if isinstance(part, Harmonic | SpectralExcitation):
             raise NotCoveredError(f"{REACH}, not {name}.")
         if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")

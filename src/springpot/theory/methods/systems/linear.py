@@ -29,6 +29,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
+    SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
@@ -51,7 +52,8 @@ _REACH = "The linear theory covers linear springs, dampers, memory and circuits,
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses)
+_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, SpectralExcitation)
+Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | SpectralExcitation
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ class Companion:
     damping: Any
     elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
     circuits: tuple[PiezoelectricCircuit, ...]
-    noises: tuple[WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses, ...]
+    noises: tuple[Noise, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
     force: Any
@@ -192,6 +194,8 @@ class Companion:
                 found.append(1.0 / noise.correlation_time)
             elif isinstance(noise, KanaiTajimiNoise):
                 found.append(noise.frequency)
+            elif isinstance(noise, SpectralExcitation):  # the integrals are cut at every point of the table
+                found += [2.0 * math.pi * f for f in noise.frequency]
         return [scale for scale in found if scale > 0.0]
 
     def _squares(self, matrix: Any) -> list[float]:
@@ -416,7 +420,8 @@ class LinearResponse(Result):
             return coordinates.push(of or known[0])
         if of in coordinates.elongations:
             return coordinates.elongations[of]
-        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}, not {shown(of)}.")
+        said = f", not {shown(of)}" if of else " where there are several masses"
+        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{said}.")
 
     def _push(self, on: str) -> FloatArray:
         known = self.system.points
@@ -506,7 +511,7 @@ def companion_of(system: System) -> Companion:
     unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses
+    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses | SpectralExcitation
     check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = unit.coordinates
     elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import csv
+import re
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from typing import TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
-from springpot.fitting.columns import FloatArray
-from springpot.machine.faults import FileError, Stopped, shown
+from springpot.machine.faults import FileError, Stopped, listed, meant, shown
 
-__all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "numbers_of", "rows_of"]
+__all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "column_of", "numbers_of", "rows_of"]
+
+FloatArray = NDArray[np.float64]
 
 MOST_COLUMNS = 1000
 MOST_NUMBERS = 20_000_000
 LONGEST_LINE = 100_000  # characters
+
+# no two parts of a pattern may take the same character: the time is then proportional to the length
+_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(])([^\])]+)[\])]?")
 
 Row = tuple[int, list[str]]
 """The number of its line, and its cells."""
@@ -82,6 +88,44 @@ def rows_of(
             yield at, row
     except csv.Error:
         raise FileError(f"{title}, line {at}: a quotation mark has no partner, or stands within a cell.") from None
+
+
+def column_of(text: str, units: Mapping[str, Mapping[str, float]], line: int, title: str) -> tuple[str, str]:
+    """What a column is, and its unit, from its header.
+
+    Parameters
+    ----------
+    text : str
+    units : mapping
+        What a column may be, and the units it may have.
+    line : int
+        Of the header.
+    title : str
+        Names the file in what is said of its faults.
+
+    Raises
+    ------
+    FileError
+        If there is no such column or unit.
+
+    Examples
+    --------
+    >>> column_of("frequency (rad/s)", {"frequency": {"Hz": 1.0, "rad/s": 0.159}}, 1, "a.csv")
+    ('frequency', 'rad/s')
+    """
+    match = _HEADER.fullmatch(text)
+    name = match[1].lower() if match else text.lower()
+    if name not in units:
+        known = listed([*units], "or")
+        raise FileError(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit"
+                        f"{meant(name, units) or '.'}")  # fmt: skip
+    if match is None:
+        unit = next(iter(units[name]))
+        raise FileError(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
+    if (unit := match[2].strip()) not in units[name]:
+        own = listed([*units[name]], "or")
+        raise FileError(f"{title}, line {line}: the unit of {name} must be {own}, not {shown(unit)}.")
+    return name, unit
 
 
 def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[FloatArray, Sequence[int]]:

@@ -1,0 +1,120 @@
+"""Slow displacements of several masses with springpots: how much of their variance a run from rest lacks.
+
+Without springpots a linear system forgets exponentially.  With them its transfer functions G have a cut along the
+negative axis, and each impulse response ends like the sum over this cut,
+
+    h(t) = (1 / pi) int_0^inf Im G(s exp(-i pi)) exp(-s t) ds,
+
+which decays like a power of time.  Walls are left out, and nonlinear springs count with their mean stiffness.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.problem.parts import (
+    ColoredNoise,
+    FractionalMaxwell,
+    KanaiTajimiNoise,
+    PoissonImpulses,
+    Springpot,
+    ThermalNoise,
+    WhiteNoise,
+)
+from springpot.problem.parts.registration import Element
+from springpot.problem.system import System
+
+__all__ = ["CreepOfSeveral"]
+
+Floats = npt.NDArray[np.float64]
+
+_SLOWEST, _FASTEST, _SPACING = 1e-13, 1e3, 0.05  # rates on the cut over the fastest of the motion; their logarithm
+_BELOW = 1e-12  # the cut, over the rate
+_HELD = 1e-10  # least eigenvalue of the stiffness over the largest
+
+
+@dataclass(frozen=True, eq=False)
+class CreepOfSeveral:
+    """The slow displacements of a system.
+
+    Attributes
+    ----------
+    system : System
+    stiffness : dict
+        The mean stiffness of each part with two ends, by its name.
+    fastest_rate : float
+    rows : dict
+        What is displaced: an elongation's row by the name of its mean square.
+    free : dict
+        Their mean squares without walls, about.
+    """
+
+    system: System
+    stiffness: Mapping[str, float]
+    fastest_rate: float
+    rows: Mapping[str, Floats]
+    free: dict[str, float]
+
+    @property
+    def times(self) -> tuple[float, float]:
+        """Between which the end of the transient is sought."""
+        return 1.0 / self.fastest_rate, 0.01 / (_SLOWEST * self.fastest_rate)
+
+    @cached_property
+    def _rates(self) -> Floats:
+        low, high = (math.log(end * self.fastest_rate) for end in (_SLOWEST, _FASTEST))
+        return np.asarray(np.exp(np.arange(low, high, _SPACING)))
+
+    @cached_property
+    def _shares(self) -> tuple[Floats, Floats]:
+        """Of each rate: in the displacements per unit of white noise, and in those that are left of a thermal start."""
+        system, coordinates, s = self.system, self.system.coordinates, self._rates
+        none = np.zeros((len(self.rows), 0, len(s)))
+        remembered = [
+            (name, part) for name, part in system.named()
+            if isinstance(part, FractionalMaxwell) or (isinstance(part, Springpot) and part.remembers)
+        ]  # fmt: skip
+        k = coordinates.sum_of(self.stiffness)
+        values = np.linalg.eigvalsh(k)
+        if not remembered or not values[0] > _HELD * values[-1]:
+            return none, none
+        p = -s * (1.0 + 1j * _BELOW)
+        matrix = k + (p**2)[:, None, None] * coordinates.mass
+        for name, part in system.named():
+            if isinstance(part, Element):
+                beside = np.asarray(part.modulus(p) - part.linear_stiffness)
+                row = coordinates.elongations[name]
+                matrix = matrix + beside[..., None, None] * np.outer(row, row)
+        cut = np.linalg.inv(matrix).imag / math.pi * (_SPACING * s)[:, None, None]
+        g, parts = np.array([*self.rows.values()]), dict(system.named())
+        pushes = [math.sqrt(_intensity(parts[name])) * force for name, force in coordinates.forces.items()]
+        shares = np.einsum("ri,nij,kj->rkn", g, cut, np.array(pushes).reshape(-1, len(k)))
+        thermal = system.of(ThermalNoise)
+        if not thermal:
+            return shares, none
+        root = math.sqrt(thermal[0].temperature) * np.linalg.cholesky(k)
+        return shares, np.einsum("ri,nij,jk->rkn", g, cut / s[:, None, None], root)
+
+    @cached_property
+    def _pairs(self) -> Floats:
+        return 1.0 / np.add.outer(self._rates, self._rates)
+
+    def missing(self, time: float) -> dict[str, float]:
+        """Variance that is missing at a time, in m^2."""
+        noise, start = self._shares
+        left = np.exp(-self._rates * time)
+        noise = noise * left
+        found = ((noise @ self._pairs) * noise).sum(axis=(1, 2)) + ((start @ left) ** 2).sum(axis=1)
+        return {name: float(value) for name, value in zip(self.rows, found, strict=True)}
+
+
+def _intensity(part: object) -> float:
+    """Of white noise that moves what is slow alike."""
+    noises = WhiteNoise | PoissonImpulses | ColoredNoise | KanaiTajimiNoise
+    return 2.0 * math.pi * float(part.density(0.0)) if isinstance(part, noises) else 0.0
