@@ -152,19 +152,20 @@ class _Repetitions:
     clock: Clock
     told: Callable[[float], None]
     path_steps: float = 0.0
+    most: float = 1.0  # probability of the last level, if no path exceeds it
 
     def __post_init__(self) -> None:
         self.tallies = list[Tally]()
 
     def again(self, paths: int) -> _Repetitions:
-        """Splitting of so many paths each; itself if there is no time for it."""
-        own = replace(self, paths=paths, splits=True, stream=self.stream + 1)
+        """Splitting of so many paths each."""
+        own = replace(self, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
         try:
             own.add(REPETITIONS)
         except OutOfTimeError:
-            if not own.tallies:
+            if self.splits or not own.tallies:
                 raise
-            own.clock = Clock(0.0)  # what there is of them says more than these
+            own.clock = Clock(0.0)  # an unfinished iteration says more than plain paths
         return own
 
     def add(self, count: int) -> None:
@@ -225,9 +226,8 @@ class _Repetitions:
 
         half, whole = self.exceeded.transpose(1, 0, 2)
         p, error, count = whole.mean(axis=0), _error(whole), len(whole)
-        t = float(special.stdtrit(count - 1, 0.975))
-        wide = np.exp(t * error / np.where(p > 0.0, p, 1.0))  # the interval is one of the logarithm
-        high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound(t))
+        wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))  # the interval is one of the logarithm
+        high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
         with np.errstate(divide="ignore", invalid="ignore"):  # a probability may be 1
             rate = -2.0 / self.asked.duration * (np.log1p(-p) - np.log1p(-half.mean(axis=0)))
             rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p)
@@ -244,12 +244,11 @@ class _Repetitions:
             warnings=tuple(self._doubts(p, error, high, rtol, reason)),
         )  # fmt: skip
 
-    def _bound(self, t: float) -> float:
-        """On a probability of which nothing was seen."""
+    def _bound(self) -> float:
+        """On the probability of a level that no path has exceeded."""
         weights = np.concatenate([tally.weights for tally in self.tallies])
-        if not self.splits:
-            return min(1.0, 3.0 / (self.paths * len(weights)))
-        return min(1.0, float(weights.mean() + t * _error(weights)))
+        own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else 3.0 / (self.paths * len(weights))
+        return min(self.most, own) if not self.last.any() else 1.0
 
     def _doubts(self, p: Floats, error: Floats, high: Floats, rtol: float, reason: str) -> list[Message]:
         said, of = [], {"name": self.asked.name, "unit": UNITS[self.asked.name]}
