@@ -45,7 +45,7 @@ __all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
-    "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
+    "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact", "felt",
 )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,17 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import shown
+from springpot.machine.faults import few, meant, shown
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Observable
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
-from springpot.simulation.watch.observables import COUNTED, extremes, extremes_in, faster_than, is_taken, mean_of
+from springpot.simulation.watch.observables import COUNTED, extremes, extremes_in, faster_than, is_taken, mean_of, squares
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -47,6 +48,8 @@ class Requested:
         Levels whose first passage is wanted.
     counted : dict of Observer
         Of the impacts that are not slow, by the wall; by an empty name on all walls of one mass; or nothing.
+    felt : dict of Observer
+        Of forces and accelerations.
     """
 
     observables: Mapping[str, Observer]
@@ -57,6 +60,7 @@ class Requested:
     spectra: tuple[tuple[Seen, Observer], ...] = ()
     passages: tuple[Passage, ...] = ()
     counted: Mapping[str, Observer] = field(default_factory=dict)
+    felt: Mapping[str, Observer] = field(default_factory=dict)
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -64,7 +68,7 @@ class Requested:
         return (
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
-            *(passage.observer for passage in self.passages), *self.counted.values(),
+            *(passage.observer for passage in self.passages), *self.counted.values(), *self.felt.values(),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -86,7 +90,15 @@ class Requested:
         }
         passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
+        for name in self.felt:
+            counted |= _felt(name, next(left) / (high - low), simulation.parts.felt.lacking[name])
         return Observed(means, distributions, largest, spectra, passed, counted)
+
+
+def _felt(name: str, means: Floats, lacking: float) -> dict[str, tuple[float, Floats]]:
+    """Mean and mean square of a force or acceleration, with what the latter lacks."""
+    mean, square = means[:, 0], means[:, 1] + lacking
+    return {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
 
 
 def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Floats]]:
@@ -117,7 +129,7 @@ class Observed:
         As in `springpot.simulation.Run`.
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
-        wall, if they were asked for.
+        wall, and of the mean and mean square of forces and accelerations, if they were asked for.
     """
 
     means: dict[str, Floats]
@@ -137,6 +149,7 @@ def requested(
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
     slowest_counted_impact: float | None = None,
+    felt: Sequence[str] | None = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -169,7 +182,18 @@ def requested(
         spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
+        felt={} if felt is None else _felt_observers(motion, felt),
     )
+
+
+def _felt_observers(motion: Motion, names: Sequence[str]) -> dict[str, Observer]:
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise TypeError(f"felt must be a list of names of forces and accelerations, not {shown(names)}.")
+    for name in names:
+        if name not in motion.felt:
+            near = meant(str(name), motion.felt) or f"; there are {few([*motion.felt])}."
+            raise ValueError(f"felt has {shown(name)}, which is no force or acceleration{near}")
+    return {name: squares(motion, name) for name in names}
 
 
 def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:
