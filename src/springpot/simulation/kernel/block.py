@@ -265,9 +265,7 @@ def block(
                         which = observers.feels[k]
                         for i in range(0, GROUP * LANES, LANES):
                             to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                            feel(
-                                observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to
-                            )
+                            feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
                     show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
             for j in range(GROUP if marked else 0):
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:

@@ -98,7 +98,7 @@ class Observers(NamedTuple):
     felt: Floats  # (terms, NUMBERS)
 
 
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(9)), np.zeros(0))
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0))
 
 
 class Accumulators(NamedTuple):

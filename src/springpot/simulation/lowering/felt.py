@@ -38,8 +38,8 @@ class FeltInKernel:
 
 
 def lowered_felt(
-    felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
-    step: float, lags: int,
+    felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
+    length: float, step: float, lags: int,
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 

@@ -176,9 +176,7 @@ def _room(observer: Observer, blocks: int) -> Floats:
     return np.zeros((min(blocks, BATCHES), observer.initial.size))
 
 
-def _addresses(
-    observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral
-) -> Observers:
+def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:
     """The observers in the form that the kernel takes: addresses; walls and what is felt are those of the parts."""
 
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:

@@ -73,7 +73,9 @@ def felt_in(system: System) -> dict[str, Felt]:
     for name in (name for name in elements if name not in unseen):
         alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
         found[f"{name}_force"] = Felt({name: 1.0}, reason=_alone(name, alike) or _hot(system, [name]))
-    below = {n: 1.0 if single or at.ends[n][0] == "ground" else -1.0 for n in elements if single or "ground" in at.ends[n]}
+    below = {
+        n: 1.0 if single or at.ends[n][0] == "ground" else -1.0 for n in elements if single or "ground" in at.ends[n]
+    }
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
         found["ground_force"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)

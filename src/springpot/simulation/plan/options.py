@@ -79,7 +79,7 @@ class Requests(Options, total=False):
     spectrum: Any
     first_passage: Mapping[str, Any] | None
     slowest_counted_impact: float | None
-    felt: Sequence[str] | None
+    forces: Sequence[str] | None
     progress: Progress | None
 
 

@@ -77,7 +77,8 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
     """Sum of a user's function: of the state over the steps of the window, or of the speed over its impacts.
 
     Of one mass the state is (t, x, v), and the speed one argument; of several, and with forces or accelerations among
-    them, the names of the arguments say what they are.  Variables that the function captures have their values at the start of the run.
+    them, the names of the arguments say what they are.  Variables that the function captures have their values at the
+    start of the run.
 
     Raises
     ------

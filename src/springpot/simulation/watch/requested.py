@@ -15,13 +15,20 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
-from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Observable
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
-from springpot.simulation.watch.observables import COUNTED, extremes, extremes_in, faster_than, is_taken, mean_of, squares
+from springpot.simulation.watch.observables import (
+    COUNTED,
+    extremes,
+    extremes_in,
+    faster_than,
+    is_taken,
+    mean_of,
+    squares,
+)
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -149,7 +156,7 @@ def requested(
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
     slowest_counted_impact: float | None = None,
-    felt: Sequence[str] | None = None,
+    forces: Sequence[str] | None = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -173,7 +180,7 @@ def requested(
     counted = motion.seen if distributions else ()
     moving = () if spectrum is None else tuple(seen for seen in motion.seen if "x" in seen.names)
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
-    return Requested(
+    wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
         impact_observables={name: mean_of(motion, name, function, "impact") for name, function in impact.items()},
         sketches=tuple((seen, sketches(seen, GROUP * settings.step * fastest)) for seen in counted),
@@ -182,17 +189,21 @@ def requested(
         spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
-        felt={} if felt is None else _felt_observers(motion, felt),
+        felt={} if forces is None else _felt_observers(plan, forces),
     )
+    if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
+        raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
+    return wanted
 
 
-def _felt_observers(motion: Motion, names: Sequence[str]) -> dict[str, Observer]:
+def _felt_observers(plan: Plan, names: Sequence[str]) -> dict[str, Observer]:
+    motion = plan.motion
     if isinstance(names, str) or not isinstance(names, Sequence):
-        raise TypeError(f"felt must be a list of names of forces and accelerations, not {shown(names)}.")
+        raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
     for name in names:
         if name not in motion.felt:
             near = meant(str(name), motion.felt) or f"; there are {few([*motion.felt])}."
-            raise ValueError(f"felt has {shown(name)}, which is no force or acceleration{near}")
+            raise ValueError(f"forces has {shown(name)}, which is no force or acceleration{near}")
     return {name: squares(motion, name) for name in names}
 
 

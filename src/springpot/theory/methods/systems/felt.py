@@ -33,7 +33,7 @@ class _Felt:
 
     def __init__(self, system: System, companion: Companion, of: str, what: What) -> None:
         self.companion, self.force = companion, what == "force"
-        self.given = system.of(*map(type, companion.noises))  # in the system itself, not per unit mass
+        self.given: tuple[Any, ...] = system.of(*map(type, companion.noises))  # in the system itself, not per unit mass
         self.noises = [*zip(companion.noises, (each.on for each in self.given), strict=True)]
         self.waves = [*zip(companion.harmonics, (each.on for each in system.of(Harmonic)), strict=True)]
         self.ground = system.mass / system.inertia if companion.is_single else 1.0
@@ -43,7 +43,9 @@ class _Felt:
         self.row = np.zeros(len(at.names))
         if self.force:
             ends = {} if single else at.ends
-            below = {n: 1.0 if single or ends[n][0] == "ground" else -1.0 for n in rows if single or "ground" in ends[n]}
+            below = {
+                n: 1.0 if single or ends[n][0] == "ground" else -1.0 for n in rows if single or "ground" in ends[n]
+            }
             chosen = below if of == "ground" else {of: 1.0}
             if of != "ground" and of not in rows:
                 raise ValueError(f"of must be one of {listed([*rows, 'ground'], 'or')}, not {shown(of)}.")
@@ -98,7 +100,9 @@ class _Felt:
             return 0.0
         own = self.companion
         at_rest = np.linalg.solve(np.atleast_2d(own.stiffness), np.atleast_1d(own.force))
-        return float(sum(complex(self._modulus(part, np.zeros(1))[0]).real * (row @ at_rest) for part, row in self.parts))
+        return float(
+            sum(complex(self._modulus(part, np.zeros(1))[0]).real * (row @ at_rest) for part, row in self.parts)
+        )
 
     def density(self, w: FloatArray) -> FloatArray:
         """Two-sided, under all noise but matched noise."""
