@@ -242,10 +242,10 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
     *(Quantity(f"{name}_{end}", unit if end == "mean" else square, f"{words} {said}", formula, f"`forces=`{when}",
-               of=of, where=where, **_ASKED)
+               of=of, where=where, asked=True, controlled=f"{name}_{end}" == f"{_OF}force_mean")  # as a wall's
       for name, unit, square, said, when, of, where in (
           (f"{_OF}force", "N", "N2", "force of the part", "", _has_force, _is_any),
-          ("ground_force", "N", "N2", "force of all parts on the ground, without impacts", "", _has_force, _is_any),
+          ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _has_force, _is_any),
           ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _has_force, _is_single),
           (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _has_force, _is_several))
       for end, words, formula in (("mean", "mean", ""), ("mean_square", "mean square", ""))),

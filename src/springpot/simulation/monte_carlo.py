@@ -232,10 +232,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         all impacts is infinite.
     forces : sequence of str
         Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
-        ``"ground_force"`` of all parts on the ground, ``"acceleration"``, with several masses ``"box_acceleration"``,
-        that of the ground included.  Impulses of walls are not in them.  They are means over the step; the mean square
-        has what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason:
-        an acceleration with noise on a mass itself, or a force with the matched noise of its part.
+        ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses
+        ``"box_acceleration"``.  Impulses of walls are not in them.  They are means over the step; the mean square has
+        what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason: an
+        acceleration with noise on a mass itself, or a force with the matched noise of its part.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float

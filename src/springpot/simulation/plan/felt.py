@@ -61,7 +61,7 @@ def felt_in(system: System) -> dict[str, Felt]:
     ...     print(name, felt.shares)
     spring_force {'spring': 1.0}
     springpot_force {'springpot': 1.0}
-    ground_force {'spring': 1.0, 'springpot': 1.0}
+    force_on_ground {'spring': 1.0, 'springpot': 1.0}
     acceleration {'spring': -0.5, 'springpot': -0.5}
     """
     at, parts = system.coordinates, dict(system.named())
@@ -78,7 +78,7 @@ def felt_in(system: System) -> dict[str, Felt]:
     }
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
-        found["ground_force"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)
+        found["force_on_ground"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)
     pushed = [n for n in at.forces if not parts[n].of_ground]
     loads = [n for n in pushed if not isinstance(parts[n], Constant)]
     if unseen or loads:

@@ -1,8 +1,11 @@
-"""Forces of parts and absolute accelerations in linear systems: their spectra and mean squares."""
+"""Forces of parts and absolute accelerations in linear systems: their spectra and mean squares.
+
+The linear system is a `springpot.theory.methods.systems.linear.Companion`, which is not imported here.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +15,6 @@ from springpot.problem.parts import Harmonic, Inerter, PoissonImpulses, WhiteNoi
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.numerics.frequencies import integrals, resonances
-
-if TYPE_CHECKING:
-    from springpot.theory.methods.systems.linear import Companion
 
 __all__ = ["What", "felt_mean_square", "felt_spectrum"]
 
@@ -31,7 +31,7 @@ class _Felt:
     none, because what it is relative to the ground is taken from it again.
     """
 
-    def __init__(self, system: System, companion: Companion, of: str, what: What) -> None:
+    def __init__(self, system: System, companion: Any, of: str, what: What) -> None:
         self.companion, self.force = companion, what == "force"
         self.given: tuple[Any, ...] = system.of(*map(type, companion.noises))  # in the system itself, not per unit mass
         self.noises = [*zip(companion.noises, (each.on for each in self.given), strict=True)]
@@ -117,7 +117,7 @@ class _Felt:
         return np.asarray(sum((part.modulus(0.0) * row for part, row in self.parts), np.zeros(len(self.row))))
 
 
-def felt_spectrum(system: System, companion: Companion, w: FloatArray, of: str, what: What) -> FloatArray:
+def felt_spectrum(system: System, companion: Any, w: FloatArray, of: str, what: What) -> FloatArray:
     """The two-sided spectral density of a force or an absolute acceleration at frequencies w >= 0."""
     felt = _Felt(system, companion, of, what)
     if companion.temperature > 0.0:
@@ -125,7 +125,7 @@ def felt_spectrum(system: System, companion: Companion, w: FloatArray, of: str, 
     return np.asarray(felt.density(w.ravel()).reshape(w.shape))
 
 
-def felt_mean_square(system: System, companion: Companion, of: str, what: What) -> float:
+def felt_mean_square(system: System, companion: Any, of: str, what: What) -> float:
     """The mean square of a force or an absolute acceleration."""
     felt = _Felt(system, companion, of, what)
     for (noise, on), given in zip(felt.noises, felt.given, strict=True):
