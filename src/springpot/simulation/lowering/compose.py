@@ -27,6 +27,7 @@ from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
@@ -75,6 +76,7 @@ class Parts:
         By which energies of the columns are multiplied.
     states_of_sources : int
         Numbers that the forces keep for each path.
+    felt : FeltInKernel
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -93,6 +95,7 @@ class Parts:
     law: BoltzmannLaw | None = None
     mass: float = 1.0
     states_of_sources: int = 0
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -220,7 +223,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)
     step = settings.step / units.time
-    total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
+    parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
+    total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
     # kicks have what the exact flight has not; rounding of k - k is nothing
     remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
@@ -246,6 +250,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
+    brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
     return Parts(
         scheme=at_this_step,
@@ -264,7 +269,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
         states_of_sources=sum(force.states for force in beside.forces),
-    )
+        felt=lowered_felt(
+            motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
+            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),
+        ),
+    )  # fmt: skip
 
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:

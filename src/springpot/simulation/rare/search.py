@@ -226,7 +226,8 @@ class _Repetitions:
 
         half, whole = self.exceeded.transpose(1, 0, 2)
         p, error, count = whole.mean(axis=0), _error(whole), len(whole)
-        wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))  # the interval is one of the logarithm
+        # the interval is one of the logarithm
+        wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))
         high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
         with np.errstate(divide="ignore", invalid="ignore"):  # a probability may be 1
             rate = -2.0 / self.asked.duration * (np.log1p(-p) - np.log1p(-half.mean(axis=0)))

@@ -196,7 +196,7 @@ class _Paths:
 
         def work() -> None:
             array = np.concatenate([parts.header_of(observer), observer.initial])
-            addresses = addresses_of([observer], [array], parts.walls)
+            addresses = addresses_of([observer], [array], parts)
             out, record = np.empty((together * LANES, len(parts.columns))), np.empty((0, 1, 2))
             while not stop[0] and (number := together * next(calls)) < blocks:
                 some = slice(number * LANES, min(number + together, blocks) * LANES)
