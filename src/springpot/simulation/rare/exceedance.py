@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -42,7 +42,8 @@ class Exceedance:
     ----------
     system : System
     settings : Settings
-        Of the paths; those of a stationary start begin before the time that counts, which is ``settings.window``.
+        Of the paths, of all repetitions; those of a stationary start begin before the time that counts, which is
+        ``settings.window``.
     curves : dict
         `ExceedanceCurve` of each quantity, by name; ``found["x"]`` is one of them.
     """
@@ -201,7 +202,8 @@ def exceedance(
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
         found = search(simulation, asked, rtol, own, told, _STREAMS * number)
         curves[name] = found.arranged(np.argsort(order), given.shape)
-    result = Exceedance(system, plan.settings, curves)
+    paths = sum(curve.repetitions * curve.paths for curve in curves.values())
+    result = Exceedance(system, replace(plan.settings, paths=paths), curves)
     for sentence in result.warnings:
         warnings.warn(sentence, sentence.category, stacklevel=2)
     return result

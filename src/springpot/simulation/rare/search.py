@@ -30,7 +30,7 @@ UNEVEN = 0.7  # standard deviation of the repetitions over their mean above whic
 DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
 LARGEST_SHARE = 0.3
 PATHS_AT_ONCE = 65536
-MOST_UNSEEN = 4_000_000  # plain paths without the event
+MOST_UNSEEN = 1_000_000  # plain paths without the event
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,8 @@ class ExceedanceCurve:
         lines, columns = [], (self.levels, self.probability, self.error, self.high, self.return_period)
         for level, p, error, high, again in zip(*map(np.ravel, columns), strict=True):
             said = with_error(p, error) if p > 0.0 else f"at most {high:.2g}"
-            lines.append(f"{self.name} > {level:g} {self.unit}: {said}, once in {again:.2g} s")
+            often = f", once in {again:.2g} s" if math.isfinite(again) else ""
+            lines.append(f"{self.name} > {level:g} {self.unit}: {said}{often}")
         return "\n".join(lines)
 
 
@@ -129,10 +130,14 @@ def search(
         if now.last.mean() < FREQUENT and simulation.motion.is_noisy:
             now = now.again(SPLIT_PATHS)
             now = plain if now.is_dear else now
-        while (more := now.lacking(rtol)) > 0:
-            now.add(more)
-            while now.paths < MOST_PATHS and now.splits and now.spread > UNEVEN:
+        while True:
+            more = now.lacking(rtol)
+            if now.splits and now.paths < MOST_PATHS and now.spread > (UNEVEN if more else DOUBTFUL):
                 now = now.again(4 * now.paths)
+            elif more:
+                now.add(more)
+            else:
+                break
     except OutOfTimeError:
         if not now.tallies:
             raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
