@@ -172,8 +172,8 @@ BAD = [
         ValueError,
         "names must be different, but 'a' is the name of two masses",
     ),
-    (lambda: sp.Mass(1.0, at="ground"), ValueError, "not 'ground' or 'mass', not 'ground'"),
-    (lambda: sp.Mass(1.0, at="mass"), ValueError, "not 'ground' or 'mass', not 'mass'"),
+    (lambda: sp.Mass(1.0, at="ground"), ValueError, "other than 'ground' and 'mass', not 'ground'"),
+    (lambda: sp.Mass(1.0, at="mass"), ValueError, "other than 'ground' and 'mass', not 'mass'"),
     (lambda: sp.Mass(1.0, at="the box"), ValueError, "at must be a name for the mass"),
     (lambda: sp.System(*HELD, sp.Dashpot(1.0)), ValueError, "dashpot must say between which masses it acts"),
     (
