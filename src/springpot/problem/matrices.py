@@ -79,6 +79,9 @@ def _by_modes(masses: Floats, held: Floats, damped: Floats, names: Any, ground: 
         points, rows, moves = _names(names, size), np.eye(size), np.ones(size)
     if ground is not None:
         moves = numbers_for("ground", ground, size, several=True)
+    sizes, alike = np.linalg.eigh(damped)
+    if sizes[0] < -_ROUNDING * sizes[-1]:
+        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {sizes[0]:.6g}.")
     root = np.linalg.inv(np.linalg.cholesky(masses))
     squares, ways = np.linalg.eigh(root @ held @ root.T)
     squares[np.abs(squares) <= _ROUNDING * np.abs(squares).max()] = 0.0
@@ -94,9 +97,6 @@ def _by_modes(masses: Floats, held: Floats, damped: Floats, names: Any, ground: 
     if np.abs(between - np.diag(own)).max() <= 1e-12 * np.abs(own).max():
         yield from with_modes(modal, squares * modal, own, moved, found)
         return
-    sizes, alike = np.linalg.eigh(damped)
-    if sizes[0] < -_ROUNDING * sizes[-1]:
-        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {sizes[0]:.6g}.")
     dampers = [(c, way) for c, way in zip(sizes.tolist(), alike.T, strict=True) if c > _ROUNDING * sizes[-1]]
     found |= {f"damper_{n}": way @ shapes for n, (_, way) in enumerate(dampers, 1)}
     yield from with_modes(modal, squares * modal, np.zeros(size), moved, found)
