@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import name_results, with_error
-from springpot.problem.catalogue import possible_results, results_on_request, unit_of, unit_of_result
+from springpot.problem.catalogue import possible_results, results_on_request, unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
