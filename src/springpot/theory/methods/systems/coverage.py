@@ -44,6 +44,8 @@ def check_kinds(
     for name, part in unit.named():
         if not isinstance(part, kinds):
             raise NotCoveredError(f"{reach}, not {name}.")
+        if getattr(part, "envelope", None) is not None:
+            raise NotCoveredError(f"{reach}, not the envelope of {name}: it has no stationary state.")
         if isinstance(part, PolynomialSpring | PolynomialDashpot) and isinstance(part, linear) and not part.is_linear:
             raise NotCoveredError(f"{reach}, not {nonlinear}{name}.")
         if isinstance(part, SoftStop) and part.dissipates:
