@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
+from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
@@ -22,6 +23,7 @@ from springpot.simulation.watch.distributions import Distribution, distributions
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
 from springpot.simulation.watch.observables import COUNTED, extremes, extremes_in, faster_than, is_taken, mean_of
 from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observed", "Requested", "requested"]
@@ -47,6 +49,10 @@ class Requested:
         Levels whose first passage is wanted.
     counted : dict of Observer
         Of the impacts that are not slow, by the wall; by an empty name on all walls of one mass; or nothing.
+    edges : ndarray of int
+        Ends of the bins of the profiles, in steps; empty without them.
+    profiles : tuple of (Seen, Observer)
+        Of each displacement, or nothing.
     """
 
     observables: Mapping[str, Observer]
@@ -57,6 +63,8 @@ class Requested:
     spectra: tuple[tuple[Seen, Observer], ...] = ()
     passages: tuple[Passage, ...] = ()
     counted: Mapping[str, Observer] = field(default_factory=dict)
+    edges: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    profiles: tuple[tuple[Seen, Observer], ...] = ()
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -65,6 +73,7 @@ class Requested:
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
             *(passage.observer for passage in self.passages), *self.counted.values(),
+            *(observer for _, observer in self.profiles),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -86,7 +95,13 @@ class Requested:
         }
         passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
-        return Observed(means, distributions, largest, spectra, passed, counted)
+        profiles = dict[str, Profile]()
+        for seen, _ in self.profiles:
+            found = profiles_in(simulation.motion, settings, seen, self.edges, next(left))
+            profiles |= {
+                name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
+            }
+        return Observed(means, distributions, largest, spectra, passed, counted, profiles)
 
 
 def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Floats]]:
@@ -118,6 +133,8 @@ class Observed:
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
         wall, if they were asked for.
+    profiles : dict
+        As in `springpot.simulation.Run`.
     """
 
     means: dict[str, Floats]
@@ -126,6 +143,7 @@ class Observed:
     spectra: dict[str, Spectrum] = field(default_factory=dict)
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
+    profiles: dict[str, Profile] = field(default_factory=dict)
 
 
 def requested(
@@ -137,6 +155,7 @@ def requested(
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
     slowest_counted_impact: float | None = None,
+    profile: Any = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -159,6 +178,7 @@ def requested(
     settings, motion, fastest = plan.settings, plan.motion, plan.motion.scales.fastest_rate
     counted = motion.seen if distributions else ()
     moving = () if spectrum is None else tuple(seen for seen in motion.seen if "x" in seen.names)
+    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(motion.seen))
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     return Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
@@ -169,6 +189,8 @@ def requested(
         spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
+        edges=edges,
+        profiles=() if profile is None else tuple((seen, profile_of(seen, edges, settings)) for seen in motion.seen),
     )
 
 
