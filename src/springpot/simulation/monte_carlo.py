@@ -45,7 +45,8 @@ __all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
-    "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact", "profile",
+    "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
+    "profile",
 )  # fmt: skip
 
 
@@ -70,7 +71,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    plan = from_the_start(plan_of(system, **options), "profile" in wishes or wishes.get("first_passage"), options.get("window"))
+    over_time = "profile" in wishes or wishes.get("first_passage")
+    plan = from_the_start(plan_of(system, **options), over_time, options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))

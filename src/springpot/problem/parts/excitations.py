@@ -337,8 +337,9 @@ class CloughPenzienNoise(Excitation):
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         return self.modulated(
-            f"filtered noise ({name}), filters at {self.frequency:.6g} and {self.base_frequency:.6g} rad/s with damping "
-            f"ratios {self.damping:.6g} and {self.base_damping:.6g}, intensity {self.intensity:.6g} {unit('intensity')}"
+            f"filtered noise ({name}), filters at {self.frequency:.6g} and {self.base_frequency:.6g} rad/s with "
+            f"damping ratios {self.damping:.6g} and {self.base_damping:.6g}, intensity {self.intensity:.6g} "
+            f"{unit('intensity')}"
         )
 
 

@@ -56,7 +56,8 @@ from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, P
 from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
-    "FILTERED", "HARMONIC", "MODULATED", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
+    "FILTERED", "HARMONIC", "MODULATED",
+    "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
     "MOST_STATES", "MOST_TAPS", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
 ]  # fmt: skip
 

@@ -364,7 +364,8 @@ def _(part: CloughPenzienNoise, name: str, units: Units, step: float) -> Lowered
     twice, again = 2.0 * part.damping, 2.0 * part.base_damping
     intensity = part.intensity / units.length**2 * units.time**3 / step
     # the states of the Kanai-Tajimi noise, and wf^2 u and wf u' of the second filter
-    matrix = np.array([[0.0, w, 0.0, 0.0], [-w, -w * twice, 0.0, 0.0], [0.0, 0.0, 0.0, u], [u, u * twice, -u, -u * again]])
+    ground = [0.0, w, 0.0, 0.0], [-w, -w * twice, 0.0, 0.0]
+    matrix = np.array([*ground, [0.0, 0.0, 0.0, u], [u, u * twice, -u, -u * again]])
     law = sources.Filter(matrix, np.diag([0.0, intensity * w * w, 0.0, 0.0]), np.array([1.0, twice, -1.0, -again]))
     return Lowered(modulated=(Modulation(name, part.envelope, filter=law),))
 

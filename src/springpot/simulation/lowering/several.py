@@ -568,7 +568,8 @@ def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: 
 def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.Sources:
     kinds = {
         sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
-        sources.Poisson: kernel.POISSON, sources.Modulated: kernel.MODULATED, sources.ModulatedWhite: kernel.MODULATED,
+        sources.Poisson: kernel.POISSON, sources.Modulated: kernel.MODULATED,
+        sources.ModulatedWhite: kernel.MODULATED,
     }  # fmt: skip
     laws = [each.law for each in given]
     filters = [law if isinstance(law, sources.Filtered) else None for law in laws]

@@ -81,7 +81,7 @@ def checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.ND
         If it is neither, or a bin would be shorter than four steps.
     """
     low, high = settings.window_steps
-    if isinstance(wanted, bool) or isinstance(wanted, str | dict):
+    if isinstance(wanted, bool | str | dict):
         raise TypeError(f"profile must be a number of bins, or times in s between them, not {shown(wanted)}.")
     if np.ndim(wanted) == 0:
         count = finite_number(wanted, "profile", low=1.0, high=1e6, hint="It is a number of bins, or times in s.")
@@ -107,8 +107,8 @@ def checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.ND
     numbers = blocks * displacements * _size(steps.size)
     if numbers > MOST_SUMS:
         raise ValueError(
-            f"profile of {steps.size - 1} bins and {settings.paths:,} paths would keep {numbers:,} numbers, but at most "
-            f"{MOST_SUMS:,} are kept: use fewer bins."
+            f"profile of {steps.size - 1} bins and {settings.paths:,} paths would keep {numbers:,} numbers, but at "
+            f"most {MOST_SUMS:,} are kept: use fewer bins."
         )
     return steps
 
