@@ -93,7 +93,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     assert found["parts.barrier.restitution"] == ("1", "1")
     # what has no unit is known to have none
     assert {name.rpartition(".")[2] for name, (unit, _) in found.items() if unit == "1"} == {
-        "order", "damping", "restitution", "scale",
+        "order", "base_damping", "damping", "restitution", "scale",
     }  # fmt: skip
     assert unit_of(SOFT, "parts.contact_1.exponent") == "1"
     assert label_of("parts.fractional_maxwell.springpot.order") == "fractional_maxwell_springpot_order"

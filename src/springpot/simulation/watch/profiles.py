@@ -1,6 +1,6 @@
 """Profiles: means, mean squares and impacts in bins of time, for motions that are not stationary.
 
-Each path adds its means over a bin to a sum and to a sum of squares, so that nothing is kept of a path.  Bins are made
+Each path adds its means over a bin, by the trapezoidal rule, to a sum and to a sum of squares, so that nothing is kept of a path.  Bins are made
 of whole groups of four steps, in which the kernel shows states and impacts.
 """
 
@@ -37,9 +37,11 @@ _UNSEEN = 3.0 / NORMAL  # over the time that was watched: the error of the rate 
 
 _LENGTH, _SPEED = HEADER.index("length"), HEADER.index("speed")
 _PATHS = HEADER.index("lanes")
-# After the header: the present bin, the number of ends, the sums of each lane, the ends in steps, the sums of all lanes
+# After the header: the present bin, the number of ends, x and v before the step and the sums of each lane, the ends in
+# steps, the sums of all lanes
 _PLACE = len(HEADER)
-_COUNT, _SUMS = _PLACE + 1, _PLACE + 2
+_COUNT, _BEFORE = _PLACE + 1, _PLACE + 2
+_SUMS = _BEFORE + 2 * LANES
 _ENDS = _SUMS + _KINDS * LANES
 
 
@@ -143,9 +145,13 @@ def _parts() -> tuple[Any, Any]:
             if low <= n + j < high:
                 for lane in range(LANES):
                     here, moving = length * x[j * LANES + lane], speed * v[j * LANES + lane]
-                    array[_SUMS + _X * LANES + lane] += here
-                    array[_SUMS + _XX * LANES + lane] += here * here
-                    array[_SUMS + _VV * LANES + lane] += moving * moving
+                    was, moved = array[_BEFORE + lane], array[_BEFORE + LANES + lane]
+                    if n + j == low:  # the state before it is not shown
+                        was, moved = here, moving
+                    array[_SUMS + _X * LANES + lane] += 0.5 * (was + here)
+                    array[_SUMS + _XX * LANES + lane] += 0.5 * (was * was + here * here)
+                    array[_SUMS + _VV * LANES + lane] += 0.5 * (moved * moved + moving * moving)
+                    array[_BEFORE + lane], array[_BEFORE + LANES + lane] = here, moving
         if n + GROUP < array[_ENDS + place] and n + GROUP < high:
             return
         for kind in range(_KINDS):
