@@ -6,6 +6,7 @@ independent Monte Carlo with a wall.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -52,10 +53,8 @@ def lyapunov(noise: Any, damping: float, times: list[float], stiffness: float = 
     a[0, 1], a[1, 0], a[1, 1], a[1, 2:], a[2:, 2:] = 1.0, -stiffness, -damping, out, rows
     push = np.zeros(size)
     push[min(3, size - 1)] = 1.0
-    if isinstance(noise, sp.ColoredNoise):
-        q = 2.0 * noise.variance / noise.correlation_time
-    else:
-        q = noise.intensity
+    is_colored = isinstance(noise, sp.ColoredNoise)
+    q = 2.0 * noise.variance / noise.correlation_time if is_colored else noise.intensity
 
     def grow(t: float, p: np.ndarray) -> np.ndarray:
         square = p.reshape(size, size)
@@ -80,7 +79,8 @@ def test_white_noise_and_a_springpot_in_twenty_bins_against_the_exact_response()
         values = getattr(exact, name)
         means = (0.5 * (values[1:] + values[:-1])).reshape(20, -1).mean(axis=1)
         profile = run.profiles[f"{name}_profile"]
-        assert profile.edges[[0, -1]].tolist() == [0.0, 24.0] and profile.unit == run[name].unit
+        assert profile.edges[[0, -1]].tolist() == [0.0, 24.0]
+        assert profile.unit == run[name].unit
         assert np.abs(apart(profile, means)).max() < 3.0
         assert profile.value.mean() == pytest.approx(run[name].value, rel=2e-3)  # sums of the kernel, at other instants
         assert np.median(profile.standard_error / profile.value) < 0.008
@@ -124,7 +124,7 @@ def test_a_wall_against_an_independent_program() -> None:
     ids=lambda noise: type(noise).__name__,
 )
 def test_filtered_noise_against_the_equation_of_lyapunov(noise: Any) -> None:
-    """In long steps: the law of the impulses is that of the driven filter, not of a filter whose output is modulated."""
+    """In long steps: the law of the impulses is that of the driven filter, not of modulated output."""
     run = sp.simulate(of_pair(noise), paths=40960, step=0.05, duration=12.0, profile=[0.0, 3.0, 6.0, 9.0, 12.0])
     fine = np.linspace(0.0, 12.0, 481)
     exact = lyapunov(noise, 0.3, [*fine])
@@ -157,7 +157,8 @@ def test_stationary_clough_penzien_noise() -> None:
 def test_a_run_with_an_envelope_is_that_of_the_whole_envelope() -> None:
     system = sp.System(sp.Mass(1.0, at="a"), *PAIR.parts[1:-1], sp.WhiteNoise(1.0, on="a", envelope=ENVELOPE))
     run = sp.simulate(system, paths=64)
-    assert run.settings.duration == pytest.approx(ENVELOPE.duration, abs=0.5) and run.settings.window[0] == 0.0
+    assert run.settings.duration == pytest.approx(ENVELOPE.duration, abs=0.5)
+    assert run.settings.window[0] == 0.0
     with pytest.raises(sp.theory.NoStationaryStateError, match="there is none: an envelope has a beginning"):
         sp.simulate(system, rtol=0.1)
     with pytest.raises(sp.theory.NotCoveredError, match="not the envelope of"):
@@ -175,9 +176,8 @@ def test_profiles_do_not_depend_on_threads_and_go_to_files(tmp_path: Any) -> Non
     again = sp.load_run(one.save(tmp_path / "run.nc"))
     assert (again.profiles[name].standard_error == one.profiles[name].standard_error).all()
     dataset = one.to_xarray()
-    assert dataset[name].dims == ("time_bin",) and dataset["time_bin_width"].values.tolist() == pytest.approx(
-        [1.04, 2.96]
-    )
+    assert dataset[name].dims == ("time_bin",)
+    assert dataset["time_bin_width"].values.tolist() == pytest.approx([1.04, 2.96])
     with pytest.raises(ValueError, match="but it has profiles"):
         sp.extend(one, paths=2000)
 
@@ -189,7 +189,7 @@ def test_the_bins_of_a_profile_are_those_of_the_recorded_paths() -> None:
     )
     x = run.record[:, :, 0, 0]
     edges = np.rint(run.profiles["a_x_mean_profile"].edges / 0.05).astype(int)
-    for n, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for n, (low, high) in enumerate(itertools.pairwise(edges)):
         own = np.trapezoid(x[:, low : high + 1] ** 2, axis=1) / (high - low)
         profile = run.profiles["a_x_mean_square_profile"]
         assert profile.value[n] == pytest.approx(own.mean(), rel=1e-5)
@@ -201,7 +201,8 @@ def test_the_bins_of_a_profile_are_those_of_the_recorded_paths() -> None:
     [
         (0, "profile must be in"), (2.5, "a whole number of bins"), ("all", "a number of bins, or times"),
         ([1.0], "two or more times"), ([0.0, 2.0, 1.0], "two or more times that increase"),
-        ([0.0, 99.0], "must lie in the window"), (100, "shorter than 4 steps"), ([0.0, 0.5, 0.51], "shorter than 4 steps"),
+        ([0.0, 99.0], "must lie in the window"), (100, "shorter than 4 steps"),
+        ([0.0, 0.5, 0.51], "shorter than 4 steps"),
     ],
 )  # fmt: skip
 def test_wrong_bins_are_refused(profile: Any, sentence: str) -> None:

@@ -1,8 +1,8 @@
 """Mean squares in time of linear systems from rest, with noise that may have an envelope.
 
-x = int h(t - s) e(s) dW(s) for a white noise that drives a filter G and a system D, with h the inverse of G / D, so that
-<x^2> = q int h^2(t - s) e^2(s) ds, and <v^2> the same with h'.  G / D has poles in the plane that is cut along the
-negative axis, with springpots one pair of D, and h is their residues and an integral over the cut,
+x = int h(t - s) e(s) dW(s) for a white noise that drives a filter G and a system D, with h the inverse of G / D, so
+that <x^2> = q int h^2(t - s) e^2(s) ds, and <v^2> the same with h'.  H = G / D has poles in the plane that is cut along
+the negative axis, with springpots one pair of D, and h is their residues and an integral over the cut,
 
     h(t) = 2 Re sum e^(s0 t) / (1 / H)'(s0) + int_0^inf K(r) e^(-r t) dr,  K(r) = -Im[H(r e^(i pi))] / pi.
 """
@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.theory.distributions import real_array
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     CloughPenzienNoise,
@@ -30,6 +29,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.system import System, checked_system
+from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
 
 __all__ = ["Transient", "transient"]
@@ -105,7 +105,8 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     if (times < 0.0).any():
         raise ValueError("time must not be below 0.")
     found = np.zeros((2, times.size))
-    for noise in unit.of(WhiteNoise, KanaiTajimiNoise, CloughPenzienNoise):
+    noises: Any = unit.of(WhiteNoise, KanaiTajimiNoise, CloughPenzienNoise)
+    for noise in noises:
         found += noise.intensity * _mean_squares(_Response(unit, noise), noise, times.ravel())
     return Transient(times, found[0].reshape(times.shape), found[1].reshape(times.shape))
 
@@ -195,7 +196,7 @@ def _newton(function: Any, start: complex) -> complex:
         change = function(p) / ((function(p + small) - function(p - small)) / (2.0 * small))
         p -= change
         if abs(change) < 1e-14 * abs(p):
-            return p
+            return complex(p)
         if p.imag <= 0.0 or cmath.phase(p) > math.pi - 1e-9:
             break
     raise NotCoveredError(f"{_REACH}, that oscillate: here none was found.")

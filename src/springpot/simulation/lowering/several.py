@@ -561,7 +561,8 @@ def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: 
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
         whole = _drawn(named.make(word, place, 1)) if brought is None else brought
-        yield _Given(named, law, row, whole, brought is None and not isinstance(law, sources.Poisson | sources.ModulatedWhite))
+        rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
+        yield _Given(named, law, row, whole, brought is None and not rough)
         word, place = word + sources.WORDS, place + named.states
 
 

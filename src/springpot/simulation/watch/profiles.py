@@ -1,7 +1,7 @@
 """Profiles: means, mean squares and impacts in bins of time, for motions that are not stationary.
 
-Each path adds its means over a bin, by the trapezoidal rule, to a sum and to a sum of squares, so that nothing is kept of a path.  Bins are made
-of whole groups of four steps, in which the kernel shows states and impacts.
+Each path adds its means over a bin, by the trapezoidal rule, to a sum and to a sum of squares, so that nothing is kept
+of a path.  Bins are made of whole groups of four steps, in which the kernel shows states and impacts.
 """
 
 from __future__ import annotations
@@ -187,20 +187,21 @@ def profiles_in(
         What `profile_of` kept.
     """
     sums = found[:, _ENDS - _PLACE + edges.size :].sum(axis=0).reshape(edges.size, _KINDS, 2)[1:]
-    times, width = edges * settings.step, np.diff(edges) * settings.step
+    times, width = np.asarray(edges * settings.step, np.float64), np.diff(edges) * settings.step
     over = {_X: np.diff(edges), _XX: np.diff(edges), _VV: np.diff(edges), _HITS: width, _SPEEDS: width}
     profiles = {}
     for name, kind, factor in _wanted(motion, seen):
         (total, square), paths = sums[:, kind].T, settings.paths
         mean = total / paths
         spread = np.maximum(square / paths - mean * mean, 0.0) / max(paths - 1, 1) if paths > 1 else np.nan * mean
-        error = np.sqrt(spread)
+        error: Floats = np.sqrt(spread)
         if kind in (_HITS, _SPEEDS):
             unseen = sums[:, _HITS, 0] == 0.0
             error = np.where(unseen, _UNSEEN / paths if kind == _HITS else np.nan, error)
-            if any(name.startswith(start) for start in motion.uncounted):
+            if kind == _HITS and any(name.startswith(start) for start in motion.uncounted):
                 mean, error = np.full_like(mean, np.nan), np.full_like(mean, np.nan)
-        profiles[f"{name}_profile"] = times, factor * mean / over[kind], abs(factor) * error / over[kind]
+        per_bin = np.asarray(factor / over[kind], float)
+        profiles[f"{name}_profile"] = times, np.asarray(mean * per_bin), np.asarray(error * per_bin)
     return profiles
 
 
