@@ -6,12 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-import numpy as np
-import numpy.typing as npt
-
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, put, real
 from springpot.problem.parts.registration import Number, check, kind_of, stated_numbers
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 __all__ = ["Envelope", "ExponentialEnvelope", "JenningsHousnerEnvelope", "TabulatedEnvelope"]
 
@@ -96,6 +97,8 @@ class JenningsHousnerEnvelope(Envelope):
 
     def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """e at times in s."""
+        import numpy as np  # slow to import
+
         t = np.asarray(time, float)
         return np.minimum(np.clip(t / self.rise, 0.0, 1.0) ** 2, np.exp(-self.decay * np.maximum(t - self.fall, 0.0)))
 
@@ -165,6 +168,8 @@ class ExponentialEnvelope(Envelope):
 
     def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """e at times in s."""
+        import numpy as np  # slow to import
+
         t = np.maximum(np.asarray(time, float), 0.0)
         return np.asarray(self._factor * (np.exp(-self.slow * t) - np.exp(-self.fast * t)))
 
@@ -223,6 +228,8 @@ class TabulatedEnvelope(Envelope):
 
     def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """e at times in s."""
+        import numpy as np  # slow to import
+
         return np.asarray(np.interp(np.asarray(time, float), self.time, self.values, left=0.0, right=0.0))
 
     @property
