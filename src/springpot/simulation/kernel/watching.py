@@ -70,6 +70,8 @@ class Observer:
     per_block : bool
         Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
         blocks matters.
+    feels : tuple of int
+        Which forces and accelerations ``on_steps`` sees.
     """
 
     on_steps: Any
@@ -81,6 +83,7 @@ class Observer:
     stop: str = ""
     place: float = 0.0
     per_block: bool = False
+    feels: tuple[int, ...] = ()
 
 
 class Observers(NamedTuple):
@@ -92,9 +95,14 @@ class Observers(NamedTuple):
     every: npt.NDArray[np.int64]  # groups between two calls of on_steps
     begin: npt.NDArray[np.int64]  # where in the arrays of x and v
     stop: npt.NDArray[np.int64]  # number of the wall, or ALL
+    # forces and accelerations, which `springpot.simulation.kernel.felt` makes of rows
+    feels: npt.NDArray[np.int64]  # the numbers of those that are seen
+    felt_begin: npt.NDArray[np.int64]  # of the terms of each
+    felt_row: npt.NDArray[np.int64]  # (terms,)
+    felt: Floats  # (terms, NUMBERS)
 
 
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(6)))
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0))
 
 
 class Accumulators(NamedTuple):

@@ -26,6 +26,7 @@ from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
 from springpot.simulation.lowering.parts import (
@@ -81,6 +82,7 @@ class Parts:
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     mass : float
         By which energies of the columns are multiplied.
+    felt : FeltInKernel
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -98,6 +100,7 @@ class Parts:
     tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     law: BoltzmannLaw | None = None
     mass: float = 1.0
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -214,7 +217,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)
     step = settings.step / units.time
-    total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
+    parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
+    total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
     total += modulated_noise(total, units, step, settings.steps, settings.window_steps)
     # kicks have what the exact flight has not; rounding of k - k is nothing
@@ -241,6 +245,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
+    brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
     return Parts(
         scheme=at_this_step,
@@ -258,7 +263,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
-    )
+        felt=lowered_felt(
+            motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
+            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),
+        ),
+    )  # fmt: skip
 
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:

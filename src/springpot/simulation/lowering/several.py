@@ -25,6 +25,7 @@ from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
@@ -78,6 +79,7 @@ class PartsOfSeveral:
     readings : tuple of Reading
     struck : dict
         The column with the impacts of each wall, by its name.
+    felt : FeltInKernel
     """
 
     size: kernel.Size
@@ -102,6 +104,7 @@ class PartsOfSeveral:
     law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
     def columns(self) -> dict[str, float]:
@@ -193,7 +196,11 @@ class _Row:
     """A row of numbers, and what lies on it."""
 
     row: Floats
-    total: Lowered = field(default_factory=Lowered)
+    parts: dict[str, Lowered] = field(default_factory=dict)
+
+    @property
+    def total(self) -> Lowered:
+        return sum(self.parts.values(), Lowered())
 
 
 def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
@@ -315,7 +322,11 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         for n, square, _ in shaken
     ]  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, totals, reduced, step)
-    return replace(whole, readings=readings)
+    felt = lowered_felt(
+        plan.motion.felt, [row.parts for row in rows], g, lack, unit_mass / units.time**2, units.length, step,
+        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+    )  # fmt: skip
+    return replace(whole, readings=readings, felt=felt)
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -351,8 +362,7 @@ def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]
     found = {row: _Row(np.array(row)) for row in at.numbers}
     for name, elongation in at.elongations.items():
         row, part = found[tuple(elongation)], parts[name]
-        more = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
-        found[tuple(elongation)] = _Row(row.row, row.total + more)
+        row.parts[name] = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
     return [*found.values()]
 
 
@@ -515,7 +525,7 @@ def _excitation(
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif total.springpots:
                 white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
-    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given, parts_of_step)], constant
+    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given, parts_of_step, plan.settings.window_steps)], constant
 
 
 def _temperature(thermal: ThermalNoise, unit_mass: float, units: Units, step: float) -> float:
@@ -546,21 +556,23 @@ def _of_thermal_noise(
         yield Reading(f"{name}_power", works, "time", power * white)
 
 
-def _drawn(law: Any) -> float:
-    """Variance of what a source draws anew for the impulse of each step."""
+def _drawn(law: Any, window: tuple[int, int]) -> float:
+    """Variance of what a source draws anew for the impulse of each step, its mean over the window."""
     if isinstance(law, sources.Poisson):
         return float(law.size**2 * law.rate)
     if isinstance(law, sources.Modulated | sources.ModulatedWhite):
-        return float((law.roots**2).mean())
+        return float((law.roots[slice(*window)] ** 2).mean())
     return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
 
 
-def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int) -> Iterator[_Given]:
+def _placed(
+    given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int, window: tuple[int, int]
+) -> Iterator[_Given]:
     """Each source with its own counter words and its place among the states."""
     word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
-        whole = _drawn(named.make(word, place, 1)) if brought is None else brought
+        whole = _drawn(named.make(word, place, 1), window) if brought is None else brought
         rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
         yield _Given(named, law, row, whole, brought is None and not rough)
         word, place = word + sources.WORDS, place + named.states
