@@ -525,7 +525,8 @@ def _excitation(
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif total.springpots:
                 white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
-    return np.array(white).reshape(-1, g.shape[1]), [*_placed(given, parts_of_step, plan.settings.window_steps)], constant
+    placed = [*_placed(given, parts_of_step, plan.settings.window_steps)]
+    return np.array(white).reshape(-1, g.shape[1]), placed, constant
 
 
 def _temperature(thermal: ThermalNoise, unit_mass: float, units: Units, step: float) -> float:
