@@ -92,6 +92,10 @@ def _is_any(system: System) -> bool:
     return True
 
 
+def _is_part(part: Part) -> bool:
+    return True
+
+
 def _is_several(system: System) -> bool:
     return len(system.points) > 1
 
@@ -159,6 +163,34 @@ def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System
 def _owner(name: str) -> Callable[[Part], bool]:
     """Walls of the results of each wall; otherwise any part."""
     return _with("stop") if name.startswith(_OF) else lambda part: True
+
+
+_FELT = (
+    (f"{_OF}force", "N", "N2", "force of the part", "", _is_any),
+    ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _is_any),
+    ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
+    (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _is_several),
+)  # fmt: skip
+
+
+def _felt(
+    name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
+) -> Iterator[Quantity]:
+    """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
+    given: dict[str, Any] = {"of": _has_force, "where": where, "asked": True}
+    asked = f"`forces=`{when}"
+    # of the mean force of a wall ``rtol`` controls the error
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
+    yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
+    for size in ("minimum", "maximum"):
+        yield Quantity(
+            f"{name}_{size}_quantile", unit, f"quantiles over the paths of the {size} of the {said}",
+            when=f"{asked} with `distributions=`", controlled=False, dimensions=("probability",), **given,
+        )  # fmt: skip
+    yield Quantity(
+        f"{name}_spectrum", unit_times(square, "s rad-1", 1), f"two-sided spectral density of the {said}",
+        when=f"{asked} with `spectrum=`", controlled=False, dimensions=("frequency",), **given,
+    )  # fmt: skip
 
 
 CATALOGUE = (
@@ -241,14 +273,7 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
-    *(Quantity(f"{name}_{end}", unit if end == "mean" else square, f"{words} {said}", formula, f"`forces=`{when}",
-               of=of, where=where, asked=True, controlled=f"{name}_{end}" == f"{_OF}force_mean")  # as a wall's
-      for name, unit, square, said, when, of, where in (
-          (f"{_OF}force", "N", "N2", "force of the part", "", _has_force, _is_any),
-          ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _has_force, _is_any),
-          ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _has_force, _is_single),
-          (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _has_force, _is_several))
-      for end, words, formula in (("mean", "mean", ""), ("mean_square", "mean square", ""))),
+    *(entry for each in _FELT for entry in _felt(*each)),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",
@@ -257,6 +282,23 @@ CATALOGUE = (
           ("x", "x", r"S_x(\omega)", "", _is_single),
           (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)", _OF_SEVERAL["<point>"], _is_several),
           (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
+    *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", "",
+               f"`profile=`{_OF_SEVERAL.get(of.partition('_')[0], '')}", _with("stop") if "impact" in of else _is_part,
+               where, dimensions=("time_bin",), **_ASKED)
+      for of, unit, said, where in (
+          ("x_mean", "m", "mean displacement", _is_single),
+          ("x_mean_square", "m2", "mean square displacement", _is_single),
+          ("v_mean_square", "m2 s-2", "mean square velocity", _is_single),
+          ("impact_rate", "s-1", "impacts per unit time", _is_single),
+          ("impact_power", "W", "power that rigid walls take, if all have one constant restitution", _is_single),
+          (f"{_AT}x_mean", "m", "mean displacement of the mass", _is_several),
+          (f"{_AT}x_mean_square", "m2", "mean square displacement of the mass", _is_several),
+          (f"{_AT}v_mean_square", "m2 s-2", "mean square velocity of the mass", _is_several),
+          (f"{_PAIRS}elongation_mean", "m", "mean difference of their displacements", _is_several),
+          (f"{_PAIRS}elongation_mean_square", "m2", "mean square of the difference of their displacements",
+           _is_several),
+          (f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact", _is_several),
+          (f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution", _is_several))),
     Quantity("x", "m", "displacement of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
     Quantity("v", "m s-1", "velocity of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
 )  # fmt: skip

@@ -46,7 +46,7 @@ LONG = 1e9  # path-steps from which the time of a run is told before it: some se
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
     "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
-    "forces",
+    "profile", "forces",
 )  # fmt: skip
 
 
@@ -71,7 +71,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    plan = from_the_start(plan_of(system, **options), wishes.get("first_passage"), options.get("window"))
+    over_time = "profile" in wishes or wishes.get("first_passage")
+    plan = from_the_start(plan_of(system, **options), over_time, options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))
@@ -115,6 +116,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         extremes=observed.extremes,
         spectra=observed.spectra,
         first_passages=observed.first_passages,
+        profiles=observed.profiles,
         path_sums=ensemble.rows,
         adapted=plan.adapted,
         step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
@@ -237,12 +239,17 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
         all impacts is infinite.
+    profile : int or array_like
+        A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
+        square of v, impact rate and the power that rigid walls take in each of them, for motions that are not
+        stationary.  The times are rounded to four steps; from rest the window is the whole run if left out.
     forces : sequence of str
         Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
         ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses
         ``"box_acceleration"``.  Impulses of walls are not in them.  They are means over the step; the mean square has
         what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason: an
-        acceleration with noise on a mass itself, or a force with the matched noise of its part.
+        acceleration with noise on a mass itself, or a force with the matched noise of its part.  With
+        ``distributions`` there are their extremes in each path, with ``spectrum`` their spectra.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float

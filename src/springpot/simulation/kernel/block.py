@@ -158,7 +158,7 @@ def block(
     begun, change = State(_state(quick), _state(quick)), State(_state(quick), _state(quick))
     glimpsed = Glimpse(_four(quick), _four(quick), _four(quick), _four(quick), _four(quick))
     clear = _state(quick)
-    seen = Glimpse(_shown(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    seen = Glimpse(_shown(0.0), _shown(0.0), _four(0.0), _four(0.0), _four(0.0))
     struck = Struck(
         _eight(quick), _eight(quick),
         _state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick),
