@@ -108,6 +108,11 @@ def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
 
 
+def _has_force(part: Part) -> bool:
+    return _has_spring(part) or "damping" in part.powers
+
+
+_ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"
 _SPRINGS: dict[str, Any] = {"when": "with springs and one mass", "of": _has_spring}
 _STOPS: dict[str, Any] = {"when": "with walls or contacts and one mass", "of": _with("stop"), "where": _is_single}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
@@ -154,6 +159,34 @@ def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System
 def _owner(name: str) -> Callable[[Part], bool]:
     """Walls of the results of each wall; otherwise any part."""
     return _with("stop") if name.startswith(_OF) else lambda part: True
+
+
+_FELT = (
+    (f"{_OF}force", "N", "N2", "force of the part", "", _is_any),
+    ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _is_any),
+    ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
+    (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _is_several),
+)  # fmt: skip
+
+
+def _felt(
+    name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
+) -> Iterator[Quantity]:
+    """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
+    given: dict[str, Any] = {"of": _has_force, "where": where, "asked": True}
+    asked = f"`forces=`{when}"
+    # of the mean force of a wall ``rtol`` controls the error
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
+    yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
+    for size in ("minimum", "maximum"):
+        yield Quantity(
+            f"{name}_{size}_quantile", unit, f"quantiles over the paths of the {size} of the {said}",
+            when=f"{asked} with `distributions=`", controlled=False, dimensions=("probability",), **given,
+        )  # fmt: skip
+    yield Quantity(
+        f"{name}_spectrum", unit_times(square, "s rad-1", 1), f"two-sided spectral density of the {said}",
+        when=f"{asked} with `spectrum=`", controlled=False, dimensions=("frequency",), **given,
+    )  # fmt: skip
 
 
 CATALOGUE = (
@@ -236,6 +269,7 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
+    *(entry for each in _FELT for entry in _felt(*each)),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",

@@ -119,7 +119,7 @@ MESSAGES: dict[str, Kind] = {
     ),
     "uncountable_impacts": Kind(
         _PROBLEM,
-        "impact rate and speeds are undefined, but energies are correct: {reason}. "
+        "impact rate and speeds{of} are undefined, but energies are correct: {reason}. "
         "slowest_counted_impact counts those that are faster.",
         "Give slowest_counted_impact=, or a Contact in place of the wall, or ask for powers and forces of the wall, "
         "which are finite.",
@@ -184,8 +184,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "slow_impacts_of_some_wall": Kind(
         _ACCURACY,
-        "impact rate {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies are "
-        "correct.",
+        "impact rate{of} {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies "
+        "are correct.",
         "Use a finer step, or slowest_counted_impact=.",
     ),
     "slow_impact_quantiles": Kind(
@@ -227,6 +227,22 @@ MESSAGES: dict[str, Kind] = {
         "{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric about its "
         "value: only {seen} in {time} of all paths together.",
         "Use more or longer paths.",
+    ),
+    "uneven_repetitions": Kind(
+        _RARE,
+        "the repetitions of {name} differ by {spread:.1f} times their mean, and the largest has {most} of their sum: "
+        "the probability may be larger than its error says, for there may be ways to the level that few of them found.",
+        "Use a smaller rtol, or a longer max_time.",
+    ),
+    "rare_not_known": Kind(
+        _RARE,
+        "the probability of {name} above {level:g} {unit} is known to {reached} only, not to {rtol}: {reason}.",
+        "Give a larger rtol or max_time.",
+    ),
+    "level_not_reached": Kind(
+        _RARE,
+        "no path exceeded {name} of {level:g} {unit}: its probability is at most {most:.2g}.",
+        "Give a larger max_time, or lower levels.",
     ),
     "far_wall": Kind(
         _PROBLEM,

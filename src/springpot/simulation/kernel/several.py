@@ -20,6 +20,7 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.kernel.cache import cached
+from springpot.simulation.kernel.felt import MOST_FELT, feel
 from springpot.simulation.kernel.forces import Parametric, cubic, nonic
 from springpot.simulation.kernel.lanes import (
     ENTRY,
@@ -33,10 +34,11 @@ from springpot.simulation.kernel.lanes import (
     no,
     stack_array,
     typed,
+    u32,
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
-from springpot.simulation.kernel.random import draw_for_steps
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
@@ -82,7 +84,7 @@ _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
 _hits = stack_array(HITS * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
-_shown = stack_array((MOST_POINTS + MOST_ROWS) * GROUP * LANES)
+_shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
 
 class Memories(NamedTuple):
@@ -131,6 +133,8 @@ class _Lanes(NamedTuple):
     impulse: Any
     change: Any
     clear: Any
+    middle: Any
+    kicked: Any  # elongations at the kick
 
 
 class _Sums(NamedTuple):
@@ -229,26 +233,26 @@ def _poisson(f, i):
 
 
 @njit(**INLINE)
-def _wake_sources(size, f, first, stream, k0, k1, forcing):
+def _wake_sources(size, f, who, stream, k0, k1, forcing):
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
-            wake(_filtered(f, i), i, first, stream, k0, k1, forcing)
+            wake(_filtered(f, i), i, who, stream, k0, k1, forcing)
         elif f.kind[i] == HARMONIC:
-            wake(_harmonic(f, i), i, first, stream, k0, k1, forcing)
+            wake(_harmonic(f, i), i, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
-def _supply_sources(size, f, group, first, stream, k0, k1, forcing):
+def _supply_sources(size, f, group, who, stream, k0, k1, forcing):
     """The impulses of four steps."""
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
-            supply(_filtered(f, i), i, group, first, stream, k0, k1, forcing)
+            supply(_filtered(f, i), i, group, who, stream, k0, k1, forcing)
         elif f.kind[i] == HARMONIC:
-            supply(_harmonic(f, i), i, group, first, stream, k0, k1, forcing)
+            supply(_harmonic(f, i), i, group, who, stream, k0, k1, forcing)
         elif f.kind[i] == POISSON:
-            supply(_poisson(f, i), i, group, first, stream, k0, k1, forcing)
+            supply(_poisson(f, i), i, group, who, stream, k0, k1, forcing)
         else:
-            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, first, stream, k0, k1, forcing)
+            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -397,6 +401,24 @@ def _stretch(size, q, s, d, j, weight, sums):
 
 
 @njit(**INLINE)
+def _feel(size, q, s, j, observers, shown):
+    """Write what observers feel of the kick, of which ``kicked`` and ``middle`` have the elongations and their rates
+    before it.
+    """
+    part = typed(0.5, q.step)
+    for e in range(size.rows):
+        a, i = q.answer[e], e * LANES
+        for lane in range(LANES):
+            new, old = s.w[i + lane], s.middle[i + lane]
+            s.pull[i + lane] += a * (new - old)
+            s.middle[i + lane] = part * (new + old)
+    for k in range(observers.feels.size):
+        which = observers.feels[k]
+        to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
+        feel(observers, which, s.kicked, s.pull, s.middle, to)
+
+
+@njit(**INLINE)
 def _work(size, q, j, given, s, weight, sums):
     """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
     share = typed(0.5, q.step) * weight
@@ -494,7 +516,7 @@ def several(
     s = _Lanes(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero),
         _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _lane(zero), _of_rows(zero),
-        _of_points(zero), _lane(zero), _lane(zero),
+        _of_points(zero), _lane(zero), _lane(zero), _of_rows(zero), _of_rows(zero),
     )  # fmt: skip
     terms = _Sums(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero),
@@ -508,10 +530,11 @@ def several(
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
     shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
+    who = lane_numbers(u32(0))
     forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
     for number in range(blocks):
-        path_0 = first + number * LANES
+        number_lanes(first + number * LANES, who)
         _clear(size, sums, 0.0)
         _set(hits, HITS * (size.walls + size.contacts), 0.0)
         _set(limits, 2, 0.0)
@@ -530,14 +553,14 @@ def several(
             energy_first[lane] = energy_last[lane] = energy_of(size, exact, x, v)
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
-        _wake_sources(size, sources, path_0, stream, k0, k1, forcing)
+        _wake_sources(size, sources, who, stream, k0, k1, forcing)
         for t in range(0, steps, GROUP):
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises + size.shaken):
                 own = beyond(g, r * GROUP * LANES)
-                draw_for_steps(t // GROUP, path_0, stream, r, k0, k1, halved, own, forcing.normals)
-            _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
+                draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, own, forcing.normals)
+            _supply_sources(size, sources, t // GROUP, who, stream, k0, k1, forcing)
             for i in range(n * LANES):
                 s.x0[i], s.v[i] = now_x[i], now_v[i]
                 s.moved[i] = s.gained[i] = zero
@@ -562,7 +585,12 @@ def several(
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
+                felt = watched and observers.feels.size > 0
+                for i in range(size.rows * LANES if felt else 0):
+                    s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
+                if felt:
+                    _feel(size, q, s, j, observers, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):

@@ -22,10 +22,12 @@ from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
+from springpot.simulation.kernel.branches import MARKS, NO_BRANCHES, Kept
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, forces_of, lower, thermal_noise, wall_of
@@ -72,6 +74,9 @@ class Parts:
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     mass : float
         By which energies of the columns are multiplied.
+    states_of_sources : int
+        Numbers that the forces keep for each path.
+    felt : FeltInKernel
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -89,6 +94,8 @@ class Parts:
     tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     law: BoltzmannLaw | None = None
     mass: float = 1.0
+    states_of_sources: int = 0
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -103,15 +110,26 @@ class Parts:
         exact, sweep = self.of_kernel()
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows = given
+            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             low, high = settings.window_steps
             kernel.block(
                 exact, sweep, self.memory, self.drive, self.start._replace(states=states), self.tapped,
                 self.frequency**2, first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows,
+                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
             )  # fmt: skip
 
         return advance
+
+    def room_for_states(self, rows: int) -> Kept:
+        """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""
+        of_sources = np.dtype(type(self.of_kernel()[1].zero))
+        return Kept(
+            state=np.empty((rows, 2 + MARKS)),
+            memory=np.empty((rows, 2 + GROUP + self.memory.powers.size // 4), self.memory.newest.dtype),
+            sources=np.empty((rows, self.states_of_sources), of_sources),
+            step=np.empty(rows, np.int64),
+            next=np.empty(rows, np.int64),
+        )
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -205,7 +223,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)
     step = settings.step / units.time
-    total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
+    parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
+    total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
     # kicks have what the exact flight has not; rounding of k - k is nothing
     remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
@@ -231,6 +250,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
+    brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
     return Parts(
         scheme=at_this_step,
@@ -248,7 +268,12 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
-    )
+        states_of_sources=sum(force.states for force in beside.forces),
+        felt=lowered_felt(
+            motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
+            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),
+        ),
+    )  # fmt: skip
 
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:

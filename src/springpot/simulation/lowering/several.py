@@ -25,6 +25,7 @@ from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, numbers_of, thermal_noise
@@ -78,6 +79,7 @@ class PartsOfSeveral:
     readings : tuple of Reading
     struck : dict
         The column with the impacts of each wall, by its name.
+    felt : FeltInKernel
     """
 
     size: kernel.Size
@@ -102,6 +104,7 @@ class PartsOfSeveral:
     law: BoltzmannOfSeveral | None = None
     readings: tuple[Reading, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
     def columns(self) -> dict[str, float]:
@@ -193,7 +196,11 @@ class _Row:
     """A row of numbers, and what lies on it."""
 
     row: Floats
-    total: Lowered = field(default_factory=Lowered)
+    parts: dict[str, Lowered] = field(default_factory=dict)
+
+    @property
+    def total(self) -> Lowered:
+        return sum(self.parts.values(), Lowered())
 
 
 def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
@@ -315,7 +322,11 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         for n, square, _ in shaken
     ]  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, totals, reduced, step)
-    return replace(whole, readings=readings)
+    felt = lowered_felt(
+        plan.motion.felt, [row.parts for row in rows], g, lack, unit_mass / units.time**2, units.length, step,
+        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+    )  # fmt: skip
+    return replace(whole, readings=readings, felt=felt)
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -351,8 +362,7 @@ def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]
     found = {row: _Row(np.array(row)) for row in at.numbers}
     for name, elongation in at.elongations.items():
         row, part = found[tuple(elongation)], parts[name]
-        more = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
-        found[tuple(elongation)] = _Row(row.row, row.total + more)
+        row.parts[name] = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
     return [*found.values()]
 
 

@@ -28,6 +28,7 @@ from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restit
 from springpot.problem.system import System
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
+from springpot.simulation.plan.felt import Felt, felt_in
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -119,6 +120,16 @@ class Motion:
         own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
         return {name: (name, own) for name in LEVELS}
 
+    @cached_property
+    def felt(self) -> dict[str, Felt]:
+        """Forces of parts and accelerations, in the order in which the kernel shows them."""
+        return felt_in(self.system)
+
+    @property
+    def displacements_shown(self) -> int:
+        """How many displacements the kernel shows before what is felt."""
+        return 1
+
     @property
     def arguments(self) -> dict[str, tuple[str, int]]:
         """What the arguments of an observable may be called; empty if they are t, x and v in this order.
@@ -176,7 +187,7 @@ class Motion:
         return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
 
     @property
-    def means_of_zero(self) -> tuple[str, ...]:
+    def zeros(self) -> tuple[str, ...]:
         """The results that are 0 by symmetry."""
         return ("x_mean",) if self.is_symmetric else ()
 
@@ -236,7 +247,12 @@ class Motion:
     @property
     def is_random(self) -> bool:
         """Whether its paths differ; without noise, and random phases, all are alike."""
-        return bool(self.system.of(WhiteNoise, Harmonic, *_SMOOTH))
+        return self.is_noisy or bool(self.system.of(Harmonic))
+
+    @property
+    def is_noisy(self) -> bool:
+        """Whether chance goes on after the start, so that a path may go on in many ways."""
+        return bool(self.system.of(WhiteNoise, *_SMOOTH))
 
     @property
     def recorded(self) -> float:
