@@ -293,6 +293,23 @@ def test_a_free_pair_keeps_its_momentum_through_ten_thousand_impacts() -> None:
     assert np.ptp(run.record[0, :, :, 1] @ M) < 1e-9
 
 
+@pytest.mark.parametrize("restitution", [1.0, 0.3])
+def test_a_graze_that_stops_on_a_wall_is_one_impact(restitution: float) -> None:
+    """Springs push the masses apart while they close slowly: what rounding leaves of the speed is not struck again."""
+    bar = sp.System(
+        *masses(a=1.0, b=0.5), sp.Point("p", ("a", "b"), (0.3, 0.7)), sp.Spring(2.0, between=GROUND_A),
+        sp.Spring(1.0, between=A_B), gap=sp.Barrier(-0.2, restitution, between=("a", "p")),
+    )  # fmt: skip
+    x, v = {"a": 0.63836, "b": 0.353136}, {"a": -1.08628, "b": -1.123}
+    for n in range(20):
+        run = simulated(
+            bar, paths=1, duration=0.1, step=0.05, window=(0.0, 0.1), initial_position=x,
+            initial_velocity=v | {"b": v["b"] + 1e-5 * n},
+        )  # fmt: skip
+        assert run["gap_impact_rate"].value * 0.1 == pytest.approx(1.0)
+        assert run.diagnostics["collapses"] == 0
+
+
 @pytest.mark.parametrize("restitution", [1.0, 0.7, 0.3])
 def test_the_restitution_is_what_was_asked(restitution: float) -> None:
     """From momentum and closing speeds, and from the energy taken; a few grazing impacts are stopped instead."""
