@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
     ColoredNoise,
     Contact,
     Dashpot,
@@ -200,9 +201,9 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
     for part in unit.parts:
         match part:
             case WhiteNoise() | PoissonImpulses():
-                power += 0.5 * part.intensity
-            case ColoredNoise() | KanaiTajimiNoise():
-                power += math.pi * part.density(w)
+                power += 0.5 * part.intensity * part.largest_square
+            case ColoredNoise() | KanaiTajimiNoise() | CloughPenzienNoise():
+                power += math.pi * part.density(w) * part.largest_square
             case SpectralExcitation():
                 power += part.power_into(w, dissipated(unit, law) / law.temperature)
             case RecordedExcitation():  # as noise that is white up to this frequency

@@ -20,6 +20,7 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
     ColoredNoise,
     Constant,
     Contact,
@@ -241,8 +242,8 @@ def _density(part: Any, w: float) -> float:
     match part:
         case PoissonImpulses():
             return 0.5 * float(part.intensity)
-        case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise():
-            return math.pi * float(part.density(w))
+        case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise() | CloughPenzienNoise():
+            return math.pi * float(part.density(w)) * part.largest_square
         case SpectralExcitation():
             return part.power_into(max(w, 1e-300), 0.0)
         case RecordedExcitation():  # as noise that is white up to this frequency
@@ -509,8 +510,8 @@ class MotionOfSeveral(Motion):
     @cached_property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
-        if self.recorded:
-            return "a record has a beginning and an end"
+        if self.ends:
+            return self.ends
         if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import (
+    CloughPenzienNoise,
     ColoredNoise,
     Constant,
     Dashpot,
@@ -53,8 +54,8 @@ _REACH = "The linear theory covers linear springs, dampers, memory and circuits,
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, SpectralExcitation)
-Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | SpectralExcitation
+_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, PoissonImpulses, SpectralExcitation)
+Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | PoissonImpulses | SpectralExcitation
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +196,8 @@ class Companion:
                 found.append(1.0 / noise.correlation_time)
             elif isinstance(noise, KanaiTajimiNoise):
                 found.append(noise.frequency)
+            elif isinstance(noise, CloughPenzienNoise):
+                found += [noise.frequency, noise.base_frequency]
             elif isinstance(noise, SpectralExcitation):  # the integrals are cut at every point of the table
                 found += [2.0 * math.pi * f for f in noise.frequency]
         return [scale for scale in found if scale > 0.0]
@@ -469,14 +472,18 @@ class LinearResponse(Result):
             return coordinates.push(of or known[0])
         if of in coordinates.elongations:
             return coordinates.elongations[of]
-        said = f", not {shown(of)}" if of else " where there are several masses"
-        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{said}.")
+        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{_not_one(of)}.")
 
     def _push(self, on: str) -> FloatArray:
         known = self.system.points
         if on in (*known, "ground") or (not on and len(known) == 1):
             return self.system.coordinates.push(on or known[0])
-        raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}, not {shown(on)}.")
+        raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}{_not_one(on)}.")
+
+
+def _not_one(given: str) -> str:
+    """The end of a sentence about a name that is none of those asked for, or was left out."""
+    return f", not {shown(given)}" if given else " where there are several masses"
 
 
 def _is_felt(what: str) -> bool:
@@ -566,7 +573,8 @@ def companion_of(system: System) -> Companion:
     unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses | SpectralExcitation
+    sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
+    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
     check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = unit.coordinates
     elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
