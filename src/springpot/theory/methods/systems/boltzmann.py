@@ -30,11 +30,10 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.problem.parts.registration import Element
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.normal_modes import free_motion, stiffness_matrix, unseen_mode
+from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import (
     NEVER_STRUCK,
@@ -151,7 +150,7 @@ def check_points_covered(system: System) -> FloatArray | str:
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
     at = system.coordinates
-    elements = {name: part for name, part in system.named() if isinstance(part, Element)}
+    elements = system.elements
     damping = at.sum_of({name: part.linear_damping + _as_dashpot(part) for name, part in elements.items()})
     white = sum((p.intensity * np.outer(g, g) for p in system.of(WhiteNoise) for g in [at.push(p.on)]), 0.0 * damping)
     thermal = sum(noise.temperature for noise in system.of(ThermalNoise))
@@ -173,7 +172,7 @@ def check_points_covered(system: System) -> FloatArray | str:
             raise NotCoveredError(f"{_REACH}; the white noise of {listed(here)} is not.")
         found[own] += 0.5 * hot
     seen = [at.elongations[name] for name, part in elements.items() if part.dissipates or _is_bent(part)]
-    free = unseen_mode(*free_motion(at.mass, stiffness_matrix(system)), seen)
+    free = unseen_mode(*free_motion(at.mass, system.stiffness_matrix), seen)
     if free is not None:
         return f"There is no stationary state: nothing dissipates the energy of the mode at {free:.6g} rad/s."
     if cold := [point for point, hot in zip(at.names, found, strict=True) if not hot > 0.0]:
@@ -350,7 +349,7 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
     at = system.coordinates
     bent = [(name, part, at.elongations[name]) for name, part in system.named() if _is_bent(part)]
     hot = {name: float(temperatures[np.flatnonzero(row)[0]]) for name, _, row in bent}
-    stiffness = stiffness_matrix(system) / temperatures[:, None]
+    stiffness = system.stiffness_matrix / temperatures[:, None]
     force = sum((part.force * at.push(part.on) for part in system.of(Constant)), 0.0 * temperatures) / temperatures
     rows = _independent([row for _, _, row in bent], len(at.masses))
     ways, rest, spread = _apart(stiffness, rows, at.names)  # x = ways y + rest z
