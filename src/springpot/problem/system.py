@@ -304,6 +304,12 @@ class System:
         return np.asarray(self.coordinates.sum_of(springs))
 
     @property
+    def constant_force(self) -> Floats:
+        """On the coordinates."""
+        forces = (part.force * self.coordinates.push(part.on) for part in self.of(Constant))
+        return np.asarray(sum(forces, np.zeros(len(self.coordinates.names))))
+
+    @property
     def mass(self) -> float:
         """m in kg, which the ground accelerates; 1 without a `Mass`.
 

@@ -7,9 +7,9 @@ kernel, and what it adds goes to its row: parts between the same two ends share 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,12 +25,12 @@ from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, numbers_of, thermal_noise
 from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
-from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
@@ -42,42 +42,25 @@ _ENDS = "x_end", "v_end"
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
-@dataclass(frozen=True, eq=False)
-class PartsOfSeveral:
-    """The arguments of the kernel of several masses for one system and one step.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PartsOfSeveral(Composed):
+    """The arguments of the kernel of several masses.
 
     Attributes
     ----------
     size, sweep, exact, memories, sources
         Of `springpot.simulation.kernel.several.several`.
-    start : Start
-        x and v at time 0, in the kernel's units: shape (1, 2 coordinates).
-    units : Units
     unit_mass : float
         The kernel's unit, in kg.
-    history : ExponentialSum
-        All modes of all elongations, without units.
-    expected_power : float
-        Mean input power of white noise, in W.
     taken_at_once : float
-        What dampers and memory take of it within the kicks that bring it; the sums of a run do not have it.
-    named : tuple of Named
-        Sources, nonlinear dampers and noise that multiplies elongations, in the order of their works.
+        What dampers and memory take of the expected power within the kicks that bring it; the sums of a run do not have
+        it.
     moved : tuple of float
-        The mass in which the work of each is counted, in that of the kernel.
-    points, gauged, walls : tuple of str
-        Names in the columns: of the coordinates, of all rows, and of walls and contacts.
+        The mass in which the work of each named source is counted, in that of the kernel.
+    points, gauged : tuple of str
+        Names in the columns: of the coordinates, and of all rows.
     others : ndarray, shape (other points, coordinates)
         The rows of points that are no coordinates.
-    taps : tuple of Arm
-        Circuits whose voltage is observed.
-    damped : dict
-        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
-    law : BoltzmannOfSeveral or None
-        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
-    readings : tuple of Reading
-    struck : dict
-        The column with the impacts of each wall, by its name.
     """
 
     size: kernel.Size
@@ -85,23 +68,12 @@ class PartsOfSeveral:
     exact: kernel.Numbers
     memories: kernel.Memories
     sources: kernel.Sources
-    start: Start
-    units: Units
     unit_mass: float
-    history: ExponentialSum
-    expected_power: float
     taken_at_once: float
-    named: tuple[Named, ...]
     moved: tuple[float, ...]
     points: tuple[str, ...]
     gauged: tuple[str, ...]
-    walls: tuple[str, ...]
     others: Floats
-    taps: tuple[Arm, ...]
-    damped: Mapping[str, float]
-    law: BoltzmannOfSeveral | None = None
-    readings: tuple[Reading, ...] = ()
-    struck: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def columns(self) -> dict[str, float]:
@@ -142,11 +114,6 @@ class PartsOfSeveral:
         of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
         return np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
 
-    @property
-    def mass(self) -> float:
-        """Energies of the columns are those of all masses."""
-        return 1.0
-
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
@@ -161,16 +128,6 @@ class PartsOfSeveral:
             drawn.append(np.hstack(self.law.drawn(normals, LANES)))
         size = len(self.points)
         return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
-
-    @property
-    def frequency(self) -> float:
-        """Of a spring that is followed exactly: there is none."""
-        return math.nan
-
-    @property
-    def wall(self) -> None:
-        """The walls are rigid and have sums of their own."""
-        return None
 
     def kernel(self) -> Callable[..., None]:
         """The kernel, with all arguments that are the same for all blocks."""
@@ -291,7 +248,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         history=history,
         expected_power=power * fed,
         taken_at_once=power * (fed - kept),
-        law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
+        law=plan.motion.law if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
         moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
         damped={

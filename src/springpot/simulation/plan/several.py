@@ -20,7 +20,6 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
-    Constant,
     Contact,
     Dashpot,
     Force,
@@ -257,6 +256,8 @@ def _density(part: Any, w: float) -> float:
 class MotionOfSeveral(Motion):
     """The motion of several masses; what it has not, its results do not have."""
 
+    intensity, struck = 0.0, StruckWalls()  # each wall has its own
+
     @cached_property
     def seen(self) -> tuple[Seen, ...]:
         """Each mass, each pair, and the impacts on each wall."""
@@ -296,11 +297,6 @@ class MotionOfSeveral(Motion):
     def law(self) -> Any:
         """Boltzmann's, from which the start is drawn; None where it is not."""
         return boltzmann_of_several(self.system)
-
-    @property
-    def intensity(self) -> float:
-        """Of white noise per unit mass: that of none."""
-        return 0.0
 
     @property
     def springpots(self) -> tuple[Springpot, ...]:
@@ -354,11 +350,6 @@ class MotionOfSeveral(Motion):
         )
 
     @property
-    def is_symmetric(self) -> bool:
-        """Not asked."""
-        return False
-
-    @property
     def is_thermal(self) -> bool:
         """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
         return self.law is not None
@@ -370,11 +361,6 @@ class MotionOfSeveral(Motion):
         contacts = [(at.elongations[name], part) for name, part in self.touched.items() if isinstance(part, Contact)]
         stops = (_stop_rate(part, at.reduced(row), _FAR * self.modes.speed(row)) for row, part in contacts)
         return max(self.scales.fastest_rate, *stops, 0.0)
-
-    @cached_property
-    def struck(self) -> StruckWalls:
-        """Slow impacts are not corrected for."""
-        return StruckWalls()
 
     @cached_property
     def struck_alone(self) -> dict[str, StruckWalls]:
@@ -502,17 +488,14 @@ class MotionOfSeveral(Motion):
 
         at = self.system.coordinates
         rows = at.elongations
-        parts, forces = dict(self.system.named()), at.forces
         held = [any(part.force_coefficients()) or part.modulus(0.0) != 0.0 for part in self.system.elements.values()]
         springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds]
         free = linalg.null_space(np.array(springs).reshape(-1, len(at.names)))
         if not free.shape[1]:
             return []
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
-        pushed = sum((p.force * forces[name] for name, p in parts.items() if isinstance(p, Constant)), 0.0 * free[:, 0])
-        closing = np.array([*walls, -pushed @ free]).reshape(
-            -1, free.shape[1]
-        )  # a constant force holds, as weight does
+        # a constant force holds, as weight does
+        closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
             if room.x is not None and float(direction @ room.x) > 1e-9:
@@ -554,10 +537,8 @@ class MotionOfSeveral(Motion):
     def _equilibrium(self) -> Floats:
         """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
-        x = np.zeros(len(coordinates.names))
-        force = sum(
-            (part.force * coordinates.forces[name] for name, part in parts.items() if isinstance(part, Constant)), x
-        )
+        force = self.system.constant_force
+        x = np.zeros(len(force))
         if not force.any():
             return x
         for _ in range(_ROUNDS):
@@ -578,17 +559,22 @@ class MotionOfSeveral(Motion):
     def _nearest_to_rest(self) -> Floats:
         """The least change from the equilibrium that puts every elongation before its wall."""
         rest = self._equilibrium()
-        walls = [(name, part) for name, part in self.system.named() if isinstance(part, Barrier)]
-        inward = np.array([part.inwards * self.system.coordinates.elongations[name] for name, part in walls])
-        least = np.array([part.inwards * part.position for _, part in walls])
-        if walls:
-            least = least - inward @ rest
+        inward, least = _walls(self.system, rest)
         if not (least > 0.0).any():
             return rest
         forces = _least_forces(inward, least)
         if forces is None:
-            raise ValueError(f"the walls must leave room: {listed([name for name, _ in walls])} cannot all be kept.")
+            walls = [name for name, part in self.touched.items() if isinstance(part, Barrier)]
+            raise ValueError(f"the walls must leave room: {listed(walls)} cannot all be kept.")
         return np.asarray(rest + inward.T @ forces)
+
+
+def _walls(system: System, x: Floats) -> tuple[Floats, Floats]:
+    """The rows of rigid walls, turned inwards, and how far some displacements are behind each."""
+    walls = {name: part for name, part in system.stops.items() if isinstance(part, Barrier)}
+    rows = [part.inwards * system.coordinates.elongations[name] for name, part in walls.items()]
+    inward = np.array(rows).reshape(-1, len(x))
+    return inward, np.array([part.inwards * part.position for part in walls.values()]) - inward @ x
 
 
 def _inwards(row: Floats, stop: Stop) -> tuple[Any, ...]:
@@ -724,25 +710,18 @@ def _hops(system: System, modes: Modes) -> list[float]:
     With too few, each impact changes the energy at random, which heats a motion with little damping, and a lossy wall
     takes what the kicks give to masses at rest on it.
     """
-    coordinates, parts = system.coordinates, dict(system.named())
-    walls = {name: part for name, part in parts.items() if isinstance(part, Barrier)}
-    rows = coordinates.elongations
-    stiffness = coordinates.sum_of(
-        {name: max(modes.stiffness[name], _linear(part)[0]) for name, part in system.elements.items()}
-    )
+    at = system.coordinates
+    stiffness = at.sum_of({name: max(modes.stiffness[name], _linear(p)[0]) for name, p in system.elements.items()})
     free = (1e-3 * float(modes.frequency.max()) or 1.0) ** 2  # so weakly everything is held
-    values, shapes = np.linalg.eigh(stiffness + free * coordinates.mass)
-    if not walls or not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
+    values, shapes = np.linalg.eigh(stiffness + free * at.mass)
+    if not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
         return []
     soft = shapes / np.sqrt(values)
-    forces = [p.force * coordinates.forces[name] for name, p in parts.items() if isinstance(p, Constant)]
-    rest = soft @ soft.T @ sum(forces, np.zeros(len(values)))
-    inward = np.array([part.inwards * rows[name] for name, part in walls.items()])
-    least = np.array([part.inwards * part.position for part in walls.values()]) - inward @ rest
+    inward, least = _walls(system, soft @ soft.T @ system.constant_force)
     pressing = _least_forces(inward @ soft, least) if (least > 0.0).any() else None
     if pressing is None:
         return []
-    reduced = [coordinates.reduced(row) for row in inward]
+    reduced = [at.reduced(row) for row in inward]
     speeds = [modes.speed(row) for row in inward]
     return [float(f / m / v) for f, m, v in zip(pressing, reduced, speeds, strict=True) if v > 0.0]
 

@@ -37,9 +37,7 @@ from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import (
     NEVER_STRUCK,
-    OF_A_POINT,
     OF_A_WALL_OF_SEVERAL,
-    OF_ENDS,
     Moments,
     NoStationaryStateError,
     Result,
@@ -350,7 +348,7 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
     bent = [(name, part, at.elongations[name]) for name, part in system.named() if _is_bent(part)]
     hot = {name: float(temperatures[np.flatnonzero(row)[0]]) for name, _, row in bent}
     stiffness = system.stiffness_matrix / temperatures[:, None]
-    force = sum((part.force * at.push(part.on) for part in system.of(Constant)), 0.0 * temperatures) / temperatures
+    force = system.constant_force / temperatures
     rows = _independent([row for _, _, row in bent], len(at.masses))
     ways, rest, spread = _apart(stiffness, rows, at.names)  # x = ways y + rest z
     seen = [(name, part, row @ ways) for name, part, row in bent]
@@ -380,7 +378,11 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
             found |= _hits(name, speed, density, pushes.get(name, hot[name] * density))
     x_mean = ways @ mean + rest @ spread @ (rest.T @ force)
     x_spread = ways @ covariance @ ways.T + rest @ spread @ rest.T
-    return moments_of_points(system, _of_points(system, x_mean, x_spread, v_spread) | found)
+
+    def seen_by(row: FloatArray) -> tuple[Any, ...]:
+        return row @ x_mean, row @ x_spread @ row + (row @ x_mean) ** 2, row @ v_spread @ row
+
+    return moments_of_points(system, map(seen_by, at.rows), map(seen_by, at.pairs.values()), found)
 
 
 def _curve(part: Any, hot: float) -> Potential:
@@ -446,15 +448,3 @@ def _hits(wall: str, speed_square: float, density: float, force: float) -> dict[
     rate = density * math.sqrt(speed_square / (2.0 * math.pi))
     hit = (rate, math.sqrt(0.5 * math.pi * speed_square), 2.0 * speed_square) if rate > 0.0 else NEVER_STRUCK
     return {f"{wall}_{what}": value for what, value in zip(OF_A_WALL_OF_SEVERAL, (*hit, force), strict=True)}
-
-
-def _of_points(system: System, mean: FloatArray, spread: FloatArray, v_spread: FloatArray) -> dict[str, float]:
-    found: dict[str, float] = {}
-    at = system.coordinates
-    for point, row in zip(system.points, at.rows, strict=True):
-        numbers = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2), float(row @ v_spread @ row)
-        found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
-    for pair, row in at.pairs.items():
-        of_ends = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2)
-        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, of_ends, strict=True)}
-    return found
