@@ -124,6 +124,17 @@ class Companion:
         stiffness = self.dynamic_stiffness(w)
         return np.asarray(1.0 / stiffness if stiffness.shape[-1] == 1 else np.linalg.inv(stiffness))
 
+    def displaced(self, w: FloatArray, forces: Any) -> NDArray[np.complex128]:
+        """Displacements of the coordinates under forces on them at frequencies w, shape (frequencies, coordinates).
+
+        Of the row of a point, they are what that point sees of forces on each.
+        """
+        stiffness = self.dynamic_stiffness(w)
+        if stiffness.shape[-1] == 1:
+            return np.asarray(forces / stiffness[..., 0])
+        wide = np.broadcast_to(forces, stiffness.shape[:-1])
+        return np.asarray(np.linalg.solve(stiffness, wide[..., None])[..., 0])
+
     def nearest(self, w: FloatArray) -> NDArray[np.complex128]:
         """The eigenvalue of D(w) per mass that is nearest to 0, which it passes at a resonance."""
         stiffness = self.per_mass(self.dynamic_stiffness(w))
