@@ -36,6 +36,16 @@ def test_masses_start_where_the_command_says(pair: str, capsys: pytest.CaptureFi
     assert json.loads(capsys.readouterr().out)["settings"]["initial_position"] == 0.3
 
 
+def test_first_passages_have_the_names_of_points_and_pairs(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
+    few = ["--paths", "64", "--duration", "5", "--first-passage"]
+    assert cli.main(["simulate", pair, *few, "old_new_distance", "0.001", "--json"]) == 0
+    assert "old_new_distance_first_passage_survival" in json.loads(capsys.readouterr().out)
+    assert cli.main(["simulate", pair, *few, "x", "0.001"]) == 2
+    assert "--first-passage has 'x', which is nothing that can pass a level; there are" in capsys.readouterr().err
+    assert cli.main(["simulate", *few, "distanc", "1"]) == 2
+    assert "--first-passage must be one of x, distance, v, speed, amplitude, energy, not" in capsys.readouterr().err
+
+
 def test_a_wall_that_is_never_struck_has_no_bias(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["simulate", pair, "--paths", "64", "--duration", "5"]) == 0
     printed = capsys.readouterr().out

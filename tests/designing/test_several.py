@@ -54,6 +54,8 @@ def test_results_of_walls_have_sensitivities_or_a_sentence() -> None:
                             paths=64, duration=5.0)  # fmt: skip
     (sentence,) = shaken.warnings
     assert sentence.startswith("gap_impact_rate has no value for this model: gap is lossy, and no white noise")
+    far = sp.sensitivity(buildings(sp.WhiteNoise(1e3, on="old"), gap=-5.0), "gap_power", paths=8, duration=5.0)
+    assert far.warnings == ("gap_power is 0 for this model: it has no relative change.",)
 
 
 def test_a_design_by_exact_theory_ends_at_the_classical_damper() -> None:

@@ -649,13 +649,30 @@ def test_a_run_without_a_stationary_state_works_and_says_so(system: sp.System, r
     assert run["a_v_mean_square"].value >= 0.0
 
 
+def test_what_is_0_or_undefined_is_not_asked_of_a_tolerance() -> None:
+    """One sentence says why; what is left out is not controlled either."""
+    ends = (("ground", at) for at in "ab")
+    held = [part for end in ends for part in (sp.Spring(1.0, between=end), sp.Dashpot(0.5, between=end))]
+    apart = sp.System(*masses(a=1.0, b=1.0), *held, sp.WhiteNoise(1.0, on="b"))
+    run = simulated(apart, rtol=0.3)
+    assert run["a_x_mean_square"].value == 0.0
+    assert run.diagnostics["reached"]
+    with pytest.raises(ValueError, match="not a_x_mean_square: it is 0"):
+        sp.simulate(apart, rtol=0.3, quantities="a_x_mean_square")
+    smooth = three(sp.ColoredNoise(1.0, 1.0, on="a"), sp.Barrier(-0.1, 0.5, between=A_B))
+    with pytest.raises(ValueError, match="not barrier_impact_rate: barrier is lossy, and no white noise"):
+        sp.simulate(smooth, rtol=0.3, quantities="barrier_impact_rate")
+
+
 def test_impacts_without_a_rate_have_advice_that_can_be_followed() -> None:
     """Those that are not slow have one; so has a contact in place of the wall."""
     smooth = sp.ColoredNoise(1.0, 1.0, on="a")
     lossy = three(smooth, sp.Barrier(-0.1, 0.5, between=A_B))
-    run = simulated(lossy, paths=64, duration=20.0, slowest_counted_impact=0.1)
-    (sentence,) = (each for each in run.warnings if "undefined" in each)
+    (sentence,) = (each for each in simulated(lossy, paths=4, duration=20.0).warnings if "undefined" in each)
+    assert sentence.startswith("impact rate and speeds of barrier are undefined")
     assert sentence.endswith("slowest_counted_impact counts those that are faster.")
+    run = simulated(lossy, paths=64, duration=20.0, slowest_counted_impact=0.1)
+    assert not any("undefined" in each for each in run.warnings)  # the advice was followed
     assert np.isnan(run["barrier_impact_rate"].value)
     assert run["barrier_counted_impact_rate"].value > 0.0
     assert run["barrier_counted_impact_speed_mean"].value > 0.1

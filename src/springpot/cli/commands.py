@@ -30,7 +30,7 @@ from springpot.cli.flags import (
 )
 from springpot.cli.tables import gap, is_number, plain, print_estimates
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
-from springpot.machine.faults import Stopped, with_error
+from springpot.machine.faults import Stopped, known_word, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 from springpot.machine.places import place_for
 
@@ -225,7 +225,7 @@ def simulate(
     if "quantities" in given and "rtol" not in given:
         raise ValueError("--quantities needs --rtol, the relative error to which they must be known.")
     if "first_passage" in given:
-        given["first_passage"] = _levels(given["first_passage"])
+        given["first_passage"] = _levels(problem, given["first_passage"])
     if out is None and ("record" in given or overwrite):
         raise ValueError(f"--{'record' if 'record' in given else 'overwrite'} needs --out, the file to save to.")
     if "record_every" in given and "record" not in given:
@@ -268,8 +268,12 @@ def _exit_code(diagnostics: Mapping[str, Any]) -> int:
     return 0 if diagnostics.get("reached", True) else 1
 
 
-def _levels(pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
-    """The levels by name; an error if a name is given twice."""
+def _levels(problem: System, pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
+    """The levels by name; an error if a name is given twice, or is none of one mass."""
+    from springpot.simulation.plan.seen import LEVELS
+
+    for name in [name for name, _ in pairs if len(problem.points) == 1]:
+        known_word(name, LEVELS, "--first-passage")
     if len(levels := dict(pairs)) < len(pairs):
         raise ValueError("--first-passage must be given only once for each name.")
     return levels

@@ -190,13 +190,13 @@ def problem_of(file: str | None, flags: Any) -> System:
 
 _STATE: Any = {"converter": _state, "n_tokens": -1, "consume_multiple": True, "metavar": "NUMBER | POINT=NUMBER ..."}
 _QUANTILES = "Also print quantiles of x, v, amplitude and impact speed, and of the extremes of each path."
-_PASSED = Literal["x", "distance", "v", "speed", "amplitude", "energy"]
 RunFlags = _flags_class("RunFlags", (
     _flag("rtol", float, MONTE_CARLO,
           "Total relative error to reach, such as 0.01.  Paths, duration, step, window and start are then "
           "chosen; of this group only --quantities, --max-time, --seed and --threads can be given with it."),
     _flag("quantities", list[str], MONTE_CARLO,
-          "With --rtol: the results that must reach it; amplitude_mean_square if not given.",
+          "With --rtol: the results that must reach it; amplitude_mean_square if not given, and with several masses "
+          "all mean square displacements and velocities.",
           consume_multiple=True, metavar="NAME ..."),
     _flag("max_time", float, MONTE_CARLO,
           "With --rtol: seconds after which the run stops and keeps what it has reached."),
@@ -204,9 +204,10 @@ RunFlags = _flags_class("RunFlags", (
             **_STATE if name.startswith("initial_") else {"metavar": "START END" if name == "window" else None})
       for name, hint in hints("record", "record_every").items()),  # these two belong to the file
     ("distributions", Annotated[bool, Parameter(group=MONTE_CARLO, negative="", help=_QUANTILES)], False),
-    _flag("first_passage", list[tuple[_PASSED, float]], MONTE_CARLO,
+    _flag("first_passage", list[tuple[str, float]], MONTE_CARLO,
           "Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
-          "energy in m^2/s^2; can be repeated.  Time counts from the start of the window; with --start rest from 0.",
+          "energy in m^2/s^2; can be repeated.  With several masses box_x, box_distance, box_v, box_speed, "
+          "panel_box_elongation or panel_box_distance.  Time counts from the start of the window; from rest from 0.",
           metavar="NAME LEVEL"),
     _flag("slowest_counted_impact", float, MONTE_CARLO,
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "

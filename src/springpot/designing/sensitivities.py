@@ -199,6 +199,8 @@ def _by_monte_carlo(
         if math.isnan(base[name][0]):
             why = f": {motion.uncountable}" if motion.uncountable and "impact_" in name else ""
             said.append(f"{name} has no value for this model{why}.")
+        elif base[name][0] == 0.0:
+            said.append(f"{name} is 0 for this model: it has no relative change.")
     derivatives = {}
     for name in numbers.values:
         sides = (
@@ -208,7 +210,7 @@ def _by_monte_carlo(
         found = []
         for quantity in names:
             found.append((math.nan, math.nan, math.nan))
-            if math.isnan(base[quantity][0]):
+            if math.isnan(base[quantity][0]) or base[quantity][0] == 0.0:
                 continue
             values = np.array([side[quantity][0] for side in (*sides, base)])
             if own is not None and ((values > 0.0).all() or (values < 0.0).all()):

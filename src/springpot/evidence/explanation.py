@@ -89,7 +89,7 @@ def _push(system: System, name: str, symbol: str, place: int) -> str:
     if row is None or len(system.points) == 1:
         return symbol
     whole = {1.0: "", -1.0: "-"} if name in at.elongations else {1.0: ""}
-    before = whole.get(row[place], f"{row[place]:.6g} ")
+    before = whole.get(float(share := f"{row[place]:.6g}"), f"{share} ")
     return f"{before}{symbol.removeprefix('-m ')}" if row[place] else ""
 
 

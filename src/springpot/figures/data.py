@@ -126,7 +126,8 @@ def _rows(data: xarray.Dataset, of: str) -> tuple[FloatArray, dict[str, FloatArr
     if of in rows and not single:
         return rows[of], rows
     known = points if single else [*points, *rows]
-    raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}, not {shown(of)}.")
+    said = f", not {shown(of)}" if of else " where there are several masses"
+    raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}{said}.")
 
 
 def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatArray]:

@@ -204,7 +204,7 @@ def _part(table: object, place: str) -> tuple[str, object]:
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
         near = meant(kind, _KINDS) if isinstance(kind, str) else ""
-        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near}.")
+        raise ValueError(f"{place}.kind must be one of {listed([*_KINDS], 'or')}, not {shown(kind)}{near or '.'}")
     numbers = {key: value for key, value in table.items() if key not in ("kind", "name")}
     where = f"{place} ({kind})"
     for make, own, mark, _, keys, needed in _BY_DENSITY:
@@ -285,8 +285,8 @@ def _check_keys(
 ) -> None:
     for key in numbers:
         if key not in known:
-            hint = meant(str(key), known) or f": its keys are {listed(usual or [*known])}"
-            raise ValueError(f"{shown(key)} is not a key of {where}{hint}.")
+            hint = meant(str(key), known) or f": its keys are {listed(usual or [*known])}."
+            raise ValueError(f"{shown(key)} is not a key of {where}{hint}")
     if missing := [name for name in known if name in needed and name not in numbers]:
         raise ValueError(f"{where} needs {listed(missing)}.")
 

@@ -32,7 +32,7 @@ def parts_of_matrices(
     Raises
     ------
     TypeError, ValueError
-        If a matrix is not one, has another shape, is not symmetric, or that of the masses is singular.
+        If a matrix is not one, has another shape, is not symmetric, or that of the masses is not positive definite.
 
     Examples
     --------
@@ -44,6 +44,8 @@ def parts_of_matrices(
     held = _symmetric(_matrix(stiffness, "stiffness", size), "stiffness")
     damped = np.zeros_like(held) if damping is None else _symmetric(_matrix(damping, "damping", size), "damping")
     least = np.linalg.eigvalsh(masses)
+    if least[0] < -_ROUNDING * least[-1]:
+        raise ValueError(f"mass must be positive definite: of one motion the mass is {least[0]:.3g} kg.")
     if not least[0] > _ROUNDING * least[-1]:
         raise ValueError(f"mass must not be singular: each motion must have a mass, but one has {least[0]:.3g} kg.")
     if isinstance(names, Mapping) or ground is not None or np.any(masses - np.diag(np.diag(masses))):

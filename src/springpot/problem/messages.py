@@ -119,7 +119,7 @@ MESSAGES: dict[str, Kind] = {
     ),
     "uncountable_impacts": Kind(
         _PROBLEM,
-        "impact rate and speeds are undefined, but energies are correct: {reason}. "
+        "impact rate and speeds{of} are undefined, but energies are correct: {reason}. "
         "slowest_counted_impact counts those that are faster.",
         "Give slowest_counted_impact=, or a Contact in place of the wall, or ask for powers and forces of the wall, "
         "which are finite.",
@@ -184,8 +184,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "slow_impacts_of_some_wall": Kind(
         _ACCURACY,
-        "impact rate {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies are "
-        "correct.",
+        "impact rate{of} {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies "
+        "are correct.",
         "Use a finer step, or slowest_counted_impact=.",
     ),
     "slow_impact_quantiles": Kind(

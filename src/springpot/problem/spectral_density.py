@@ -24,7 +24,6 @@ from typing import Literal, get_args
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, listed, shown
 from springpot.machine.files import open_text
-from springpot.machine.rows import column_of, numbers_of, rows_of
 
 __all__ = ["STANDARD_GRAVITY", "intensity_from_psd", "psd_from_intensity"]
 
@@ -191,6 +190,8 @@ def read_densities(path: str | Path) -> tuple[tuple[float, ...], tuple[float, ..
     ValueError
         One sentence that says what is wrong in it.
     """
+    from springpot.machine.rows import column_of, numbers_of, rows_of  # slow to import, as NumPy is
+
     title = f"density file {str(path)!r}"
     units = {"frequency": FREQUENCY_UNITS, "psd": dict.fromkeys(get_args(DensityUnit), 1.0)}
     units["density"] = units["psd"]

@@ -432,8 +432,11 @@ def check_single(system: System) -> None:
     >>> from springpot.problem.parts import Spring
     >>> check_single(System(Spring(80.0)))
     """
-    if len(points := system.points) > 1:
-        raise NotCoveredError(f"one mass is needed, and the system has {len(points)}, {listed(points)}.")
+    if len(system.points) == 1:
+        return
+    if len(masses := system.coordinates.names) > 1:
+        raise NotCoveredError(f"one mass is needed, and the system has {len(masses)}, {listed(masses)}.")
+    raise NotCoveredError(f"one mass without other points is needed, and the system has {listed(system.points[1:])}.")
 
 
 def system_of(model: object, name: str = "system") -> System:

@@ -88,9 +88,16 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     biases = step_biases(
         plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
     )
+    chosen = about_options(plan, options)
+    said = ["no_stationary_state"] if any(message.name == "starts_from_rest" for message in chosen) else []
+    counted = bool(observed.counted_impacts)
     doubtful = (
-        *about_options(plan, options),
-        *doubts(simulation, values, errors, ensemble.rows, seen),
+        *chosen,
+        *(
+            own
+            for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
+            if own.name not in said
+        ),
         *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
         *about_observables(observed.means, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),

@@ -61,6 +61,7 @@ def test_without_a_stationary_state_a_run_starts_from_rest_and_says_so_once(
     found = simulate(oscillator, **given)
     assert found.settings.start == "rest"
     assert [reason in sentence for sentence in found.warnings if "starts from rest" in sentence] == [True]
+    assert sum(reason in sentence for sentence in found.warnings) == 1
     asked = simulate(oscillator, **given, start="rest")
     assert not any("starts from rest" in sentence for sentence in asked.warnings)
     np.testing.assert_equal(values_of(asked), values_of(found))

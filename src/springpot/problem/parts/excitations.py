@@ -9,8 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-import numpy as np
-
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
 from springpot.problem.parts.checks import put, real
@@ -610,6 +608,8 @@ class SpectralExcitation(Excitation):
         frequency, rate : float
             Of the oscillator, in rad/s, and of its energy, in 1/s.
         """
+        import numpy as np  # slow to import
+
         u = np.linspace(math.log(self.frequency[0]), math.log(self.frequency[-1]), _GRID)
         density = np.exp(np.interp(u, np.log(self.frequency), np.log(self.psd)))
         w, rate = 2.0 * math.pi * np.exp(u), max(rate, 2.0 * float(u[1] - u[0]) * frequency)
@@ -648,7 +648,7 @@ def _positive(values: object, name: str) -> tuple[float, ...]:
     for place, value in enumerate(values):
         if isinstance(value, Free):
             raise ValueError(f"{name}[{place}] must not be the free number {value.name}: mark the scale instead.")
-        number: Any = value.item() if isinstance(value, np.generic) else value
+        number: Any = value.item() if hasattr(value, "item") else value  # of NumPy
         found.append(finite_number(number, f"{name}[{place}]", low=0.0, high=LARGEST, open_low=True, hint=hint))
     return tuple(found)
 

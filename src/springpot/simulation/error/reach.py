@@ -282,9 +282,17 @@ def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, 
     if not names or not set(names) <= set(allowed):
         given = few(map(str, names)) or "nothing"
         wrong = next((str(name) for name in names if name not in allowed), "")
-        hint = meant(wrong, allowed) or "."
+        hint = _why_not(motion, wrong) or meant(wrong, allowed) or "."
         raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
     return names
+
+
+def _why_not(motion: Motion, name: str) -> str:
+    """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
+    if name in motion.zeros:
+        return ": it is 0."
+    uncounted = "impact_" in name and motion.uncounted and name.startswith(motion.uncounted)
+    return f": {motion.uncountable}." if uncounted and name in possible_results(motion.system) else ""
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:
@@ -300,7 +308,7 @@ def controllable(motion: Motion) -> tuple[str, ...]:
         name
         for name in filter(is_controlled, possible_results(motion.system))
         if not (motion.uncounted and "impact_" in name and name.startswith(motion.uncounted))
-        and name not in motion.means_of_zero
+        and name not in motion.zeros
         and (name != "amplitude_mean_square" or motion.system.stiffness > 0.0)
         and (not name.startswith("damping_") or has_damping(motion.system))
     )

@@ -176,7 +176,7 @@ class Motion:
         return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
 
     @property
-    def means_of_zero(self) -> tuple[str, ...]:
+    def zeros(self) -> tuple[str, ...]:
         """The results that are 0 by symmetry."""
         return ("x_mean",) if self.is_symmetric else ()
 

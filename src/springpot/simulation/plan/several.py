@@ -306,7 +306,12 @@ class MotionOfSeveral(Motion):
     @property
     def usual_quantities(self) -> tuple[str, ...]:
         """All mean square displacements and velocities."""
-        return tuple(f"{point}_{of}_mean_square" for of in "xv" for point in self.system.points)
+        return tuple(
+            name
+            for of in "xv"
+            for point in self.system.points
+            if (name := f"{point}_{of}_mean_square") not in self.zeros
+        )
 
     @cached_property
     def displacements(self) -> dict[str, Floats]:
@@ -329,8 +334,24 @@ class MotionOfSeveral(Motion):
         return f"{max(alike, key=alike.__getitem__)}_mean_square"
 
     @cached_property
-    def means_of_zero(self) -> tuple[str, ...]:
-        """The means of displacements that no force with a mean can move."""
+    def zeros(self) -> tuple[str, ...]:
+        """The means of displacements that no force with a mean can move, and all of those that no force can move."""
+        if self.system.of(ThermalNoise):
+            return self._means_of_zero
+        coordinates, parts = self.system.coordinates, dict(self.system.named())
+        moving = [*coordinates.forces.values()]
+        moving += [row for name, row in coordinates.elongations.items() if not parts[name].is_linear]
+        ties = np.abs(coordinates.mass) + sum(np.outer(*2 * [np.abs(row)]) for row in coordinates.elongations.values())
+        reached = np.abs(np.array([np.zeros(len(coordinates.names)), *moving])).sum(0)
+        for _ in coordinates.names:
+            reached = (ties @ reached > 0.0).astype(float)
+        still = [begin for begin, row in self.displacements.items() if not (np.abs(row) @ reached).any()]
+        squares = [f"{begin}_mean_square" for begin in still]
+        speeds = [f"{begin[:-2]}_v_mean_square" for begin in still if begin.endswith("_x")]
+        return (*self._means_of_zero, *squares, *speeds)
+
+    @property
+    def _means_of_zero(self) -> tuple[str, ...]:
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         rows = {**coordinates.forces, **coordinates.elongations}
         stops = {_inwards(rows[name], part): rows[name] for name, part in self.touched.items()}
@@ -618,7 +639,7 @@ def _by_point(given: Any, name: str, points: tuple[str, ...]) -> dict[str, float
 def motion_of_several(system: System) -> MotionOfSeveral:
     """What follows from a system of several masses alone."""
     modes = modes_of(system)
-    many = f"the paper's problem has one mass, and the system has {len(system.points)}."
+    many = f"the paper's problem has one mass, and the system has {len(system.coordinates.names)}."
     motion = MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
     if not motion.springpots and not system.of(FractionalMaxwell):
         return motion

@@ -52,11 +52,19 @@ GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that g
 
 
 def doubts(
-    simulation: Simulation, values: Values, errors: Values, rows: Floats, seen: Watched, *, bounded: bool = False
+    simulation: Simulation,
+    values: Values,
+    errors: Values,
+    rows: Floats,
+    seen: Watched,
+    *,
+    bounded: bool = False,
+    counted: bool = False,
 ) -> list[Message]:
     """One message for each reason to doubt a number of a run.
 
-    ``bounded``: the total errors include those of step and transient, so these give no warning.
+    ``bounded``: the total errors include those of step and transient, so these give no warning; ``counted``: impacts
+    that are not slower than a speed are counted, which is what may be done where all of them have no rate.
     """
     system = simulation.motion.system
     moments = [value for name, value in values.items() if name.endswith(("x_mean_square", "v_mean_square"))]
@@ -68,7 +76,7 @@ def doubts(
     of_the_step = [] if bounded else [*_about_step(simulation), *_about_window(simulation)]
     return [
         *_about_contact_tolerance(simulation, values),
-        *_about_uncountable(simulation.motion),
+        *(() if counted else _about_uncountable(simulation.motion)),
         *_about_shapes(simulation.motion),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
@@ -179,18 +187,18 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
 def _about_uncountable(motion: Motion) -> Iterator[Message]:
     """Of walls whose impacts have no rate, and what has one in their place."""
     if reason := motion.uncountable:
-        yield say("uncountable_impacts", reason=reason)
+        yield say("uncountable_impacts", of=_of([name.removesuffix("_") for name in motion.uncounted]), reason=reason)
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:
     """Of a step that misses more than MOST_MISSED of the impacts."""
     motion, step, rate = simulation.motion, simulation.settings.step, values.get("impact_rate", 0.0)
     bounds = impact_biases(motion, step, dict(values))
-    for name in motion.struck_alone:
-        bound, rate_of_wall = (found.get(f"{name}_impact_rate", 0.0) for found in (bounds, values))
-        if bound > MOST_MISSED * rate_of_wall > 0.0:
-            yield say("slow_impacts_of_some_wall", low=_low(bound, rate_of_wall), step=step)
-            return
+    each = {name: [of.get(f"{name}_impact_rate", 0.0) for of in (bounds, values)] for name in motion.struck_alone}
+    off = {name: alone for name, alone in each.items() if alone[0] > MOST_MISSED * alone[1] > 0.0}
+    if off:
+        worst = max(off.values(), key=lambda alone: alone[0] / alone[1])
+        yield say("slow_impacts_of_some_wall", of=_of([*off]), low=_low(*worst), step=step)
     bound = bounds.get("impact_rate", 0.0)
     if not bound > 0.0 or not rate > 0.0:
         return
@@ -200,7 +208,12 @@ def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Mess
         high = per_cent(missed / (1.0 - missed))
         yield say("slow_impacts", low=per_cent(missed), high=high, step=step, order=order)
     elif not motion.struck.crowded and bound > MOST_MISSED * rate:
-        yield say("slow_impacts_of_some_wall", low=_low(bound, rate), step=step)
+        yield say("slow_impacts_of_some_wall", of="", low=_low(bound, rate), step=step)
+
+
+def _of(walls: Sequence[str]) -> str:
+    """Whose impacts they are, where each wall has its own."""
+    return f" of {listed(walls)}" if any(walls) else ""
 
 
 def _low(bound: float, rate: float) -> str:

@@ -114,7 +114,7 @@ def _passage(plan: Plan, name: str, given: Any) -> Passage:
             raise ValueError(
                 f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
             )
-        near = meant(str(name), motion.levels) or f"; there are {few(sorted(motion.levels))}"
+        near = meant(str(name), motion.levels) or f"; there are {few(sorted(motion.levels))}."
         raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
     if not quantity:
         function, given = _observable(plan, name, given)

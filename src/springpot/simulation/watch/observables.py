@@ -117,7 +117,7 @@ def _arguments(name: str, function: Callable[..., float], known: Iterable[str], 
     words = [*inspect.signature(function).parameters]
     for word in words:
         if word not in known:
-            near = meant(word, known) or f"; there are {few(sorted(known))}"
+            near = meant(word, known) or f"; there are {few(sorted(known))}."
             raise ValueError(f"observable {name!r} has an argument {word!r}, which is nothing that can be seen{near}")
     if not words or (most and len(words) > most):
         raise ValueError(

@@ -7,7 +7,7 @@ that have not passed yet.  The mean of censored times needs an assumption; the m
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -54,7 +54,7 @@ class PassageTimes:
     begin: float
     horizon: float
     settling: float
-    times: Floats
+    times: Floats = field(repr=False)
 
     @property
     def paths(self) -> int:

@@ -404,7 +404,8 @@ class LinearResponse(Result):
             return coordinates.push(of or known[0])
         if of in coordinates.elongations:
             return coordinates.elongations[of]
-        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}, not {shown(of)}.")
+        said = f", not {shown(of)}" if of else " where there are several masses"
+        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{said}.")
 
     def _push(self, on: str) -> FloatArray:
         known = self.system.points
