@@ -24,7 +24,6 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
@@ -166,8 +165,7 @@ def moduli(system: System, p: ComplexArray) -> dict[str, tuple[FloatArray, Compl
     """
     return {
         name: (system.coordinates.elongations[name], part.modulus(p) + part.inertia * p**2 + np.zeros_like(p))
-        for name, part in system.named()
-        if isinstance(part, Element)
+        for name, part in system.elements.items()
     }
 
 

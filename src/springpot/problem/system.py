@@ -300,7 +300,7 @@ class System:
     @property
     def stiffness_matrix(self) -> Floats:
         """Of the linear springs, and of the linear part of the others, on the coordinates."""
-        springs = {name: (*part.force_coefficients(), 0.0, 0.0)[1] for name, part in self.elements.items()}
+        springs = {name: part.static_stiffness for name, part in self.elements.items()}
         return np.asarray(self.coordinates.sum_of(springs))
 
     @property

@@ -114,25 +114,21 @@ def modes_of(system: System) -> Modes:
     >>> modes_of(pair).frequency.round(6).tolist()
     [0.618034, 1.618034]
     """
-    found = _modes(system, {name: _linear(part) for name, part in system.elements.items()})
+    found = _modes(system, _linear(system))
     if any(map(_has_size, system.elements.values())):
         for _ in range(_ROUNDS_OF_SIZE):
             found = _modes(system, _means(system, found))
     return found
 
 
-def _linear(part: Any) -> tuple[float, float]:
-    """Stiffness and damping of the linear part of its force."""
-    return (*part.force_coefficients(), 0.0, 0.0)[1], part.linear_damping
+def _linear(system: System) -> dict[str, tuple[float, float]]:
+    """Stiffness and damping of the linear part of each force."""
+    return {name: (part.static_stiffness, part.linear_damping) for name, part in system.elements.items()}
 
 
 def _has_size(part: Any) -> bool:
     """Whether its stiffness or damping depends on the size of the motion."""
-    return _is_bent(part) or _is_rough(part)
-
-
-def _is_bent(part: Any) -> bool:
-    return any(part.force_coefficients()[2:])
+    return part.is_bent or _is_rough(part)
 
 
 def _stiffness_at(part: Any, spread: float) -> float:
@@ -166,7 +162,7 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
     """Mean stiffness and damping of each part with two ends at the size of a motion."""
     found = {}
     for name, part in system.elements.items():
-        stiffness, damping = _linear(part)
+        stiffness, damping = part.static_stiffness, part.linear_damping
         if _has_size(part):
             row = system.coordinates.elongations[name]
             spread, speed = modes.spread(row), modes.speed(row)
@@ -181,8 +177,8 @@ def _modes(system: System, means: Mapping[str, tuple[float, float]]) -> Modes:
     stiffness, damping = ({name: each[i] for name, each in means.items()} for i in (0, 1))
 
     def modulus(name: str, p: complex) -> complex:
-        (k, c), (k1, c1) = means[name], _linear(parts[name])
-        return complex(parts[name].modulus(p)) + (k - k1) + (c - c1) * p
+        (k, c), part = means[name], parts[name]
+        return complex(part.modulus(p)) + (k - part.static_stiffness) + (c - part.linear_damping) * p
 
     squares, moved = free_motion(at.mass, at.sum_of(stiffness))
     frequency, rate = np.sqrt(np.maximum(squares, 0.0)), np.zeros(len(squares))
@@ -653,13 +649,12 @@ def _scales(system: System, modes: Modes) -> Scales:
     rows, size = at.elongations, len(at.names)
     held = modes.frequency[modes.frequency > _RIGID * max(float(modes.frequency.max()), 1e-300)]
     elements = [(part, rows[name]) for name, part in system.elements.items()]
-    linear = {name: _linear(part) for name, part in system.elements.items()}
     bent = {
-        name: (max(_curvature(part, modes.spread(rows[name])), linear[name][0]), linear[name][1])
+        name: (max(_curvature(part, modes.spread(rows[name])), part.static_stiffness), part.linear_damping)
         for name, part in system.elements.items()
-        if _is_bent(part)
+        if part.is_bent
     }
-    fastest = [*(_modes(system, linear | bent).frequency if bent else held)]
+    fastest = [*(_modes(system, _linear(system) | bent).frequency if bent else held)]
     dampers = sum(
         (
             _strongest_damping(part, modes.spread(row), modes.speed(row)) * np.outer(row, row)
@@ -732,7 +727,7 @@ def _hops(system: System, modes: Modes) -> list[float]:
     takes what the kicks give to masses at rest on it.
     """
     at = system.coordinates
-    stiffness = at.sum_of({name: max(modes.stiffness[name], _linear(p)[0]) for name, p in system.elements.items()})
+    stiffness = at.sum_of({name: max(modes.stiffness[name], p.static_stiffness) for name, p in system.elements.items()})
     free = (1e-3 * float(modes.frequency.max()) or 1.0) ** 2  # so weakly everything is held
     values, shapes = np.linalg.eigh(stiffness + free * at.mass)
     if not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known

@@ -392,7 +392,7 @@ def _curve(part: Any, hot: float) -> Potential:
 
 
 def _is_bent(part: Any) -> bool:
-    return isinstance(part, Barrier | Contact) or any(part.force_coefficients()[2:])
+    return isinstance(part, Barrier | Contact) or part.is_bent
 
 
 def _push(contact: Contact, row: FloatArray) -> Any:
