@@ -212,6 +212,9 @@ RunFlags = _flags_class("RunFlags", (
     _flag("slowest_counted_impact", float, MONTE_CARLO,
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
           "impacts is infinite."),
+    _flag("forces", list[str], MONTE_CARLO,
+          "Also mean and mean square of these forces and absolute accelerations: PART_force, force_on_ground, "
+          "acceleration (with several masses POINT_acceleration).", consume_multiple=True, metavar="NAME ..."),
     _flag("record", Whole, OUTPUT, "Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
     _flag("record_every", Whole, OUTPUT, "With --record: steps between two saved points; 1 if not given."),
 ))  # fmt: skip

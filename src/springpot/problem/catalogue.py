@@ -108,6 +108,11 @@ def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
 
 
+def _has_force(part: Part) -> bool:
+    return _has_spring(part) or "damping" in part.powers
+
+
+_ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"
 _SPRINGS: dict[str, Any] = {"when": "with springs and one mass", "of": _has_spring}
 _STOPS: dict[str, Any] = {"when": "with walls or contacts and one mass", "of": _with("stop"), "where": _is_single}
 _STOP: dict[str, Any] = {"when": "of each wall and contact", "of": _with("stop"), "dimensions": ("barrier",)}
@@ -236,6 +241,14 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
+    *(Quantity(f"{name}_{end}", unit if end == "mean" else square, f"{words} {said}", formula, f"`forces=`{when}",
+               of=of, where=where, asked=True, controlled=f"{name}_{end}" == f"{_OF}force_mean")  # as a wall's
+      for name, unit, square, said, when, of, where in (
+          (f"{_OF}force", "N", "N2", "force of the part", "", _has_force, _is_any),
+          ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _has_force, _is_any),
+          ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _has_force, _is_single),
+          (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _has_force, _is_several))
+      for end, words, formula in (("mean", "mean", ""), ("mean_square", "mean square", ""))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",

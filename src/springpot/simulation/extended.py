@@ -12,6 +12,7 @@ import numpy as np
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import per_cent, shown
 from springpot.machine.progress import Estimate, FractionDone
+from springpot.problem.catalogue import results_on_request
 from springpot.simulation.error.budget import Budget, combine
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels, levels_of
@@ -112,11 +113,12 @@ def _check(run: object) -> None:
         raise TypeError(f"run must be a Run, not {shown(run)}.")
     if any(each.budget for each in run.estimates.values()) and not run.path_sums.size:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
+    asked = results_on_request(run.system)
     more = {
         "distributions": run.distributions,
         "a spectrum": run.spectra,
         "first passages": run.first_passages,
-        "observables": [name for name, unit in run.units.items() if not unit or "counted_impact_" in name],
+        "observables": [name for name, unit in run.units.items() if not unit or name in asked],
     }
     if there := [name for name, value in more.items() if value]:
         raise ValueError(f"run must have moments only, but it has {there[0]}, which need every step of each path.")

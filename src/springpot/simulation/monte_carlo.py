@@ -46,6 +46,7 @@ LONG = 1e9  # path-steps from which the time of a run is told before it: some se
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
     "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
+    "forces",
 )  # fmt: skip
 
 
@@ -210,7 +211,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.  With several masses the names of the arguments
-        say what they are: ``t``, ``box_x``, ``box_v``, ``mount_elongation``.
+        say what they are: ``t``, ``box_x``, ``box_v``, ``mount_elongation``.  Any names of ``forces`` can be among
+        them, half a step before x and v, and then ``t``, ``x`` and ``v`` of one mass are named too.
     impact_observables : dict
         Names and functions f(speed) of the speed just before an impact: each is summed over the impacts in the window
         and comes back per second.  With several masses the argument is ``speed``, on any wall, or
@@ -235,6 +237,12 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
         all impacts is infinite.
+    forces : sequence of str
+        Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
+        ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses
+        ``"box_acceleration"``.  Impulses of walls are not in them.  They are means over the step; the mean square has
+        what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason: an
+        acceleration with noise on a mass itself, or a force with the matched noise of its part.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -302,7 +310,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         seen: 1.96 of it are 3 / (paths x length of the window); impact rate and speeds, the quantiles of the impact
         speed and of the largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the
         step leaves. With ``rtol`` the means have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total
-        ``_error``. With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds. Then the observables; with
+        ``_error``. With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds; with ``forces`` each has
+        ``_mean`` and ``_mean_square``. Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
         extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has

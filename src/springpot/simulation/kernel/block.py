@@ -16,6 +16,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.kernel.cache import cached
+from springpot.simulation.kernel.felt import MOST_FELT, feel
 from springpot.simulation.kernel.lanes import (
     ENTRY,
     GROUP,
@@ -26,6 +27,7 @@ from springpot.simulation.kernel.lanes import (
     MOST_MODES,
     MOST_STATES,
     SPARE,
+    beyond,
     f32,
     f64,
     lesser,
@@ -35,7 +37,7 @@ from springpot.simulation.kernel.lanes import (
 )
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps
-from springpot.simulation.kernel.steps import State, Struck, Sums, replay, sweep_lanes
+from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, replay, sweep_lanes
 from springpot.simulation.kernel.watching import Accumulators, show_steps
 
 __all__ = ["COLUMNS", "Memory", "Parts", "block"]
@@ -66,6 +68,7 @@ class Memory(NamedTuple):
 
 _state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
+_shown = stack_array((1 + MOST_FELT) * GROUP * LANES)
 _eight = stack_array(2 * GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)
 _modes = stack_array(MOST_MODES * LANES)
@@ -151,9 +154,9 @@ def block(
     g, fine = _four(f32(0)), _four(f32(0))
     now = State(_state(0.0), _state(0.0))
     begun, change = State(_state(quick), _state(quick)), State(_state(quick), _state(quick))
-    glimpsed = State(_four(quick), _four(quick))
+    glimpsed = Glimpse(_four(quick), _four(quick), _four(quick), _four(quick), _four(quick))
     clear = _state(quick)
-    seen = State(_four(0.0), _four(0.0))
+    seen = Glimpse(_shown(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
     struck = Struck(
         _eight(quick), _eight(quick),
         _state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick),
@@ -217,6 +220,8 @@ def block(
             if shown:
                 for i in range(GROUP * LANES):
                     seen.x[i], seen.v[i] = limited(wall, f64(glimpsed.x[i])), glimpsed.v[i]
+                for i in range(GROUP * LANES if observers.feels.size > 0 else 0):
+                    seen.at[i], seen.pull[i], seen.middle[i] = glimpsed.at[i], glimpsed.pull[i], glimpsed.middle[i]
             least, near = clear[0], 0
             for lane in range(LANES):
                 least = lesser(least, clear[lane])
@@ -256,6 +261,11 @@ def block(
                     for k in range(slots(load)):
                         works[k * LANES + lane] += forcing.works[k * LANES + lane]
                 if shown:
+                    for k in range(observers.feels.size):
+                        which = observers.feels[k]
+                        for i in range(0, GROUP * LANES, LANES):
+                            to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
+                            feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
                     show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
             for j in range(GROUP if marked else 0):
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:

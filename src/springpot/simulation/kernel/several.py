@@ -20,6 +20,7 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.kernel.cache import cached
+from springpot.simulation.kernel.felt import MOST_FELT, feel
 from springpot.simulation.kernel.forces import Parametric, cubic, nonic
 from springpot.simulation.kernel.lanes import (
     ENTRY,
@@ -82,7 +83,7 @@ _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
 _hits = stack_array(HITS * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
-_shown = stack_array((MOST_POINTS + MOST_ROWS) * GROUP * LANES)
+_shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
 
 class Memories(NamedTuple):
@@ -131,6 +132,8 @@ class _Lanes(NamedTuple):
     impulse: Any
     change: Any
     clear: Any
+    middle: Any
+    kicked: Any  # elongations at the kick
 
 
 class _Sums(NamedTuple):
@@ -397,6 +400,24 @@ def _stretch(size, q, s, d, j, weight, sums):
 
 
 @njit(**INLINE)
+def _feel(size, q, s, j, observers, shown):
+    """Write what observers feel of the kick, of which ``kicked`` and ``middle`` have the elongations and their rates
+    before it.
+    """
+    part = typed(0.5, q.step)
+    for e in range(size.rows):
+        a, i = q.answer[e], e * LANES
+        for lane in range(LANES):
+            new, old = s.w[i + lane], s.middle[i + lane]
+            s.pull[i + lane] += a * (new - old)
+            s.middle[i + lane] = part * (new + old)
+    for k in range(observers.feels.size):
+        which = observers.feels[k]
+        to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
+        feel(observers, which, s.kicked, s.pull, s.middle, to)
+
+
+@njit(**INLINE)
 def _work(size, q, j, given, s, weight, sums):
     """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
     share = typed(0.5, q.step) * weight
@@ -494,7 +515,7 @@ def several(
     s = _Lanes(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero),
         _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _lane(zero), _of_rows(zero),
-        _of_points(zero), _lane(zero), _lane(zero),
+        _of_points(zero), _lane(zero), _lane(zero), _of_rows(zero), _of_rows(zero),
     )  # fmt: skip
     terms = _Sums(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero),
@@ -562,7 +583,12 @@ def several(
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
+                felt = watched and observers.feels.size > 0
+                for i in range(size.rows * LANES if felt else 0):
+                    s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
+                if felt:
+                    _feel(size, q, s, j, observers, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):

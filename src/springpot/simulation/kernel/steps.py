@@ -13,7 +13,7 @@ from numba import njit
 from springpot.simulation.kernel.lanes import INLINE, LANES, greater, lesser, no, typed, yes
 from springpot.simulation.kernel.questions import bounce, clearance, damp, drift, kick, meet, push, slots
 
-__all__ = ["State", "Struck", "Sums", "replay", "sweep_lanes"]
+__all__ = ["Glimpse", "State", "Struck", "Sums", "replay", "sweep_lanes"]
 
 
 class State(NamedTuple):
@@ -21,6 +21,18 @@ class State(NamedTuple):
 
     x: Any
     v: Any
+
+
+class Glimpse(NamedTuple):
+    """Lane arrays of what is seen in four steps: the state after each, and in its kick x, the damping force, and the
+    mean velocity.
+    """
+
+    x: Any
+    v: Any
+    at: Any
+    pull: Any
+    middle: Any
 
 
 class Struck(NamedTuple):
@@ -105,7 +117,8 @@ def _quick_step(
             sums[0] + x_seen, sums[1] + x_seen * x_seen, sums[2] + v_seen * v_seen,
             sums[3] + pull, sums[4] + pull * middle, sums[5] + pull * x,
         )  # fmt: skip
-    return moved + dx, gained + (change + dv), increment, (x_seen, v_seen), sure, sums, hits
+    seen = x_seen, v_seen, x, pull, middle
+    return moved + dx, gained + (change + dv), increment, seen, sure, sums, hits
 
 
 @njit(**INLINE)
@@ -170,11 +183,17 @@ def sweep_lanes(parts, m, p, n, start, change, clear, g, forcing, h, d, seen, st
             )
             clear[lane] = clearance(parts.scheme, parts.wall, least, most)
         if watched:
-            seen.x[lane], seen.v[lane] = seen0
-            seen.x[LANES + lane], seen.v[LANES + lane] = seen1
-            seen.x[2 * LANES + lane], seen.v[2 * LANES + lane] = seen2
-            seen.x[3 * LANES + lane], seen.v[3 * LANES + lane] = seen3
+            _show(seen, lane, seen0)
+            _show(seen, LANES + lane, seen1)
+            _show(seen, 2 * LANES + lane, seen2)
+            _show(seen, 3 * LANES + lane, seen3)
             _put(terms, lane, sums)
+
+
+@njit(**INLINE)
+def _show(seen, at, values):
+    """Write what is seen of one step of a lane."""
+    seen.x[at], seen.v[at], seen.at[at], seen.pull[at], seen.middle[at] = values
 
 
 @njit(**INLINE)
@@ -193,7 +212,7 @@ def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumul
         parts.scheme, parts.wall, x, v + change, accumulators, lane, counts[0], counts[1]
     )
     d[2 * LANES + at] = x_next - x
-    seen.x[at], seen.v[at] = x_seen, v_seen
+    _show(seen, at, (x_seen, v_seen, x, pull, middle))
     x_counted, pulled = counts[0] * x_seen, counts[0] * pull
     sums = (
         sums[0] + x_counted, sums[1] + x_counted * x_seen, sums[2] + counts[0] * v_seen * v_seen,

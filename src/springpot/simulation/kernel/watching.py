@@ -67,6 +67,8 @@ class Observer:
         The wall or contact whose impacts ``on_impacts`` sees; empty for all.
     place : float
         Of this wall, in m, where there are several masses.
+    feels : tuple of int
+        Which forces and accelerations ``on_steps`` sees.
     """
 
     on_steps: Any
@@ -77,6 +79,7 @@ class Observer:
     of: int = 0
     stop: str = ""
     place: float = 0.0
+    feels: tuple[int, ...] = ()
 
 
 class Observers(NamedTuple):
@@ -88,9 +91,14 @@ class Observers(NamedTuple):
     every: npt.NDArray[np.int64]  # groups between two calls of on_steps
     begin: npt.NDArray[np.int64]  # where in the arrays of x and v
     stop: npt.NDArray[np.int64]  # number of the wall, or ALL
+    # forces and accelerations, which `springpot.simulation.kernel.felt` makes of rows
+    feels: npt.NDArray[np.int64]  # the numbers of those that are seen
+    felt_begin: npt.NDArray[np.int64]  # of the terms of each
+    felt_row: npt.NDArray[np.int64]  # (terms,)
+    felt: Floats  # (terms, NUMBERS)
 
 
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64) for _ in range(6)))
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0))
 
 
 class Accumulators(NamedTuple):

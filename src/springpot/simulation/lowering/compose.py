@@ -27,6 +27,7 @@ from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, thermal_noise, wall_of
@@ -159,7 +160,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)
     step = settings.step / units.time
-    total = reduce(add, (lower(part, name, units, step) for name, part in unit.named()), Lowered())
+    parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
+    total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
     # kicks have what the exact flight has not; rounding of k - k is nothing
     remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
@@ -185,6 +187,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     modes = history.rates.size - len(total.arms)
+    brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
     return Parts(
         scheme=at_this_step,
@@ -202,7 +205,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
-    )
+        felt=lowered_felt(
+            motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
+            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),
+        ),
+    )  # fmt: skip
 
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:

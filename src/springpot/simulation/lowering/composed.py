@@ -9,6 +9,7 @@ from typing import Any
 
 from springpot.memory import ExponentialSum
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.lowering.felt import FeltInKernel
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import Arm, Named
 from springpot.simulation.lowering.readings import Reading
@@ -49,6 +50,7 @@ class Composed:
         The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
     readings : tuple of Reading
         The results that are read by the names of the columns.
+    felt : FeltInKernel
     """
 
     start: Start
@@ -65,3 +67,4 @@ class Composed:
     struck: Mapping[str, str] = field(default_factory=dict)
     damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
     readings: tuple[Reading, ...] = ()
+    felt: FeltInKernel = field(default_factory=FeltInKernel)

@@ -27,6 +27,7 @@ from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, numbers_of, thermal_noise
@@ -157,8 +158,10 @@ class _Frame:
     unit_mass, step : float
         The kernel's unit in kg, and the step in its units.
     rows : ndarray, shape (rows, coordinates)
+    parts : list of dict
+        What lies on each row, by the names of the parts.
     totals : list of Lowered
-        What lies on each row.
+        All of it together.
     answers : ndarray, shape (rows,)
         Of dampers and memory to a change of each row's velocity.
     reduced : ndarray, shape (rows,)
@@ -174,6 +177,7 @@ class _Frame:
     unit_mass: float
     step: float
     rows: Floats
+    parts: list[dict[str, Lowered]]
     totals: list[Lowered]
     answers: Floats
     reduced: Floats
@@ -193,16 +197,16 @@ class _Frame:
 def _frame(plan: Plan) -> _Frame:
     at, parts, (units, unit_mass) = plan.system.coordinates, dict(plan.system.named()), _units(plan)
     step = plan.settings.step / units.time
-    found = dict.fromkeys(at.numbers, Lowered())
+    found: dict[tuple[float, ...], dict[str, Lowered]] = {row: {} for row in at.numbers}
     for name, row in at.elongations.items():
         if not parts[name].inertia:
-            found[tuple(row)] = found[tuple(row)] + lower(parts[name].per_mass(unit_mass), name, units, step)
-    totals, g = [*found.values()], np.array([*found]).reshape(-1, len(at.names))
+            found[tuple(row)][name] = lower(parts[name].per_mass(unit_mass), name, units, step)
+    totals, g = [sum(own.values(), Lowered()) for own in found.values()], np.array([*found]).reshape(-1, len(at.names))
     answers = np.array([answer_of(total, step) for total in totals])
     reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
     jumps = unit_mass * at.accelerations(reduced[:, None] * g)
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
-    return _Frame(at, units, unit_mass, step, g, totals, answers, reduced, jumps, solve)
+    return _Frame(at, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve)
 
 
 def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
@@ -272,7 +276,12 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
          * (at.rows @ frame.solve @ frame.rows[n]) * (at.rows @ frame.jumps[n] / frame.reduced[n]))
         for n, square, _ in shaken
     ]  # fmt: skip
-    return replace(whole, readings=(*_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)))
+    felt = lowered_felt(
+        plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
+        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+    )  # fmt: skip
+    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
+    return replace(whole, readings=readings, felt=felt)
 
 
 def _numbers(

@@ -123,7 +123,7 @@ class Simulation:
 
         def work() -> None:
             arrays = [np.concatenate([self.parts.header_of(each), each.initial]) for each in observers]
-            addresses = _addresses(observers, arrays, self.parts.walls)
+            addresses = _addresses(observers, arrays, self.parts)
             while not stop[0] and (number := together * next(next_call)) < blocks:
                 first, count = number * LANES, min(together, blocks - number)
                 some = slice(first, first + count * LANES)
@@ -176,8 +176,8 @@ def _room(observer: Observer, blocks: int) -> Floats:
     return np.zeros((min(blocks, BATCHES), observer.initial.size))
 
 
-def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats], walls: Sequence[str]) -> Observers:
-    """The observers in the form that the kernel takes: addresses; ``walls`` are in the order of the kernel."""
+def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:
+    """The observers in the form that the kernel takes: addresses; walls and what is felt are those of the parts."""
 
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
         return np.fromiter(values, np.int64)
@@ -188,5 +188,9 @@ def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats], walls: S
         place=numbers(array.ctypes.data for array in arrays),
         every=numbers(o.every for o in observers),
         begin=numbers(o.of * GROUP * LANES for o in observers),
-        stop=numbers(walls.index(o.stop) if o.stop else ALL for o in observers),
+        stop=numbers(parts.walls.index(o.stop) if o.stop else ALL for o in observers),
+        feels=numbers(sorted({number for o in observers for number in o.feels})),
+        felt_begin=parts.felt.begin,
+        felt_row=parts.felt.row,
+        felt=parts.felt.numbers,
     )

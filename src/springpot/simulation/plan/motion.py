@@ -28,6 +28,7 @@ from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restit
 from springpot.problem.system import System
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
+from springpot.simulation.plan.felt import Felt, felt_in
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -118,6 +119,16 @@ class Motion:
         one_wall = len(self.touched) == len(self.walls) <= 1
         own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
         return {name: (name, own) for name in LEVELS}
+
+    @cached_property
+    def felt(self) -> dict[str, Felt]:
+        """Forces of parts and accelerations, in the order in which the kernel shows them."""
+        return felt_in(self.system)
+
+    @property
+    def displacements_shown(self) -> int:
+        """How many displacements the kernel shows before what is felt."""
+        return 1
 
     @property
     def arguments(self) -> dict[str, tuple[str, int]]:

@@ -264,6 +264,12 @@ class MotionOfSeveral(Motion):
         """Displacements and velocities of the masses, and elongations of parts and pairs."""
         return levels_of_several(self.system)
 
+    @property
+    def displacements_shown(self) -> int:
+        """Coordinates and rows."""
+        at = self.system.coordinates
+        return len(at.names) + len(at.numbers)
+
     @cached_property
     def arguments(self) -> dict[str, tuple[str, int]]:
         """The same and the time."""

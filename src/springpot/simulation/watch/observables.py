@@ -18,10 +18,11 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.faults import cause_of, few, meant, shown
+from springpot.machine.faults import NotCoveredError, cause_of, few, meant, shown
 from springpot.problem.catalogue import possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.plan.motion import Motion
@@ -39,6 +40,7 @@ __all__ = [
     "faster_than",
     "is_taken",
     "mean_of",
+    "squares",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -74,8 +76,9 @@ They are taken at the ends of the steps and at the impacts.
 def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
     """Sum of a user's function: of the state over the steps of the window, or of the speed over its impacts.
 
-    Of one mass the state is (t, x, v), and the speed one argument; of several the names of the arguments say what they
-    are.  Variables that the function captures have their values at the start of the run.
+    Of one mass the state is (t, x, v), and the speed one argument; of several, and with forces or accelerations among
+    them, the names of the arguments say what they are.  Variables that the function captures have their values at the
+    start of the run.
 
     Raises
     ------
@@ -90,8 +93,13 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")
     own, stop = getattr(function, "py_func", function), ""
     takes: tuple[tuple[str, int], ...] = ("t", 0), ("x", 0), ("v", 0)
-    if motion.arguments and kind == "state":
-        takes = tuple(motion.arguments[word] for word in _arguments(name, own, motion.arguments))
+    feels: tuple[int, ...] = ()
+    if kind == "state" and (motion.arguments or not motion.felt.keys().isdisjoint(inspect.signature(own).parameters)):
+        first = motion.displacements_shown
+        felt = {word: ("x", first + number) for number, word in enumerate(motion.felt)}
+        known = (motion.arguments or {word: (word, 0) for word in "txv"}) | felt
+        words = _arguments(name, own, known)
+        takes, feels = tuple(known[word] for word in words), numbers_of_felt(motion, [w for w in words if w in felt])
     elif motion.arguments:
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
         stop = stops[_arguments(name, own, stops, most=1)[0]]
@@ -103,7 +111,54 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
             f"{cause_of(reason)}"
         ) from reason
     on_steps, on_impacts = (compiled, None) if kind == "state" else (None, compiled)
-    return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True, stop=stop)
+    return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True, stop=stop, feels=feels)
+
+
+def numbers_of_felt(motion: Motion, names: Iterable[str]) -> tuple[int, ...]:
+    """The numbers of forces and accelerations, if they can be seen.
+
+    Raises
+    ------
+    NotCoveredError
+        With the reason.
+    """
+    found, numbers = [*motion.felt], []
+    for name in names:
+        if reason := motion.felt[name].reason:
+            raise NotCoveredError(f"{name} cannot be seen: {reason}.")
+        numbers.append(found.index(name))
+        if numbers[-1] >= MOST_FELT:
+            raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_FELT} forces and accelerations can.")
+    return tuple(numbers)
+
+
+def squares(motion: Motion, name: str) -> Observer:
+    """The sums of a force or acceleration and of its square."""
+    (number,) = numbers_of_felt(motion, [name])
+    of = motion.displacements_shown + number
+    return Observer(_on_felt(), None, np.zeros(2 * LANES), per_path=True, of=of, feels=(number,))
+
+
+@cache
+def _on_felt() -> Any:
+    @callback(ON_STEPS)
+    def on_steps(x, v, step, n, low, high, array):
+        scale = array[_LENGTH]
+        first, end = max(low - n, 0), min(high - n, GROUP)
+        if end - first == GROUP:
+            for lane in range(LANES):
+                a, b = scale * x[lane], scale * x[LANES + lane]
+                c, d = scale * x[2 * LANES + lane], scale * x[3 * LANES + lane]
+                array[FIRST + lane] += (a + b) + (c + d)
+                array[FIRST + LANES + lane] += (a * a + b * b) + (c * c + d * d)
+        else:
+            for j in range(first, end):
+                for lane in range(LANES):
+                    here = scale * x[j * LANES + lane]
+                    array[FIRST + lane] += here
+                    array[FIRST + LANES + lane] += here * here
+
+    return on_steps
 
 
 def _arguments(name: str, function: Callable[..., float], known: Iterable[str], most: int = 0) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import shown
+from springpot.machine.faults import few, meant, shown
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
@@ -20,7 +20,15 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
-from springpot.simulation.watch.observables import COUNTED, extremes, extremes_in, faster_than, is_taken, mean_of
+from springpot.simulation.watch.observables import (
+    COUNTED,
+    extremes,
+    extremes_in,
+    faster_than,
+    is_taken,
+    mean_of,
+    squares,
+)
 from springpot.simulation.watch.passage_times import PassageTimes
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -47,6 +55,8 @@ class Requested:
         Levels whose first passage is wanted.
     counted : dict of Observer
         Of the impacts that are not slow, by the wall; by an empty name on all walls of one mass; or nothing.
+    felt : dict of Observer
+        Of forces and accelerations.
     """
 
     observables: Mapping[str, Observer]
@@ -57,6 +67,7 @@ class Requested:
     spectra: tuple[tuple[Seen, Observer], ...] = ()
     passages: tuple[Passage, ...] = ()
     counted: Mapping[str, Observer] = field(default_factory=dict)
+    felt: Mapping[str, Observer] = field(default_factory=dict)
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -64,7 +75,7 @@ class Requested:
         return (
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
-            *(passage.observer for passage in self.passages), *self.counted.values(),
+            *(passage.observer for passage in self.passages), *self.counted.values(), *self.felt.values(),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -86,7 +97,15 @@ class Requested:
         }
         passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
+        for name in self.felt:
+            counted |= _felt(name, next(left) / (high - low), simulation.parts.felt.lacking[name])
         return Observed(means, distributions, largest, spectra, passed, counted)
+
+
+def _felt(name: str, means: Floats, lacking: float) -> dict[str, tuple[float, Floats]]:
+    """Mean and mean square of a force or acceleration, with what the latter lacks."""
+    mean, square = means[:, 0], means[:, 1] + lacking
+    return {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
 
 
 def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Floats]]:
@@ -117,7 +136,7 @@ class Observed:
         As in `springpot.simulation.Run`.
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
-        wall, if they were asked for.
+        wall, and of the mean and mean square of forces and accelerations, if they were asked for.
     """
 
     means: dict[str, Floats]
@@ -137,6 +156,7 @@ def requested(
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
     slowest_counted_impact: float | None = None,
+    forces: Sequence[str] | None = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -160,7 +180,7 @@ def requested(
     counted = motion.seen if distributions else ()
     moving = () if spectrum is None else tuple(seen for seen in motion.seen if "x" in seen.names)
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
-    return Requested(
+    wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
         impact_observables={name: mean_of(motion, name, function, "impact") for name, function in impact.items()},
         sketches=tuple((seen, sketches(seen, GROUP * settings.step * fastest)) for seen in counted),
@@ -169,7 +189,22 @@ def requested(
         spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
+        felt={} if forces is None else _felt_observers(plan, forces),
     )
+    if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
+        raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
+    return wanted
+
+
+def _felt_observers(plan: Plan, names: Sequence[str]) -> dict[str, Observer]:
+    motion = plan.motion
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
+    for name in names:
+        if name not in motion.felt:
+            near = meant(str(name), motion.felt) or f"; there are {few([*motion.felt])}."
+            raise ValueError(f"forces has {shown(name)}, which is no force or acceleration{near}")
+    return {name: squares(motion, name) for name in names}
 
 
 def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:

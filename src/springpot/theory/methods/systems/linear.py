@@ -39,6 +39,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.felt import What, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
 from springpot.theory.result import Moments, Result, moments_of, moments_of_points
@@ -292,7 +293,7 @@ class LinearResponse(Result):
         row, push = self._row(of), self._push(on)
         return np.asarray(self.companion.response(w) @ push @ row)
 
-    def spectrum(self, frequency: ArrayLike, of: str = "") -> FloatArray:
+    def spectrum(self, frequency: ArrayLike, of: str = "", what: What = "displacement") -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
 
         Parameters
@@ -302,6 +303,9 @@ class LinearResponse(Result):
         of : str
             The point whose displacement it is, or the part with two ends whose elongation it is; needed where there
             are several masses.
+        what : {"displacement", "force", "acceleration"}
+            Or the force of the part, or of all on ``"ground"``, in N^2 s per rad; or the absolute acceleration of the
+            point, that relative to the ground and that of the ground together.
 
         Raises
         ------
@@ -314,12 +318,56 @@ class LinearResponse(Result):
         --------
         >>> import springpot as sp
         >>> device = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0))
-        >>> float(sp.theory.linear(device).spectrum(1.0).round(4))
-        0.1592
+        >>> response = sp.theory.linear(device)
+        >>> float(response.spectrum(1.0).round(4)), float(response.spectrum(1.0, of="springpot", what="force").round(4))
+        (0.1592, 0.1592)
         """
-        _, row = self.moments, self._row(of)
+        _ = self.moments
         w = np.abs(real_array(frequency, "frequency"))
-        return np.asarray(_quadratic(self.companion, w, row[None, :])[..., 0, 0].real)
+        if _is_felt(what):
+            return felt_spectrum(self.system, self.companion, w, of, what)
+        return np.asarray(_quadratic(self.companion, w, self._row(of)[None, :])[..., 0, 0].real)
+
+    def mean_square(self, of: str = "", what: What = "force") -> float:
+        """The mean square of a part's force or a point's absolute acceleration; of a displacement it is in the moments.
+
+        Parameters
+        ----------
+        of : str
+            A part, or ``"ground"`` for the sum of all forces on it; of an acceleration a point, which is needed where
+            there are several masses.
+        what : {"force", "acceleration"}
+
+        Returns
+        -------
+        float
+            In N^2, or m^2 s^-4.
+
+        Raises
+        ------
+        NoStationaryStateError
+            If there is no stationary state.
+        NotCoveredError
+            If it is not finite: white noise on the mass itself, or matched noise of the part.
+        ValueError
+            If there is no such point or part.
+
+        Examples
+        --------
+        A mass on a springpot mount above a shaking ground:
+
+        >>> import springpot as sp
+        >>> device = sp.System(
+        ...     sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.0), shaking=sp.WhiteNoise(1.0, on="ground")
+        ... )
+        >>> response = sp.theory.linear(device)
+        >>> round(response.mean_square("mount"), 4), round(response.mean_square(what="acceleration"), 4)
+        (0.0, 0.0)
+        """
+        _ = self.moments
+        if not _is_felt(what):
+            raise ValueError(f"what must be 'force' or 'acceleration', not {shown(what)}.")
+        return felt_mean_square(self.system, self.companion, of, what)
 
     def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Two-sided spectral and cross-spectral densities of the displacements of all points, in m^2 s per rad.
@@ -412,6 +460,12 @@ class LinearResponse(Result):
         if on in (*known, "ground") or (not on and len(known) == 1):
             return self.system.coordinates.push(on or known[0])
         raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}, not {shown(on)}.")
+
+
+def _is_felt(what: str) -> bool:
+    if what not in ("displacement", "force", "acceleration"):
+        raise ValueError(f"what must be 'displacement', 'force' or 'acceleration', not {shown(what)}.")
+    return what != "displacement"
 
 
 def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray[np.complex128]:

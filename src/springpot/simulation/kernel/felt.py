@@ -1,0 +1,40 @@
+"""Forces of parts, and what they add up to, in the middle of a step: observers see them beside the displacements.
+
+In a kick the springs have the elongation of that time, dashpots the mean of the velocities before and after it, and
+memory its mean force over the step around it.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from springpot.simulation.kernel.lanes import INLINE, LANES
+
+__all__ = ["MOST_FELT", "NUMBERS", "feel"]
+
+MOST_FELT = 40
+NUMBERS = 12
+"""Of a term: ten coefficients of springs, and the weights of the force of dampers and memory and of the velocity."""
+
+
+@njit(**INLINE)
+def feel(observers, number, u, pull, middle, to):
+    """What is felt in one step of all lanes, from lane arrays of each row at the kick: the elongation, the force of
+    dampers and memory, and the mean velocity.
+    """
+    for lane in range(LANES):
+        to[lane] = 0.0
+    for term in range(observers.felt_begin[number], observers.felt_begin[number + 1]):
+        i, k = observers.felt_row[term] * LANES, NUMBERS * term
+        constant, linear = observers.felt[k], observers.felt[k + 1]
+        weight, damping = observers.felt[k + 10], observers.felt[k + 11]
+        for lane in range(LANES):
+            to[lane] += (constant + linear * u[i + lane]) + (weight * pull[i + lane] + damping * middle[i + lane])
+        for power in range(2, 10):
+            factor = observers.felt[k + power]
+            if factor != 0.0:
+                for lane in range(LANES):
+                    product = factor
+                    for _ in range(power):
+                        product *= u[i + lane]
+                    to[lane] += product

@@ -1,0 +1,113 @@
+"""From forces of parts and absolute accelerations to what the kernel adds up for observers."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.simulation.kernel.felt import NUMBERS
+from springpot.simulation.lowering.parts import Lowered
+from springpot.simulation.plan.felt import Felt
+
+__all__ = ["FeltInKernel", "lowered_felt"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FeltInKernel:
+    """The terms of all that is felt, as `springpot.simulation.kernel.watching.Observers` has them.
+
+    Attributes
+    ----------
+    begin, row, numbers : ndarray
+    lacking : dict of float
+        What the mean square of each lacks by name, because the kernel sees the mean force of a step.
+    """
+
+    begin: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
+    row: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    numbers: Floats = field(default_factory=lambda: np.zeros(0))
+    lacking: Mapping[str, float] = field(default_factory=dict)
+
+
+def lowered_felt(
+    felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
+    length: float, step: float, lags: int,
+) -> FeltInKernel:  # fmt: skip
+    """The terms of each force or acceleration.
+
+    Parameters
+    ----------
+    felt : dict of Felt
+    rows : sequence of dict
+        The parts on each row, by name.
+    g : ndarray, shape (rows, coordinates)
+    jumps : ndarray, shape (coordinates, coordinates)
+        Covariance of what noise brings to the velocities in a step.
+    unit, length : float
+        The unit of mass over the square of that of time; and that of length.
+    step : float
+        In the kernel's units.
+    lags : int
+        Steps within which the motion changes.
+    """
+    begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
+    for name, each in felt.items():
+        rough = list[tuple[float, Floats]]()
+        for e, parts in enumerate(rows):
+            own = {n: part for n, part in parts.items() if n in each.shares}
+            if each.reason or not own:
+                continue
+            term = np.zeros(NUMBERS)
+            for n, part in own.items():
+                share = unit * each.shares[n]
+                term[: len(part.springs)] += share * np.array(part.springs)
+                term[10] = share if _remembers(part) else term[10]
+                term[11] += share * _dashpots(part)
+                rough += [(order, share * c * g[e]) for order, c in part.springpots]
+            term[11] -= term[10] * sum(map(_dashpots, parts.values()))
+            row.append(e)
+            numbers.append(term)
+        if each.constant and len(row) > begin[-1]:
+            numbers[begin[-1]][0] += each.constant / length
+        begin.append(len(row))
+        lacking[name] = length**2 * sum(
+            float(one @ jumps @ other) * _lack(a, b, step, lags)
+            for (a, one), (b, other) in itertools.product(rough, rough)
+        )
+    return FeltInKernel(np.array(begin), np.array(row, np.int64), np.concatenate([np.zeros(0), *numbers]), lacking)
+
+
+def _remembers(part: Lowered) -> bool:
+    return bool(part.arms) or any(order != 1.0 for order, _ in part.springpots)
+
+
+def _dashpots(part: Lowered) -> float:
+    return sum(c for order, c in part.springpots if order == 1.0)
+
+
+def _lack(one: float, other: float, step: float, lags: int) -> float:
+    """What the product of the forces of two springpots lacks by their means over a step, per variance of an impulse.
+
+    The force due to an impulse at an age t is C t^(1 - order) / Gamma(2 - order); in the kernel it is the mean over the
+    step in which the force is seen, and over that in which the noise comes.
+    """
+    n = np.arange(lags + 1.0)
+    power = 3.0 - one - other
+    whole = float(lags + 1) ** (power + 1.0) - float(lags) ** (power + 1.0)
+    whole /= power * (power + 1.0) * math.gamma(2.0 - one) * math.gamma(2.0 - other)
+    seen = [_twice_averaged(order, n) for order in (one, other)]
+    return float(step ** (2.0 - one - other) * (whole - (seen[0] * seen[1]).sum()))
+
+
+def _twice_averaged(order: float, n: Floats) -> Any:
+    power = 3.0 - order
+    below = np.where(n > 0.0, np.abs(n - 1.0) ** power, 0.0)
+    return ((n + 1.0) ** power - 2.0 * n**power + below) / math.gamma(4.0 - order)

@@ -1,0 +1,163 @@
+"""Forces of parts and absolute accelerations: against linear theory, and the momentum of walls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.machine.faults import NotCoveredError
+from springpot.simulation.monte_carlo import simulated
+from springpot.theory import linear
+
+SHAKING = sp.WhiteNoise(1.0, on="ground")
+
+
+def device(order: float, *more: Any, **named: Any) -> sp.System:
+    mount = sp.Springpot(order, 2.0)
+    return sp.System(sp.Mass(2.0), *more, spring=sp.Spring(8.0), mount=mount, shaking=SHAKING, **named)
+
+
+def isolated(damper: Any) -> sp.System:
+    """A storey on a base: with the dashpot the section on several masses has its numbers by Lyapunov's equation."""
+    return sp.System(
+        sp.Mass(0.2, at="base"), sp.Mass(1.0, at="top"), spring=sp.Spring(0.192, between=("ground", "base")),
+        mount=damper, storey=sp.Spring(4.0, between=("base", "top")), loss=sp.Dashpot(0.08, between=("base", "top")),
+        shaking=sp.WhiteNoise(0.1, on="ground"),
+    )  # fmt: skip
+
+
+DAMPERS = sp.Dashpot(0.096, between=("ground", "base")), sp.Springpot(0.5, 0.3, between=("ground", "base"))
+
+
+def off(run: Any, system: sp.System, name: str) -> tuple[float, float]:
+    """How far a mean square is from linear theory's, and its standard error, as shares."""
+    named = {"acceleration": ("", "acceleration"), "force_on_ground": ("ground", "force")}
+    of, what = named.get(name) or name.rsplit("_", 1)
+    exact = linear(system).mean_square(of, what)
+    found = run[f"{name}_mean_square"]
+    return found.value / exact - 1.0, found.error / exact
+
+
+# --- against linear theory --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [0.25, 0.5, 0.75, 1.0])
+def test_forces_of_one_mass_are_those_of_linear_theory(order: float) -> None:
+    system = device(order)
+    names = "mount_force", "spring_force", "force_on_ground", "acceleration"
+    run = simulated(system, paths=12800, duration=150.0, window=(50.0, 150.0), step=0.04, start="rest", forces=names)
+    for name in names:
+        far, error = off(run, system, name)
+        assert error < 0.004
+        assert abs(far) < 3.5 * error + 0.001
+    assert run["force_on_ground_mean_square"].unit == "N2"
+    assert run["acceleration_mean_square"].unit == "m2 s-4"
+
+
+def test_a_long_step_leaves_the_force_of_a_dashpot() -> None:
+    """The mean of a step lacks a quarter of what the noise brings in it, 3 % here: it is added."""
+    system = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Dashpot(1.0), shaking=SHAKING)
+    run = simulated(
+        system, paths=12800, duration=120.0, window=(40.0, 120.0), step=0.2, start="rest", forces=("mount_force",),
+        observables={"raw": lambda mount_force: mount_force**2},
+    )  # fmt: skip
+    far, error = off(run, system, "mount_force")
+    assert abs(far) < 3.5 * error < 0.01
+    assert 0.94 < run["raw"].value / run["mount_force_mean_square"].value < 0.96
+
+
+@pytest.mark.parametrize("damper", DAMPERS)
+def test_forces_of_several_masses_are_those_of_linear_theory(damper: Any) -> None:
+    system = isolated(damper)
+    names = "base_acceleration", "top_acceleration", "mount_force", "storey_force", "force_on_ground"
+    run = simulated(system, paths=1920, duration=400.0, window=(150.0, 400.0), step=0.03, forces=names)
+    for name in names:
+        far, error = off(run, system, name)
+        assert error < 0.008
+        assert abs(far) < 3.5 * error + 0.002
+
+
+def test_linear_theory_has_the_absolute_acceleration_of_an_isolated_storey() -> None:
+    by_lyapunov = linear(isolated(DAMPERS[0]))
+    found = [by_lyapunov.mean_square(point, "acceleration") for point in ("base", "top")]
+    assert found == pytest.approx([0.111115, 0.108969], abs=6e-7)
+
+
+@pytest.mark.parametrize(("of", "what"), [("mount", "force"), ("ground", "force"), ("", "acceleration")])
+def test_a_mean_square_is_the_integral_of_the_spectrum(of: str, what: Any) -> None:
+    found = linear(device(0.5))
+    u = np.linspace(-14.0, 16.0, 200_001)
+    w = np.exp(u)
+    whole = 2.0 * np.trapezoid(found.spectrum(w, of, what) * w, u)
+    assert whole == pytest.approx(found.mean_square(of, what), rel=1e-4)
+
+
+def test_one_of_two_masses_that_do_not_meet_is_one_mass() -> None:
+    alone = linear(device(0.5))
+    both = linear(
+        sp.System(
+            sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(1.0, between=("ground", "b")),
+            sp.Dashpot(1.0, between=("ground", "b")), sp.Spring(8.0, between=("ground", "a")),
+            mount=sp.Springpot(0.5, 2.0, between=("ground", "a")), shaking=SHAKING,
+        )
+    )  # fmt: skip
+    assert both.mean_square("mount") == pytest.approx(alone.mean_square("mount"), rel=1e-6)
+    assert both.mean_square("a", "acceleration") == pytest.approx(alone.mean_square(what="acceleration"), rel=1e-6)
+
+
+# --- momentum ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [0.25, 0.5, 1.0])
+def test_walls_give_what_the_parts_take(order: float) -> None:
+    system = device(order, stop=sp.Barrier(-0.1, 0.8))
+    run = simulated(
+        system, paths=1280, duration=200.0, window=(60.0, 200.0), step=0.01, start="rest", forces=("force_on_ground",)
+    )
+    taken, given = run["force_on_ground_mean"], run["stop_force_mean"]
+    assert taken.error < 0.02 * taken.value
+    assert abs(taken.value - given.value) < 3.0 * np.hypot(taken.error, given.error)
+    assert taken.value == pytest.approx(given.value, rel=0.01)
+
+
+def test_pounding_masses_give_what_the_parts_take() -> None:
+    system = sp.System(*isolated(DAMPERS[1]).parts, stop=sp.Barrier(-0.05, 0.6, between=("base", "top")))
+    run = simulated(system, paths=1280, duration=300.0, window=(150.0, 300.0), step=0.01, forces=("force_on_ground",))
+    assert abs(run["force_on_ground_mean"].value) < 3.0 * run["force_on_ground_mean"].error
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("system", "names", "words"),
+    [
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0)), ("acceleration",), "white_noise would be in"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1.0)), ("dashpot_force",), "matched noise of"),
+        (sp.System(sp.Spring(1.0), sp.Friction(1.0), SHAKING), ("force_on_ground",), "friction is not seen"),
+        (device(0.5, sp.Springpot(0.3, 1.0)), ("mount_force",), "have the same ends"),
+    ],
+)  # fmt: skip
+def test_what_has_no_force_says_why(system: sp.System, names: tuple[str, ...], words: str) -> None:
+    with pytest.raises(NotCoveredError, match=words):
+        simulated(system, forces=names)
+
+
+def test_an_unknown_force_is_refused_with_the_nearest() -> None:
+    with pytest.raises(ValueError, match=r"forces has 'mount', which is no force or acceleration.*mount_force"):
+        simulated(device(0.5), forces=("mount",))
+    with pytest.raises(ValueError, match="default scheme only"):
+        simulated(device(0.5), forces=("mount_force",), scheme="grunwald", step=0.1)
+
+
+def test_theory_refuses_what_has_no_finite_mean_square() -> None:
+    pushed = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), push=sp.WhiteNoise(1.0))
+    with pytest.raises(NotCoveredError, match="push acts on the mass itself"):
+        linear(pushed).mean_square(what="acceleration")
+    warm = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.0), hot=sp.ThermalNoise(1.0)))
+    with pytest.raises(NotCoveredError, match="matched noise of mount"):
+        warm.mean_square("mount")
+    assert warm.mean_square("spring") == pytest.approx(8.0)
