@@ -14,10 +14,11 @@ from benchmarks.measure import Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
 from springpot.simulation.kernel.block import COLUMNS, Memory, _remember, block
-from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array
+from springpot.simulation.kernel.branches import NO_BRANCHES
+from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array, u32
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing
-from springpot.simulation.kernel.random import draw, key_words
+from springpot.simulation.kernel.random import draw, key_words, lane_numbers, number_lanes
 from springpot.simulation.kernel.steps import State, Struck, Sums, sweep_lanes
 from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose
@@ -87,12 +88,13 @@ def peak(precision: str, repeats: int) -> float:
 
 @njit(**COMPILED)
 def _normals_only(groups, k0, k1):
-    g = _four(f32(0))
+    g, who = _four(f32(0)), lane_numbers(u32(0))
+    number_lanes(0, who)
     kept = _four(f32(0))
     for i in range(GROUP * LANES):
         kept[i] = f32(0)
     for group in range(groups):
-        draw(group, 0, 0, 0, k0, k1, g)
+        draw(group, who, 0, 0, k0, k1, g)
         for i in range(GROUP * LANES):
             kept[i] += g[i]
     total = 0.0
@@ -187,6 +189,7 @@ def _block(parts: Parts) -> Callable[[], None]:
         block(
             exact, sweep, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
             parts.stiffness, 0, 1, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
+            NO_BRANCHES,
         )  # fmt: skip
 
     run(GROUP)

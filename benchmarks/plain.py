@@ -11,9 +11,9 @@ from numba import njit
 
 from springpot import Dimensionless, System
 from springpot.memory import direct, exponential_sum
-from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array
+from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, f32, f64, stack_array, u32
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
-from springpot.simulation.kernel.random import draw
+from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
 
 __all__ = ["COMPILED", "MODES", "STEP", "Plain", "plain_of"]
 
@@ -54,13 +54,15 @@ def plain_block(decay, weights, newest, steps, burn, step, stiffness, noise, k0,
     modes = decay.size
     z, d, h, g = _modes(zero), _state(zero), _state(zero), _four(f32(0))
     x, v, xx, vv, xs, impacts = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    who = lane_numbers(u32(0))
+    number_lanes(0, who)
     for i in range(modes * LANES):
         z[i] = zero
     for lane in range(LANES):
         x[lane] = v[lane] = xx[lane] = vv[lane] = xs[lane] = impacts[lane] = 0.0
         d[lane] = h[lane] = zero
     for n in range(0, steps, GROUP):
-        draw(n // GROUP, 0, 0, 0, k0, k1, g)
+        draw(n // GROUP, who, 0, 0, k0, k1, g)
         keep = 1.0 if n >= burn else 0.0
         for j in range(GROUP):
             for lane in range(LANES):

@@ -30,6 +30,14 @@ KINDS = (
 )  # fmt: skip
 
 
+BRANCHED = sp.Oscillator(), of_many_kinds(*FEW)
+
+
+def branched(problem: sp.System) -> None:
+    """Have the kernel that splits paths."""
+    sp.exceedance(problem, {"distance": 1e-9}, duration=1.0, step=0.1, start="rest", rtol=1.0)
+
+
 def compiled(problem: sp.System, scheme: str, tolerance: float) -> None:
     """Have the kernel for one kind of problem."""
     simulated(problem, paths=1, duration=1.0, step=0.1, start="rest", scheme=scheme, memory_tolerance=tolerance)
@@ -37,4 +45,6 @@ def compiled(problem: sp.System, scheme: str, tolerance: float) -> None:
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        own = pool.map(branched, BRANCHED)
         list(pool.map(compiled, *zip(*KINDS, strict=True)))
+        list(own)

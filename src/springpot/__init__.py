@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
     from springpot.simulation.monte_carlo import simulate
+    from springpot.simulation.rare.exceedance import exceedance
     from springpot.simulation.result.load import load_run
     from springpot.studies import open_study, study
 
@@ -51,11 +52,10 @@ if TYPE_CHECKING:
 
     __all__ = [
         "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
-        "MeasuredRecord",
-        "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
-        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam", "design", "explain",
-        "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data", "read_system",
-        "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+        "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
+        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam", "design",
+        "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data",
+        "read_system", "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -80,6 +80,7 @@ _LATER = {
         "problem.system": ("System",),
         "simulation": ("load_run", "simulate"),
         "simulation.extended": ("extend",),
+        "simulation.rare.exceedance": ("exceedance",),
         "studies": ("open_study", "study"),
         "theory": ("theory",),
     }.items()

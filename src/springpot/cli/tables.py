@@ -63,7 +63,7 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None
         header = ["mean time", "of times cut off at the end", "share not passed", "share beyond at the start"]
         print_table([["first passage +- standard error", *header], *rows])
     if "probability" in answer:
-        _print_quantiles(answer)
+        _print_quantiles(answer, units)
 
 
 def _first_passages(answer: Mapping[str, Any]) -> list[str]:
@@ -71,12 +71,15 @@ def _first_passages(answer: Mapping[str, Any]) -> list[str]:
     return [name.removesuffix("_survival") for name in answer if name.endswith("_first_passage_survival")]
 
 
-def _print_quantiles(answer: Mapping[str, Any]) -> None:
-    """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails."""
+def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> None:
+    """Quantiles of distributions and extremes, one row for each probability in the middle and in the tails.
+
+    ``means`` has the unit of the mean of a force, from which those of its extremes follow.
+    """
     from springpot.problem.catalogue import unit_of
 
     names = [name.removesuffix("_quantile") for name in answer if name.endswith("_quantile")]
-    units = {name: unit_of(f"{name}_quantile") or "s" for name in names}
+    units = {name: means.get(f"{name.rpartition('_')[0]}_mean") or unit_of(f"{name}_quantile") or "s" for name in names}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()
     print_table(

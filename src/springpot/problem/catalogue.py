@@ -161,6 +161,34 @@ def _owner(name: str) -> Callable[[Part], bool]:
     return _with("stop") if name.startswith(_OF) else lambda part: True
 
 
+_FELT = (
+    (f"{_OF}force", "N", "N2", "force of the part", "", _is_any),
+    ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _is_any),
+    ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
+    (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _is_several),
+)  # fmt: skip
+
+
+def _felt(
+    name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
+) -> Iterator[Quantity]:
+    """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
+    given: dict[str, Any] = {"of": _has_force, "where": where, "asked": True}
+    asked = f"`forces=`{when}"
+    # of the mean force of a wall ``rtol`` controls the error
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
+    yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
+    for size in ("minimum", "maximum"):
+        yield Quantity(
+            f"{name}_{size}_quantile", unit, f"quantiles over the paths of the {size} of the {said}",
+            when=f"{asked} with `distributions=`", controlled=False, dimensions=("probability",), **given,
+        )  # fmt: skip
+    yield Quantity(
+        f"{name}_spectrum", unit_times(square, "s rad-1", 1), f"two-sided spectral density of the {said}",
+        when=f"{asked} with `spectrum=`", controlled=False, dimensions=("frequency",), **given,
+    )  # fmt: skip
+
+
 CATALOGUE = (
     Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_SINGLE),
     Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle", **_SINGLE),
@@ -241,14 +269,7 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_minimum", "m", "the smallest difference of their displacements"),
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
-    *(Quantity(f"{name}_{end}", unit if end == "mean" else square, f"{words} {said}", formula, f"`forces=`{when}",
-               of=of, where=where, asked=True, controlled=f"{name}_{end}" == f"{_OF}force_mean")  # as a wall's
-      for name, unit, square, said, when, of, where in (
-          (f"{_OF}force", "N", "N2", "force of the part", "", _has_force, _is_any),
-          ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _has_force, _is_any),
-          ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _has_force, _is_single),
-          (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _has_force, _is_several))
-      for end, words, formula in (("mean", "mean", ""), ("mean_square", "mean square", ""))),
+    *(entry for each in _FELT for entry in _felt(*each)),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",

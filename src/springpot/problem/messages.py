@@ -228,6 +228,22 @@ MESSAGES: dict[str, Kind] = {
         "value: only {seen} in {time} of all paths together.",
         "Use more or longer paths.",
     ),
+    "uneven_repetitions": Kind(
+        _RARE,
+        "the repetitions of {name} differ by {spread:.1f} times their mean, and the largest has {most} of their sum: "
+        "the probability may be larger than its error says, for there may be ways to the level that few of them found.",
+        "Use a smaller rtol, or a longer max_time.",
+    ),
+    "rare_not_known": Kind(
+        _RARE,
+        "the probability of {name} above {level:g} {unit} is known to {reached} only, not to {rtol}: {reason}.",
+        "Give a larger rtol or max_time.",
+    ),
+    "level_not_reached": Kind(
+        _RARE,
+        "no path exceeded {name} of {level:g} {unit}: its probability is at most {most:.2g}.",
+        "Give a larger max_time, or lower levels.",
+    ),
     "far_wall": Kind(
         _PROBLEM,
         "{wall} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check position, "

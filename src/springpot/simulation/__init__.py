@@ -3,7 +3,7 @@
 ``simulate`` takes the arguments; ``plan/`` checks and completes them, with the rates and times of the motion;
 ``lowering/`` turns the plan into the arguments of the compiled ``kernel/``; ``paths/`` advances blocks of paths, which
 ``watch/`` observes; ``estimate/`` turns their sums into values and errors, with the stationary start; ``result/`` holds
-the run and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.
+the run and its warnings.  With ``rtol``, ``error/`` repeats this in rounds.  ``exceedance`` of ``rare/`` splits paths.
 
 The names below are loaded at first use, so that commands start fast.
 """
@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from springpot.simulation.error.budget import Budget
     from springpot.simulation.monte_carlo import simulate
+    from springpot.simulation.rare.exceedance import Exceedance
+    from springpot.simulation.rare.search import ExceedanceCurve
     from springpot.simulation.result.load import load_run
     from springpot.simulation.result.results import Estimate, Run
     from springpot.simulation.watch.distributions import Distribution
@@ -23,10 +25,13 @@ if TYPE_CHECKING:
     from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
-    "Budget", "Distribution", "Estimate", "PassageTimes", "Run", "Spectrum", "load_run", "simulate",
+    "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "PassageTimes", "Run", "Spectrum",
+    "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
     "simulation.error.budget": ("Budget",),
+    "simulation.rare.exceedance": ("Exceedance",),
+    "simulation.rare.search": ("ExceedanceCurve",),
     "simulation.result.load": ("load_run",),
     "simulation.result.results": ("Estimate", "Run"),
     "simulation.monte_carlo": ("simulate",),

@@ -242,7 +242,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses
         ``"box_acceleration"``.  Impulses of walls are not in them.  They are means over the step; the mean square has
         what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason: an
-        acceleration with noise on a mass itself, or a force with the matched noise of its part.
+        acceleration with noise on a mass itself, or a force with the matched noise of its part.  With
+        ``distributions`` there are their extremes in each path, with ``spectrum`` their spectra.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float

@@ -161,3 +161,35 @@ def test_theory_refuses_what_has_no_finite_mean_square() -> None:
     with pytest.raises(NotCoveredError, match="matched noise of mount"):
         warm.mean_square("mount")
     assert warm.mean_square("spring") == pytest.approx(8.0)
+
+
+# --- spectra and peaks ------------------------------------------------------------------------------------------------
+
+FREQUENCIES = np.array([0.7, 1.5, 2.0, 2.6, 4.0])
+
+
+@pytest.mark.parametrize("named", ["mount_force", "acceleration"])
+def test_spectra_and_peaks_of_forces(named: str) -> None:
+    system = device(0.5)
+    run = simulated(
+        system, paths=1280, duration=200.0, window=(40.0, 200.0), step=0.02, start="rest", forces=(named,),
+        spectrum=FREQUENCIES, distributions=True,
+    )  # fmt: skip
+    found = run.spectra[named]
+    of, what = ("mount", "force") if named == "mount_force" else ("", "acceleration")
+    exact = linear(system).spectrum(FREQUENCIES, of, what)
+    assert np.all(np.abs(found.density - exact) < 4.0 * found.standard_error + 0.01 * exact)
+    assert np.all(found.standard_error < 0.04 * exact)
+    peaks = run.extremes[f"{named}_maximum"] / np.sqrt(run[f"{named}_mean_square"].value)
+    assert 2.5 < np.median(peaks) < 4.5  # of some hundred cycles
+    data = run.to_xarray()
+    unit = "N" if named == "mount_force" else "m s-2"
+    assert data[f"{named}_maximum_quantile"].units == unit
+    assert data[f"{named}_spectrum"].units == {"N": "N2 s rad-1", "m s-2": "m2 s-3 rad-1"}[unit]
+
+
+def test_peaks_of_a_force_in_a_system_of_several_masses() -> None:
+    system = isolated(DAMPERS[1])
+    run = simulated(system, paths=128, duration=60.0, forces=("storey_force",), distributions=True)
+    spring = 4.0 * run.extremes["base_top_elongation_maximum"]
+    assert run.extremes["storey_force_maximum"] == pytest.approx(spring, rel=0.05)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.simulation.kernel.branches import birth, closed, keep, may_be_crowded, name_paths, opened
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.felt import MOST_FELT, feel
 from springpot.simulation.kernel.lanes import (
@@ -33,10 +34,11 @@ from springpot.simulation.kernel.lanes import (
     lesser,
     no,
     stack_array,
+    u32,
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
-from springpot.simulation.kernel.random import draw_for_steps
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, replay, sweep_lanes
 from springpot.simulation.kernel.watching import Accumulators, show_steps
 
@@ -132,7 +134,7 @@ class Parts(NamedTuple):
 @njit(**ENTRY)
 def block(
     parts, sweep, memory, drive, start, taps, stiffness,
-    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out, branches,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -141,7 +143,7 @@ def block(
     modes of the memory whose squares are summed, once in every group.  ``halved``: the noise is that of a run with half
     the step.  Written: ``record``, x and v of the first paths after every ``every`` steps (may be empty), and ``out``,
     one row per path: COLUMNS, works of the named forces, sums of the wall, sums of the taps.  The block ends early when
-    ``stop[0]`` is not 0.
+    ``stop[0]`` is not 0.  ``branches`` is NO_BRANCHES, or says which paths these are, and from where they start.
     """
     scheme, wall, load = parts.scheme, parts.wall, parts.load
     zero = memory.newest * f32(0)  # in the precision of the memory
@@ -156,7 +158,7 @@ def block(
     begun, change = State(_state(quick), _state(quick)), State(_state(quick), _state(quick))
     glimpsed = Glimpse(_four(quick), _four(quick), _four(quick), _four(quick), _four(quick))
     clear = _state(quick)
-    seen = Glimpse(_shown(0.0), _four(0.0), _four(0.0), _four(0.0), _four(0.0))
+    seen = Glimpse(_shown(0.0), _shown(0.0), _four(0.0), _four(0.0), _four(0.0))
     struck = Struck(
         _eight(quick), _eight(quick),
         _state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick),
@@ -167,9 +169,13 @@ def block(
     forcing = Forcing(_by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0)), g)
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    who, risen, last = lane_numbers(u32(0)), _state(0.0), _state(0.0)
+    lanes = (now, begun, d, h, z, modes, forcing, risen, last)
     for number in range(blocks):
-        crowded = in_lanes(scheme, wall)  # all may start at a wall
-        path_0 = first + number * LANES
+        crowded = in_lanes(scheme, wall) and may_be_crowded(branches)  # all may start at a wall
+        row = number * LANES
+        name_paths(branches, first, row, who)
+        births = n_0 = opened(branches, row, lanes)
         for i in range(modes * LANES):
             z[i] = zero
         for i in range(GROUP * LANES):
@@ -192,12 +198,13 @@ def block(
             sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
             energy_first[lane] = energy_last[lane] = energy
             x_end[lane] = v_end[lane] = np.nan
-        wake(load, 0, path_0, stream, k0, k1, forcing)
-        for n in range(0, steps, GROUP):
+        wake(load, 0, who, stream, k0, k1, forcing)
+        for n in range(n_0, steps, GROUP):
+            births = birth(branches, n, births, row, steps, lanes)
             if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            draw_for_steps(n // GROUP, path_0, stream, 0, k0, k1, halved, g, fine)
-            supply(load, 0, n // GROUP, path_0, stream, k0, k1, forcing)
+            draw_for_steps(n // GROUP, who, stream, 0, k0, k1, halved, g, fine)
+            supply(load, 0, n // GROUP, who, stream, k0, k1, forcing)
             if drive.size > 0:
                 p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
             within = low <= n and n + GROUP <= high
@@ -230,7 +237,7 @@ def block(
             elif least <= quick:
                 for lane in range(LANES):
                     near += 1 if clear[lane] <= quick else 0
-            crowded = in_lanes(scheme, wall) and near >= (FEW if crowded else MANY)
+            crowded = in_lanes(scheme, wall) and may_be_crowded(branches) and near >= (FEW if crowded else MANY)
             if cut or least <= quick:
                 c = (
                     _counts(n, low, high), _counts(n + 1, low, high), _counts(n + 2, low, high),
@@ -279,6 +286,8 @@ def block(
                     if n + j < steps and (n + j + 1) % every == 0:
                         record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
                         record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
+            keep(branches, n + GROUP, no(), row, steps, lanes)
+        closed(branches, row)
         for lane in range(LANES):
             row = number * LANES + lane
             out[row, 0], out[row, 1], out[row, 2] = sums.x[lane], sums.xx[lane], sums.vv[lane]

@@ -39,15 +39,15 @@ def _slots_of_sum(force):
 
 
 @answers(wake, Sum)
-def _wake_sum(force, slot, first, stream, k0, k1, forcing):
-    wake(force.first, slot, first, stream, k0, k1, forcing)
-    wake(force.second, slot + slots(force.first), first, stream, k0, k1, forcing)
+def _wake_sum(force, slot, who, stream, k0, k1, forcing):
+    wake(force.first, slot, who, stream, k0, k1, forcing)
+    wake(force.second, slot + slots(force.first), who, stream, k0, k1, forcing)
 
 
 @answers(supply, Sum)
-def _supply_sum(force, slot, group, first, stream, k0, k1, forcing):
-    supply(force.first, slot, group, first, stream, k0, k1, forcing)
-    supply(force.second, slot + slots(force.first), group, first, stream, k0, k1, forcing)
+def _supply_sum(force, slot, group, who, stream, k0, k1, forcing):
+    supply(force.first, slot, group, who, stream, k0, k1, forcing)
+    supply(force.second, slot + slots(force.first), group, who, stream, k0, k1, forcing)
 
 
 @answers(push, Sum)
@@ -75,11 +75,11 @@ def _one_named(force):
     return 1
 
 
-def _wake_nothing(force, slot, first, stream, k0, k1, forcing):
+def _wake_nothing(force, slot, who, stream, k0, k1, forcing):
     pass
 
 
-def _supply_nothing(force, slot, group, first, stream, k0, k1, forcing):
+def _supply_nothing(force, slot, group, who, stream, k0, k1, forcing):
     pass
 
 

@@ -5,13 +5,14 @@ kernel serves every problem of one structure.  A new part needs no change of the
 functions with :func:`answers`.  Forces are in `springpot.simulation.kernel.forces`, walls in
 `springpot.simulation.lowering.walls`.
 
-Of a force (``slot``: its number among the named forces of the sum; ``forcing``: the arrays they share, see `Forcing`):
+Of a force (``slot``: its number among the named forces of the sum; ``who``: the numbers of the paths of all lanes;
+``forcing``: the arrays they share, see `Forcing`):
 
 ``slots(force)``
     How many named forces it is: those whose work is summed.  0 for white noise.
-``wake(force, slot, first, stream, k0, k1, forcing)``
+``wake(force, slot, who, stream, k0, k1, forcing)``
     Its own state at time 0, for all lanes.
-``supply(force, slot, group, first, stream, k0, k1, forcing)``
+``supply(force, slot, group, who, stream, k0, k1, forcing)``
     Once for every group of four steps, for all lanes: the impulses that do not depend on the motion.
 ``push(force, slot, n, x, v, g, forcing, at, lane, weight)``
     The impulses of step ``n``, of the noise with independent increments and of everything else; ``g`` is a normal.
@@ -249,12 +250,12 @@ def slots(force: Any) -> Any:
     raise NotImplementedError
 
 
-def wake(force: Any, slot: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+def wake(force: Any, slot: Any, who: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 
 
-def supply(force: Any, slot: Any, group: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+def supply(force: Any, slot: Any, group: Any, who: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 

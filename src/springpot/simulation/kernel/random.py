@@ -27,12 +27,13 @@ from springpot.simulation.kernel.lanes import (
     u64,
 )
 
-__all__ = ["box_muller", "draw", "normals", "philox", "start_normals"]
+__all__ = ["box_muller", "draw", "lane_numbers", "normals", "number_lanes", "philox", "start_normals"]
 
 _WORD = u64(0xFFFFFFFF)
 _ROOT_HALF = i32(0x3F3504F3)  # bits of sqrt(1/2)
 _START = 0x40000000  # counter word of the normals of the start
 _four_lanes = stack_array(GROUP * LANES)
+lane_numbers = stack_array(LANES)
 
 
 @njit(**INLINE)
@@ -98,13 +99,20 @@ def box_muller(radius_word, angle_word):
 
 
 @njit(**INLINE)
-def draw(group, first, stream, word, k0, k1, g):
-    """Fill ``g[step * LANES + lane]`` with the normals of four steps on the paths ``first + lane``.
+def number_lanes(first, who):
+    """Give the lanes the numbers of the paths from ``first`` on."""
+    for lane in range(LANES):
+        who[lane] = u32(first + lane)
+
+
+@njit(**INLINE)
+def draw(group, who, stream, word, k0, k1, g):
+    """Fill ``g[step * LANES + lane]`` with the normals of four steps on the paths ``who[lane]``.
 
     ``word`` is 0 for white noise; other noise has numbers of its own.
     """
     for lane in range(LANES):
-        c0, c1, c2, c3 = philox(u32(group), u32(first + lane), u32(stream), u32(word), k0, k1)
+        c0, c1, c2, c3 = philox(u32(group), who[lane], u32(stream), u32(word), k0, k1)
         a, b = box_muller(c0, c1)
         c, d = box_muller(c2, c3)
         g[lane] = a
@@ -114,10 +122,10 @@ def draw(group, first, stream, word, k0, k1, g):
 
 
 @njit(**INLINE)
-def draw_for_steps(group, first, stream, word, k0, k1, halved, g, fine):
+def draw_for_steps(group, who, stream, word, k0, k1, halved, g, fine):
     """As `draw`; with ``halved``, each normal combines two of a run with half the step, which are in ``fine``."""
     for half in range(2 if halved else 1):
-        draw(2 * group + half if halved else group, first, stream, word, k0, k1, fine if halved else g)
+        draw(2 * group + half if halved else group, who, stream, word, k0, k1, fine if halved else g)
         for i in range(2 * LANES if halved else 0):
             pair = i // LANES * 2 * LANES + i % LANES
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
@@ -125,10 +133,11 @@ def draw_for_steps(group, first, stream, word, k0, k1, halved, g, fine):
 
 @njit(nogil=True, **FAST)
 def _fill(first, stream, word, k0, k1, out):
-    g = _four_lanes(f32(0))
+    g, who = _four_lanes(f32(0)), lane_numbers(u32(0))
+    number_lanes(first, who)
     paths, steps = out.shape
     for group in range((steps + GROUP - 1) // GROUP):
-        draw(group, first, stream, word, k0, k1, g)
+        draw(group, who, stream, word, k0, k1, g)
         for lane in range(min(LANES, paths)):
             for j in range(min(GROUP, steps - GROUP * group)):
                 out[lane, GROUP * group + j] = g[j * LANES + lane]

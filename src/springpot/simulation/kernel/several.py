@@ -34,10 +34,11 @@ from springpot.simulation.kernel.lanes import (
     no,
     stack_array,
     typed,
+    u32,
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
-from springpot.simulation.kernel.random import draw_for_steps
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
@@ -232,26 +233,26 @@ def _poisson(f, i):
 
 
 @njit(**INLINE)
-def _wake_sources(size, f, first, stream, k0, k1, forcing):
+def _wake_sources(size, f, who, stream, k0, k1, forcing):
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
-            wake(_filtered(f, i), i, first, stream, k0, k1, forcing)
+            wake(_filtered(f, i), i, who, stream, k0, k1, forcing)
         elif f.kind[i] == HARMONIC:
-            wake(_harmonic(f, i), i, first, stream, k0, k1, forcing)
+            wake(_harmonic(f, i), i, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
-def _supply_sources(size, f, group, first, stream, k0, k1, forcing):
+def _supply_sources(size, f, group, who, stream, k0, k1, forcing):
     """The impulses of four steps."""
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
-            supply(_filtered(f, i), i, group, first, stream, k0, k1, forcing)
+            supply(_filtered(f, i), i, group, who, stream, k0, k1, forcing)
         elif f.kind[i] == HARMONIC:
-            supply(_harmonic(f, i), i, group, first, stream, k0, k1, forcing)
+            supply(_harmonic(f, i), i, group, who, stream, k0, k1, forcing)
         elif f.kind[i] == POISSON:
-            supply(_poisson(f, i), i, group, first, stream, k0, k1, forcing)
+            supply(_poisson(f, i), i, group, who, stream, k0, k1, forcing)
         else:
-            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, first, stream, k0, k1, forcing)
+            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -529,10 +530,11 @@ def several(
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
     shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
+    who = lane_numbers(u32(0))
     forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
     for number in range(blocks):
-        path_0 = first + number * LANES
+        number_lanes(first + number * LANES, who)
         _clear(size, sums, 0.0)
         _set(hits, HITS * (size.walls + size.contacts), 0.0)
         _set(limits, 2, 0.0)
@@ -551,14 +553,14 @@ def several(
             energy_first[lane] = energy_last[lane] = energy_of(size, exact, x, v)
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
-        _wake_sources(size, sources, path_0, stream, k0, k1, forcing)
+        _wake_sources(size, sources, who, stream, k0, k1, forcing)
         for t in range(0, steps, GROUP):
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises + size.shaken):
                 own = beyond(g, r * GROUP * LANES)
-                draw_for_steps(t // GROUP, path_0, stream, r, k0, k1, halved, own, forcing.normals)
-            _supply_sources(size, sources, t // GROUP, path_0, stream, k0, k1, forcing)
+                draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, own, forcing.normals)
+            _supply_sources(size, sources, t // GROUP, who, stream, k0, k1, forcing)
             for i in range(n * LANES):
                 s.x0[i], s.v[i] = now_x[i], now_v[i]
                 s.moved[i] = s.gained[i] = zero

@@ -90,18 +90,18 @@ class Filter:
 
 
 @answers(wake, Joined)
-def _wake_joined(force, slot, first, stream, k0, k1, forcing):
-    wake(force.filtered, slot, first, stream, k0, k1, forcing)
+def _wake_joined(force, slot, who, stream, k0, k1, forcing):
+    wake(force.filtered, slot, who, stream, k0, k1, forcing)
 
 
 @answers(wake, Filtered)
-def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
+def _wake_filtered(force, slot, who, stream, k0, k1, forcing):
     size = force.start.shape[0]
     for i in range(size * LANES):
         forcing.state[force.place * LANES + i] = 0.0
     for j in range(size):
         if j % GROUP == 0:
-            draw(0, first, stream, force.word + WORDS // 2 + j // GROUP, k0, k1, forcing.normals)
+            draw(0, who, stream, force.word + WORDS // 2 + j // GROUP, k0, k1, forcing.normals)
         for i in range(j, size):
             for lane in range(LANES):
                 normal = forcing.normals[(j % GROUP) * LANES + lane]
@@ -109,43 +109,43 @@ def _wake_filtered(force, slot, first, stream, k0, k1, forcing):
 
 
 @answers(supply, Joined)
-def _supply_joined(force, slot, group, first, stream, k0, k1, forcing):
+def _supply_joined(force, slot, group, who, stream, k0, k1, forcing):
     """From the normals of white noise; with parts of a step from those that they were made of."""
     if force.filtered.parts == 1:
         _next_impulses(force.filtered, slot, forcing.white, forcing)
     else:
         for half in range(2):
-            draw(2 * group + half, first, stream, 0, k0, k1, forcing.normals)
+            draw(2 * group + half, who, stream, 0, k0, k1, forcing.normals)
             _next_impulses(force.filtered, slot, forcing.normals, forcing)
             _sum_pairs(forcing.given, slot, 2 * half)
 
 
 @answers(supply, Filtered)
 @answers(supply, Poisson)
-def _supply_in_parts(force, slot, group, first, stream, k0, k1, forcing):
+def _supply_in_parts(force, slot, group, who, stream, k0, k1, forcing):
     if force.parts == 1:
-        four_impulses(force, slot, group, first, stream, k0, k1, forcing)
+        four_impulses(force, slot, group, who, stream, k0, k1, forcing)
     else:
-        four_impulses(force, slot, 2 * group, first, stream, k0, k1, forcing)
+        four_impulses(force, slot, 2 * group, who, stream, k0, k1, forcing)
         _sum_pairs(forcing.given, slot, 0)
-        four_impulses(force, slot, 2 * group + 1, first, stream, k0, k1, forcing)
+        four_impulses(force, slot, 2 * group + 1, who, stream, k0, k1, forcing)
         _sum_pairs(forcing.given, slot, 2)
 
 
-def four_impulses(force: Any, slot: Any, group: Any, first: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
+def four_impulses(force: Any, slot: Any, group: Any, who: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
     """Compiled code only: the impulses of four parts of a step."""
     raise NotImplementedError
 
 
 @answers(four_impulses, Filtered)
-def _four_of_filtered(force, slot, group, first, stream, k0, k1, forcing):
-    draw(group, first, stream, force.word, k0, k1, forcing.normals)
+def _four_of_filtered(force, slot, group, who, stream, k0, k1, forcing):
+    draw(group, who, stream, force.word, k0, k1, forcing.normals)
     _next_impulses(force, slot, forcing.normals, forcing)
 
 
 @answers(four_impulses, Poisson)
-def _four_of_poisson(force, slot, group, first, stream, k0, k1, forcing):
-    _next_shots(force, slot, group, first, stream, k0, k1, forcing)
+def _four_of_poisson(force, slot, group, who, stream, k0, k1, forcing):
+    _next_shots(force, slot, group, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -190,7 +190,7 @@ def _next_impulses(force, slot, g, forcing):
 
 
 @answers(supply, Table)
-def _supply_table(force, slot, group, first, stream, k0, k1, forcing):
+def _supply_table(force, slot, group, who, stream, k0, k1, forcing):
     for j in range(GROUP):
         n = GROUP * group + j
         impulse = f64(force.impulses[n]) if n < force.impulses.size else 0.0
@@ -221,16 +221,16 @@ def _push_poisson(force, slot, n, x, v, g, forcing, at, lane, weight):
 
 
 @answers(wake, Harmonic)
-def _wake_harmonic(force, slot, first, stream, k0, k1, forcing):
+def _wake_harmonic(force, slot, who, stream, k0, k1, forcing):
     for lane in range(LANES):
-        word, _, _, _ = philox(u32(0), u32(first + lane), u32(stream), u32(force.word), k0, k1)
+        word, _, _, _ = philox(u32(0), who[lane], u32(stream), u32(force.word), k0, k1)
         phase = 2.0 * math.pi * (f64(word) + 0.5) / 4294967296.0
         forcing.state[force.place * LANES + lane] = math.cos(phase)
         forcing.state[(force.place + 1) * LANES + lane] = math.sin(phase)
 
 
 @answers(supply, Harmonic)
-def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
+def _supply_harmonic(force, slot, group, who, stream, k0, k1, forcing):
     for j in range(GROUP):
         angle = force.turn * (GROUP * group + j + 0.5)
         like = forcing.state[0]
@@ -243,10 +243,10 @@ def _supply_harmonic(force, slot, group, first, stream, k0, k1, forcing):
 
 
 @njit(**LINKED)
-def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
+def _next_shots(force, slot, group, who, stream, k0, k1, forcing):
     none = math.exp(-force.rate)
     for lane in range(LANES):
-        words = philox(u32(group), u32(first + lane), u32(stream), u32(force.word), k0, k1)
+        words = philox(u32(group), who[lane], u32(stream), u32(force.word), k0, k1)
         a, b, c, d = words
         for j in range(GROUP):
             word = a if j == 0 else b if j == 1 else c if j == 2 else d
@@ -257,7 +257,7 @@ def _next_shots(force, slot, group, first, stream, k0, k1, forcing):
                 count += 1
                 chance *= force.rate / count
             forcing.given[(slot * GROUP + j) * LANES + lane] = math.sqrt(float(count))
-    draw(group, first, stream, force.word + 1, k0, k1, forcing.normals)
+    draw(group, who, stream, force.word + 1, k0, k1, forcing.normals)
     for i in range(GROUP * LANES):
         forcing.given[slot * GROUP * LANES + i] *= force.size * f64(forcing.normals[i])
 

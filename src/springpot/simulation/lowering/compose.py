@@ -22,6 +22,7 @@ from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
+from springpot.simulation.kernel.branches import MARKS, NO_BRANCHES, Kept
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
@@ -57,6 +58,8 @@ class Parts(Composed):
         Force in each step due to x(0); empty with Caputo's derivative, or if x(0) = 0.
     tapped : ndarray of int
         The modes of the taps in the memory.
+    states_of_sources : int
+        Numbers that the forces keep for each path.
     """
 
     scheme: parts.Splitting | parts.Euler
@@ -64,6 +67,7 @@ class Parts(Composed):
     memory: Memory
     drive: npt.NDArray[np.floating]
     tapped: npt.NDArray[np.int64]
+    states_of_sources: int
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -78,15 +82,26 @@ class Parts(Composed):
         exact, sweep = self.of_kernel()
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows = given
+            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             low, high = settings.window_steps
             kernel.block(
                 exact, sweep, self.memory, self.drive, self.start._replace(states=states), self.tapped,
                 self.frequency**2, first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows,
+                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
             )  # fmt: skip
 
         return advance
+
+    def room_for_states(self, rows: int) -> Kept:
+        """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""
+        of_sources = np.dtype(type(self.of_kernel()[1].zero))
+        return Kept(
+            state=np.empty((rows, 2 + MARKS)),
+            memory=np.empty((rows, 2 + GROUP + self.memory.powers.size // 4), self.memory.newest.dtype),
+            sources=np.empty((rows, self.states_of_sources), of_sources),
+            step=np.empty(rows, np.int64),
+            next=np.empty(rows, np.int64),
+        )
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -205,6 +220,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
+        states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
             motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
             step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),

@@ -22,7 +22,7 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
 
-__all__ = ["Ensemble", "Progress", "Simulation", "simulation_of"]
+__all__ = ["Ensemble", "Progress", "Simulation", "addresses_of", "simulation_of"]
 
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
 
@@ -123,7 +123,7 @@ class Simulation:
 
         def work() -> None:
             arrays = [np.concatenate([self.parts.header_of(each), each.initial]) for each in observers]
-            addresses = _addresses(observers, arrays, self.parts)
+            addresses = addresses_of(observers, arrays, self.parts)
             while not stop[0] and (number := together * next(next_call)) < blocks:
                 first, count = number * LANES, min(together, blocks - number)
                 some = slice(first, first + count * LANES)
@@ -176,7 +176,7 @@ def _room(observer: Observer, blocks: int) -> Floats:
     return np.zeros((min(blocks, BATCHES), observer.initial.size))
 
 
-def _addresses(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:
+def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:
     """The observers in the form that the kernel takes: addresses; walls and what is felt are those of the parts."""
 
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:

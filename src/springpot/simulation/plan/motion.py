@@ -247,7 +247,12 @@ class Motion:
     @property
     def is_random(self) -> bool:
         """Whether its paths differ; without noise, and random phases, all are alike."""
-        return bool(self.system.of(WhiteNoise, Harmonic, *_SMOOTH))
+        return self.is_noisy or bool(self.system.of(Harmonic))
+
+    @property
+    def is_noisy(self) -> bool:
+        """Whether chance goes on after the start, so that a path may go on in many ways."""
+        return bool(self.system.of(WhiteNoise, *_SMOOTH))
 
     @property
     def recorded(self) -> float:

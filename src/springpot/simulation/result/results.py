@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import name_results, with_error
-from springpot.problem.catalogue import possible_results, results_on_request, unit_of, unit_of_result
+from springpot.problem.catalogue import possible_results, results_on_request, unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
@@ -248,8 +248,9 @@ class Run:
         found: dict[str, tuple[npt.NDArray[np.float64], dict[str, Any]]] = {}
         for name, own in self.spectra.items():
             found["frequency"] = own.frequency, {"units": "rad s-1"}
-            found[f"{name}_spectrum"] = own.density, {"units": "m2 s rad-1", "resolution": own.resolution}
-            found[f"{name}_spectrum_se"] = own.standard_error, {"units": "m2 s rad-1"}
+            unit = unit_of_result(self.system, f"{name}_spectrum")
+            found[f"{name}_spectrum"] = own.density, {"units": unit, "resolution": own.resolution}
+            found[f"{name}_spectrum_se"] = own.standard_error, {"units": unit}
         return found
 
     def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
@@ -259,7 +260,10 @@ class Run:
             for name, sketch in self.distributions.items()
         }
         for name, samples in self.extremes.items():
-            quantiles[f"{name}_quantile"] = (*sample_quantiles(samples, PROBABILITIES), unit_of(f"{name}_quantile"))
+            quantiles[f"{name}_quantile"] = (
+                *sample_quantiles(samples, PROBABILITIES),
+                unit_of_result(self.system, f"{name}_quantile"),
+            )
         for name, passage in self.first_passages.items():
             quantiles[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
         return quantiles

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -178,22 +178,29 @@ def requested(
         raise TypeError(f"distributions must be True or False, not {shown(distributions)}.")
     settings, motion, fastest = plan.settings, plan.motion, plan.motion.scales.fastest_rate
     counted = motion.seen if distributions else ()
-    moving = () if spectrum is None else tuple(seen for seen in motion.seen if "x" in seen.names)
+    felt = {} if forces is None else _felt_observers(plan, forces)
+    alone = [Seen({"x": name}, observer.of) for name, observer in felt.items()]
+    moving = () if spectrum is None else (*(seen for seen in motion.seen if "x" in seen.names), *alone)
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
         impact_observables={name: mean_of(motion, name, function, "impact") for name, function in impact.items()},
         sketches=tuple((seen, sketches(seen, GROUP * settings.step * fastest)) for seen in counted),
-        extremes=tuple((seen, extremes(seen)) for seen in counted),
+        extremes=tuple((seen, _felt_too(extremes(seen), felt)) for seen in (*counted, *(alone if counted else ()))),
         frequencies=frequencies,
-        spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
+        spectra=tuple((seen, _felt_too(spectral(seen, frequencies, settings, fastest), felt)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
-        felt={} if forces is None else _felt_observers(plan, forces),
+        felt=felt,
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
     return wanted
+
+
+def _felt_too(observer: Observer, felt: Mapping[str, Observer]) -> Observer:
+    """With the force or acceleration that it is of, if it is of one."""
+    return replace(observer, feels=next((each.feels for each in felt.values() if each.of == observer.of), ()))
 
 
 def _felt_observers(plan: Plan, names: Sequence[str]) -> dict[str, Observer]:

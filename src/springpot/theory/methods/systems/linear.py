@@ -362,7 +362,7 @@ class LinearResponse(Result):
         ... )
         >>> response = sp.theory.linear(device)
         >>> round(response.mean_square("mount"), 4), round(response.mean_square(what="acceleration"), 4)
-        (0.0, 0.0)
+        (0.9629, 9.6609)
         """
         _ = self.moments
         if not _is_felt(what):

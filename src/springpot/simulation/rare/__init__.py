@@ -1,0 +1,1 @@
+"""Rare events: splitting of paths, which keeps those that come near to the event and branches them."""

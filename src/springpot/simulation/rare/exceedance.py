@@ -1,0 +1,285 @@
+"""The probability that a quantity exceeds levels within a time, however small, and how often it does."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import NotCoveredError, few, meant, name_results, shown
+from springpot.machine.progress import Clock
+from springpot.problem.messages import Message
+from springpot.problem.system import System, checked_system
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.paths.simulation import Progress, simulation_of
+from springpot.simulation.plan.options import DEFAULTS, StartKind
+from springpot.simulation.plan.plan import Plan, plan_of
+from springpot.simulation.plan.settings import MOST_STEPS, Settings
+from springpot.simulation.rare.asked import UNITS, asked_of
+from springpot.simulation.rare.search import ExceedanceCurve, search
+
+__all__ = ["Exceedance", "exceedance"]
+
+Floats = npt.NDArray[np.float64]
+
+EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
+SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over
+
+
+@dataclass(frozen=True, eq=False)
+class Exceedance:
+    """Probabilities that quantities exceed levels within a time.
+
+    Attributes
+    ----------
+    system : System
+    settings : Settings
+        Of the paths; those of a stationary start begin before the time that counts, which is ``settings.window``.
+    curves : dict
+        `ExceedanceCurve` of each quantity, by name; ``found["x"]`` is one of them.
+    """
+
+    system: System
+    settings: Settings
+    curves: dict[str, ExceedanceCurve]
+
+    def __post_init__(self) -> None:
+        name_results(self, "curves")
+
+    def __getitem__(self, name: str) -> ExceedanceCurve:
+        """One curve; of an unknown name the error says which one was probably meant."""
+        return self.curves[name]
+
+    @property
+    def probability(self) -> dict[str, Floats]:
+        """Of exceeding each level, by quantity."""
+        return {name: curve.probability for name, curve in self.curves.items()}
+
+    @property
+    def error(self) -> dict[str, Floats]:
+        """The standard errors of these."""
+        return {name: curve.error for name, curve in self.curves.items()}
+
+    @property
+    def return_period(self) -> dict[str, Floats]:
+        """Mean times between exceedances of each level in s, by quantity."""
+        return {name: curve.return_period for name, curve in self.curves.items()}
+
+    @property
+    def warnings(self) -> tuple[Message, ...]:
+        """One sentence for each reason to doubt a number."""
+        return tuple(sentence for curve in self.curves.values() for sentence in curve.warnings)
+
+    def __repr__(self) -> str:
+        """What it holds; printed, it shows its numbers."""
+        begin, end = self.settings.window
+        held = ", ".join(f"{curve.levels.size} levels of {name}" for name, curve in self.curves.items())
+        return f"Exceedance({held} in {end - begin:g} s: {len(self.warnings)} warnings)"
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self.curves.values()), *(f"warning: {sentence}" for sentence in self.warnings)])
+
+
+def exceedance(
+    system: System,
+    levels: Mapping[str, Any],
+    *,
+    duration: float,
+    rtol: float = 0.1,
+    start: StartKind | None = None,
+    initial_position: float | None = None,
+    initial_velocity: float | None = None,
+    step: float | None = None,
+    memory_tolerance: float = DEFAULTS["memory_tolerance"],
+    seed: int = 1,
+    threads: int | None = None,
+    max_time: float | None = None,
+    progress: Progress | None = None,
+) -> Exceedance:
+    """The probability that a quantity exceeds a level within a time, however small it is, for many levels at once.
+
+    Rare events are reached by splitting: paths that come near to them are branched, and weighted so that every
+    probability is right on average; events that are not rare are counted on plain paths.  Which of the two is cheaper,
+    the first paths tell.
+
+    Parameters
+    ----------
+    system : System
+        Of one mass.
+    levels : dict
+        Quantities and their levels, one or many, such as ``{"x": [0.004, 0.005, 0.006]}``: ``"x"`` (m) and ``"v"``
+        (m/s), upwards if the levels lie above the start, else downwards; ``"distance"`` (m), the size of x;
+        ``"speed"`` (m/s), the size of v; ``"amplitude"`` (m), sqrt(x^2 + v^2 / w^2) with w the ``resonance``;
+        ``"energy"`` (m^2/s^2), (v^2 + Omega^2 x^2) / 2; ``"impact_speed"`` (m/s), of the fastest impact.
+    duration : float
+        The time in s.
+    rtol : float
+        Standard error of the probability at each level, relative to it, in [0.01, 1].
+    start : {"stationary", "rest"}
+        As in `springpot.simulate`: if left out, stationary where there is a stationary state and no initial state is
+        given.  The time then begins when the motion has settled, and paths beyond the level at that time count.
+    initial_position, initial_velocity, step, memory_tolerance
+        As in `springpot.simulate`.  The step is shortened to a part of the time.
+    seed : int
+        The same seed gives the same bits for any number of threads, but with ``max_time``.
+    threads : int
+        All available ones if left out.
+    max_time : float
+        Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
+    progress : callable
+        Called with the fraction done, about.
+
+    Returns
+    -------
+    Exceedance
+        Printed, it is a table.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong; nothing has been computed then.
+    NotCoveredError
+        Of several masses.
+    TimeoutError
+        If ``max_time`` is too short for any result.
+
+    Warns
+    -----
+    SpringpotWarning
+        For each sentence of ``warnings``.
+
+    Notes
+    -----
+    With random phases, or a record among others, the probability is that over them too.
+
+    A coarse step distorts a tail more than a mean: a relative error e of the mean square changes a probability at b
+    standard deviations by about e b^2 / 2.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> oscillator = sp.Oscillator(
+    ...     springpot=sp.Springpot(0.5, 0.2), barrier=sp.Barrier(-0.3, 0.8), excitation=sp.WhiteNoise(0.2)
+    ... )
+    >>> found = sp.exceedance(oscillator, {"x": [2.6, 3.6]}, duration=20.0, start="rest", step=0.05, rtol=0.2)
+    >>> bool(abs(found.probability["x"][1] / 1.5e-6 - 1.0) < 0.8), found["x"].method
+    (True, 'splitting')
+    """
+    checked_system(system)
+    if len(system.points) > 1:
+        raise NotCoveredError("exceedance is of systems of one mass.")
+    rtol = finite_number(rtol, "rtol", low=0.01, high=1.0)
+    if max_time is not None:
+        max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
+    plan = plan_of(
+        system, duration=finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds."),
+        step=step, start=start, initial_position=initial_position, initial_velocity=initial_velocity,
+        memory_tolerance=memory_tolerance, seed=seed, threads=threads,
+    )  # fmt: skip
+    if not plan.motion.is_random:
+        raise ValueError("system must have noise or a random phase: without, all its paths are alike.")
+    wanted = _checked(plan, levels)
+    clock = Clock(max_time)
+    plan = _settled(plan)
+    if plan.settings.start == "stationary":
+        plan = adapt(plan)
+    simulation = simulation_of(_split_early(plan))
+    curves = dict[str, ExceedanceCurve]()
+    for number, (name, (given, sign)) in enumerate(wanted.items()):
+        order = np.argsort(sign * given.ravel())
+        asked = asked_of(plan, cast(Parts, simulation.parts), name, given.ravel()[order], sign)
+        own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
+        found = search(simulation, asked, rtol, own, told, _STREAMS * number)
+        curves[name] = found.arranged(np.argsort(order), given.shape)
+    result = Exceedance(system, plan.settings, curves)
+    for sentence in result.warnings:
+        warnings.warn(sentence, sentence.category, stacklevel=2)
+    return result
+
+
+_STREAMS = 64  # of random numbers, for each quantity
+
+
+def _share(progress: Progress | None, number: int, count: int) -> Callable[[float], None]:
+    """The progress of one quantity of several."""
+    return lambda fraction: None if progress is None else progress((number + fraction) / count)
+
+
+def _checked(plan: Plan, levels: object) -> dict[str, tuple[Floats, float]]:
+    """The levels of each quantity, and the sign of the direction in which they are exceeded."""
+    if not isinstance(levels, Mapping) or not levels:
+        raise TypeError(
+            f"levels must be a dict of names and levels, such as {{'x': [0.01, 0.02]}}, not {shown(levels)}."
+        )
+    return {name: _checked_levels(plan, name, given) for name, given in levels.items()}
+
+
+def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Floats, float]:
+    motion = plan.motion
+    if not isinstance(name, str) or name not in UNITS:
+        near = meant(str(name), UNITS) or f"; there are {few(UNITS)}."
+        raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
+    if name == "impact_speed" and not motion.touched:
+        raise ValueError("levels of impact_speed need a wall or a contact, and the system has none.")
+    if name in ("amplitude", "energy") and not motion.system.natural_frequency > 0.0:
+        raise ValueError(f"levels of {name} need a linear spring: use x, v, speed or distance.")
+    words, signed = f"level of {name}", name in ("x", "v")
+    listed = np.asarray(given, object)
+    if not listed.size:
+        raise ValueError(f"levels of {name} must not be empty.")
+    low = -LARGEST if signed else 0.0
+    checked = [finite_number(each, words, low=low, high=LARGEST, open_low=not signed) for each in listed.ravel()]
+    numbers = np.array(checked, float).reshape(listed.shape)
+    if not signed:
+        return numbers, 1.0
+    x, v = motion.start_of(motion.seen[0], plan.settings.initial_position, plan.settings.initial_velocity)
+    if plan.settings.start == "stationary":
+        x = motion.scales.mean
+    start = x if name == "x" else float(v)
+    sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
+    if len(sides) != 1 or (numbers == start).any():
+        raise ValueError(
+            f"levels of {name} must lie on one side of the start, {start:.3g} {UNITS[name]}: ask for both in two calls."
+        )
+    if name == "x" and not ((motion.low < numbers) & (numbers < motion.high)).all():
+        raise ValueError(f"levels of x must lie between the walls, {motion.low:g} and {motion.high:g} m.")
+    return numbers, sides.pop()
+
+
+def _settled(plan: Plan) -> Plan:
+    """The plan with whole groups of steps, and before the time that counts the one that a stationary start takes."""
+    settings, motion = plan.settings, plan.motion
+    steps = -(-settings.steps // GROUP) * GROUP
+    step, ahead = settings.duration / steps, 0
+    if settings.start == "stationary":
+        ahead = (
+            math.ceil((EARLY if motion.is_thermal else SETTLED) * motion.scales.relaxation_time / (GROUP * step))
+            * GROUP
+        )
+    if steps + ahead > MOST_STEPS:
+        raise ValueError(
+            f"duration and {ahead * step:.3g} s before it, in which the motion settles, take too many steps."
+        )
+    whole = (ahead + steps) * step
+    return plan.but(step=step, duration=whole, window=(ahead * step, whole))
+
+
+def _split_early(plan: Plan) -> Plan:
+    """The plan whose window begins before the time that counts: a path that is high then has come from somewhere.
+
+    If it could not branch sooner, all that is rare would come from the few paths that are highest at that time.
+    """
+    settings = plan.settings
+    group = GROUP * settings.step
+    early = math.ceil(EARLY * plan.motion.scales.relaxation_time / group) * group if settings.window[0] > 0.0 else 0.0
+    return plan.but(window=(max(0.0, settings.window[0] - early), settings.window[1]))

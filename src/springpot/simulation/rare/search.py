@@ -1,0 +1,270 @@
+"""How many repetitions, of how many paths, with or without splitting: until the probabilities are known well enough."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.faults import per_cent, with_error
+from springpot.machine.progress import Clock, OutOfTimeError
+from springpot.problem.messages import Message, say
+from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.rare.asked import UNITS, Asked
+from springpot.simulation.rare.splitting import Tally, repetitions
+
+__all__ = ["ExceedanceCurve", "search"]
+
+Floats = npt.NDArray[np.float64]
+
+REPETITIONS = 32  # first ones: fewer do not tell their own spread
+PLAIN_PATHS, SPLIT_PATHS = 64, 256  # of a repetition
+MOST_PATHS = 4096
+FREQUENT = 0.01  # probability above which plain paths are cheaper
+UNEVEN = 0.7  # standard deviation of the repetitions over their mean above which each gets more paths
+DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
+LARGEST_SHARE = 0.3
+PATHS_AT_ONCE = 65536
+MOST_UNSEEN = 4_000_000  # plain paths without the event
+
+
+@dataclass(frozen=True, eq=False)
+class ExceedanceCurve:
+    """Probabilities that the largest value of a quantity within a time exceeds levels.
+
+    Attributes
+    ----------
+    name, unit : str
+        The quantity, and the unit of its levels.
+    levels : ndarray
+    probability, error : ndarray
+        Of each level, and its standard error.
+    low, high : ndarray
+        Ends of the 95 % intervals of the probabilities; where no path exceeded the level, 0 and an upper bound.
+    rate, rate_error : ndarray
+        Of first exceedances in the second half of the time, per second, and the standard errors.
+    method : {"plain", "splitting"}
+    repetitions, paths : int
+        Independent repetitions, and the paths of each.
+    spread : float
+        Standard deviation of the repetitions over their mean, at the rarest level.
+    iterations, path_steps, seconds : float
+        Of a repetition, on average; steps of all paths, and the time that they took.
+    warnings : tuple of str
+    """
+
+    name: str
+    unit: str
+    levels: Floats
+    probability: Floats
+    error: Floats
+    low: Floats
+    high: Floats
+    rate: Floats
+    rate_error: Floats
+    method: str
+    repetitions: int
+    paths: int
+    spread: float
+    iterations: float
+    path_steps: float
+    seconds: float
+    warnings: tuple[Message, ...] = ()
+
+    @property
+    def return_period(self) -> Floats:
+        """Mean time between exceedances in s, one over the rate; infinite where none was seen."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.where(self.rate > 0.0, 1.0 / self.rate, np.inf))
+
+    def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> ExceedanceCurve:
+        """The same with its levels in another order and shape."""
+        numbers = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays: Any = {n: a[order].reshape(shape) for n, a in numbers.items() if isinstance(a, np.ndarray)}
+        return replace(self, **arrays)
+
+    def __repr__(self) -> str:
+        """What it holds; printed, it shows its numbers."""
+        how = f"{self.method}, {self.repetitions} repetitions of {self.paths} paths"
+        return f"ExceedanceCurve({self.levels.size} levels of {self.name}: {how})"
+
+    def __str__(self) -> str:
+        lines, columns = [], (self.levels, self.probability, self.error, self.high, self.return_period)
+        for level, p, error, high, again in zip(*map(np.ravel, columns), strict=True):
+            said = with_error(p, error) if p > 0.0 else f"at most {high:.2g}"
+            lines.append(f"{self.name} > {level:g} {self.unit}: {said}, once in {again:.2g} s")
+        return "\n".join(lines)
+
+
+def search(
+    simulation: Simulation, asked: Asked, rtol: float, clock: Clock, told: Callable[[float], None], stream: int
+) -> ExceedanceCurve:
+    """The probability of each level, in the order of rarity, to a relative standard error.
+
+    Plain paths come first.  If less than one in a hundred exceeds the last level, they are left for splitting; where
+    its repetitions differ much, they begin again with more paths each, and where they cost more than plain paths for
+    the same error, these go on.  All this depends on what is found, and on time only when it is over.
+
+    Parameters
+    ----------
+    told : callable
+        Called with the fraction done.
+    stream : int
+        The first one of random numbers.
+
+    Raises
+    ------
+    TimeoutError
+        If the time is over before the first paths have ended.
+    """
+    begun, reason = time.perf_counter(), ""
+    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told)
+    try:
+        now.add(REPETITIONS)
+        if now.last.mean() < FREQUENT and simulation.motion.is_noisy:
+            now = now.again(SPLIT_PATHS)
+            now = plain if now.is_dear else now
+        while (more := now.lacking(rtol)) > 0:
+            now.add(more)
+            while now.paths < MOST_PATHS and now.splits and now.spread > UNEVEN:
+                now = now.again(4 * now.paths)
+    except OutOfTimeError:
+        if not now.tallies:
+            raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
+        reason = f"max_time of {clock.limit:.3g} s is over"
+    return now.curve(rtol, reason, time.perf_counter() - begun)
+
+
+@dataclass(eq=False)
+class _Repetitions:
+    """Those of one kind, so far."""
+
+    simulation: Simulation
+    asked: Asked
+    paths: int
+    splits: bool
+    stream: int
+    clock: Clock
+    told: Callable[[float], None]
+    path_steps: float = 0.0
+    most: float = 1.0  # probability of the last level, if no path exceeds it
+
+    def __post_init__(self) -> None:
+        self.tallies = list[Tally]()
+
+    def again(self, paths: int) -> _Repetitions:
+        """Splitting of so many paths each."""
+        own = replace(self, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
+        try:
+            own.add(REPETITIONS)
+        except OutOfTimeError:
+            if self.splits or not own.tallies:
+                raise
+            own.clock = Clock(0.0)  # an unfinished iteration says more than plain paths
+        return own
+
+    def add(self, count: int) -> None:
+        """So many more."""
+        done = len(self.last) if self.tallies else 0
+        wanted = done + count
+        usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else 15.0)
+        while done < wanted:
+            self.clock.check()
+            now = min(wanted - done, PATHS_AT_ONCE // self.paths)
+
+            def tell(iterations: float, done: int = done, now: int = now) -> None:
+                self.told((done + now * min(1.0, iterations / usual)) / wanted)
+
+            tally = repetitions(
+                self.simulation, self.asked, first=done, count=now, paths=self.paths, stream=self.stream,
+                splits=self.splits, clock=self.clock, tell=tell,
+            )  # fmt: skip
+            self.path_steps += tally.path_steps
+            if tally.complete or not self.tallies:
+                self.tallies.append(tally)
+            if not tally.complete:
+                raise OutOfTimeError
+            done += now
+
+    def lacking(self, rtol: float) -> int:
+        """How many more are needed."""
+        done, p = len(self.last), self.exceeded[:, 1].mean(axis=0)
+        if not p[-1] > 0.0:
+            return 3 * done if not self.splits and self.paths * done < MOST_UNSEEN else 0
+        off = float(np.max(_error(self.exceeded[:, 1]) / p)) / rtol
+        return 0 if off <= 1.0 else min(max(math.ceil(done * (1.05 * off**2 - 1.0)), REPETITIONS // 4), 3 * done)
+
+    @property
+    def exceeded(self) -> Floats:
+        """Of each, by half time and by the end, the probability of each level."""
+        return np.concatenate([tally.exceeded for tally in self.tallies])
+
+    @property
+    def last(self) -> Floats:
+        """Of each the probability of the last level."""
+        return np.asarray(self.exceeded[:, 1, -1])
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over the mean, at the last level."""
+        return float(self.last.std(ddof=1) / self.last.mean()) if self.last.any() else math.inf
+
+    @property
+    def is_dear(self) -> bool:
+        """Whether plain paths would reach the same error at the last level in fewer steps."""
+        p, steps = float(self.last.mean()), self.path_steps / len(self.last)
+        return float(self.last.var(ddof=1)) * steps > p * (1.0 - p) * self.simulation.settings.steps
+
+    def curve(self, rtol: float, reason: str, seconds: float) -> ExceedanceCurve:
+        """What they say; ``reason`` is why there are no more."""
+        from scipy import special  # slow to import
+
+        half, whole = self.exceeded.transpose(1, 0, 2)
+        p, error, count = whole.mean(axis=0), _error(whole), len(whole)
+        # the interval is one of the logarithm
+        wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))
+        high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
+        with np.errstate(divide="ignore", invalid="ignore"):  # a probability may be 1
+            rate = -2.0 / self.asked.duration * (np.log1p(-p) - np.log1p(-half.mean(axis=0)))
+            rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p)
+        name, units = self.asked.name, UNITS[self.asked.name]
+        return ExceedanceCurve(
+            name, units, self.asked.given, p, error, p / wide, high, rate, rate_error,
+            method="splitting" if self.splits else "plain",
+            repetitions=count,
+            paths=self.paths,
+            spread=self.spread,
+            iterations=float(np.concatenate([tally.iterations for tally in self.tallies]).mean()),
+            path_steps=self.path_steps,
+            seconds=seconds,
+            warnings=tuple(self._doubts(p, error, high, rtol, reason)),
+        )  # fmt: skip
+
+    def _bound(self) -> float:
+        """On the probability of a level that no path has exceeded."""
+        weights = np.concatenate([tally.weights for tally in self.tallies])
+        own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else 3.0 / (self.paths * len(weights))
+        return min(self.most, own) if not self.last.any() else 1.0
+
+    def _doubts(self, p: Floats, error: Floats, high: Floats, rtol: float, reason: str) -> list[Message]:
+        said, of = [], {"name": self.asked.name, "unit": UNITS[self.asked.name]}
+        if not p.all():
+            n = int(np.argmin(p))
+            said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))
+        elif (error > rtol * p).any():
+            n = int(np.argmax(error / p))
+            known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
+            said.append(say("rare_not_known", **of, level=self.asked.given[n], **known))
+        largest = float(self.last.max() / self.last.sum()) if self.last.any() else 0.0
+        if self.splits and self.last.any() and (self.spread > DOUBTFUL or largest > LARGEST_SHARE):
+            said.append(say("uneven_repetitions", **of, spread=self.spread, most=per_cent(largest)))
+        return said
+
+
+def _error(samples: Floats) -> Floats:
+    return np.asarray(samples.std(axis=0, ddof=1) / math.sqrt(len(samples)))

@@ -1,0 +1,240 @@
+"""Adaptive multilevel splitting: repetitions of it, advanced together.
+
+Each repetition has so many paths.  Again and again the half of them with the smallest largest coordinate is replaced by
+branches of the others: each copies another path up to the first kept state above that level, and goes on from there
+with noise of its own, to the end of the run.  What a replaced path had reached counts with its weight, and the weight
+of those that are left is multiplied by the share that survived: so the mean over the repetitions of every probability
+is right, whatever the coordinate, the number of paths, the spacing of kept states and the last level of the coordinate,
+if it is fixed beforehand; an end that depends on what the paths have reached beyond their levels would favor them.
+Ties are replaced together.  A repetition all of whose paths are to be replaced has died out: it keeps what it has
+counted, and its zero counts.
+
+Cerou and Guyader, "Adaptive multilevel splitting for rare event analysis", Stoch. Anal. Appl. 25, 2007; Brehier,
+Gazeau, Goudenege, Lelievre and Rousset, "Unbiasedness of some generalized adaptive multilevel splitting algorithms",
+Ann. Appl. Probab. 26, 2016.
+
+The noise of a path is a function of seed, generation, number and step, and what a repetition gives depends on nothing
+but its number: not on threads, nor on the repetitions beside it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.crew import work_together
+from springpot.machine.progress import Clock, OutOfTimeError
+from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
+from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.random import key_words
+from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.paths.simulation import Simulation, addresses_of
+from springpot.simulation.rare.asked import Asked
+
+__all__ = ["Tally", "repetitions"]
+
+Floats = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.int64]
+
+REPLACED = 0.5  # share of the paths that is replaced in an iteration
+MOST_ITERATIONS = 200
+ROWS_OF_A_PATH = 64  # kept states, on average: those that wait for a branch
+ROWS_OF_A_CALL = 256  # of each path, most
+BLOCKS_OF_A_CALL = 16
+MOST_CHECKPOINTS_PER_CYCLE = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Tally:
+    """What repetitions gave.
+
+    Attributes
+    ----------
+    exceeded : ndarray, shape (repetitions, 2, levels)
+        Probability of exceeding each level by half time, and by the end.
+    weights : ndarray, shape (repetitions,)
+        Probability of having passed the last level of the coordinate at which paths survived.
+    iterations : ndarray of int, shape (repetitions,)
+    path_steps : float
+    complete : bool
+        Whether all repetitions have ended by themselves.
+    """
+
+    exceeded: Floats
+    weights: Floats
+    iterations: Numbers
+    path_steps: float
+    complete: bool
+
+
+def repetitions(
+    simulation: Simulation,
+    asked: Asked,
+    *,
+    first: int,
+    count: int,
+    paths: int,
+    stream: int,
+    splits: bool,
+    clock: Clock,
+    tell: Callable[[float], None],
+) -> Tally:
+    """So many repetitions of so many paths each, from the one with the number ``first`` on.
+
+    Parameters
+    ----------
+    paths : int
+        A multiple of LANES.
+    stream : int
+        Of the random numbers, below 65536.
+    splits : bool
+        Without, the paths are plain ones, and nothing is kept.
+    clock : Clock
+        When its time is over, the result is that of the iterations so far.
+    tell : callable
+        Called several times a second, with the iterations so far.
+
+    Raises
+    ------
+    OutOfTimeError
+        If the time is over before the first paths have ended.
+    """
+    run = _Paths(simulation, asked, first * paths, count * paths, stream, splits, clock, tell)
+    size, levels = count * paths, asked.levels
+    ends = np.full((count, paths, MARKS), -np.inf)
+    flat = ends.reshape(size, MARKS)
+    head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0)
+    work = float(size) * run.steps
+    weights, going = np.ones(count), np.full(count, splits)
+    gone, iterations = np.zeros((count, 2, levels.size)), np.zeros(count, np.int64)
+    rank = int(REPLACED * paths) - 1
+
+    def counted(which: npt.NDArray[np.bool_]) -> Floats:
+        """What the paths give that are marked, each with the weight of its repetition."""
+        shares = np.empty_like(gone)
+        for k in (0, 1):
+            beyond = np.searchsorted(levels, ends[:, :, 2 - k], side="left")  # levels that each path has exceeded
+            place = np.arange(count)[:, None] * (levels.size + 1) + beyond
+            counts = np.bincount(place[which], minlength=count * (levels.size + 1)).reshape(count, -1)
+            shares[:, k] = counts[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:]
+        return shares * (weights / paths)[:, None, None]
+
+    there = np.ones((count, paths), bool)
+    branch, origin = np.empty(size, np.int64), np.empty(size, np.int64)
+    living = np.empty(paths, np.int64)
+    for generation in itertools.count(1):
+        found = Tally(gone + counted(there), weights.copy(), iterations.copy(), work, complete=True)
+        at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
+        going &= at < asked.target
+        if not going.any() or generation > MOST_ITERATIONS:
+            return found
+        replaced = (ends[:, :, 0] <= at[:, None]) & going[:, None]
+        gone += counted(replaced)
+        left = np.count_nonzero(replaced, axis=1)
+        iterations += going
+        going &= left < paths
+        there &= (left < paths)[:, None]  # the others have died out
+        weights[going] *= 1.0 - left[going] / paths
+        made, run.unused = choose_parents(
+            ends, at, going, generation << 16 | stream, first * paths, *run.keys, head, run.kept, run.free, run.unused,
+            living, branch, origin,
+        )  # fmt: skip
+        # blocks of branches that are born together; of the same step in the order of the paths
+        order = np.argsort(run.kept.step[origin[:made]], kind="stable")
+        of, rows = branch[:made][order], origin[:made][order]
+        born, marks = run.kept.step[rows], np.empty((made, MARKS))
+        try:
+            head[of] = run.advance(of, rows, born, marks, generation)
+        except OutOfTimeError:
+            return Tally(found.exceeded, found.weights, found.iterations, work, complete=False)
+        flat[of] = marks
+        work += float((run.steps - born).sum())
+    raise AssertionError
+
+
+class _Paths:
+    """The pool of kept states, and calls of the kernel on threads."""
+
+    def __init__(
+        self, simulation: Simulation, asked: Asked, first: int, paths: int, stream: int, splits: bool, clock: Clock,
+        tell: Callable[[float], None],
+    ) -> None:  # fmt: skip
+        settings, parts = simulation.settings, cast(Parts, simulation.parts)
+        self.settings, self.parts, self.asked, self.first, self.stream = settings, parts, asked, first, stream
+        self.clock, self.tell, self.steps = clock, tell, settings.steps
+        self.keys, self.kernel = key_words(settings.seed), parts.kernel()
+        cycle = 2.0 * np.pi / (simulation.motion.scales.frequency * settings.step)
+        self.every = max(1, round(cycle / (GROUP * MOST_CHECKPOINTS_PER_CYCLE))) if splits else self.steps
+        low, high = settings.window_steps
+        self.most = min(-(-(high - low) // (GROUP * self.every)) + 1, ROWS_OF_A_CALL)
+        calls = (settings.threads + 1) * BLOCKS_OF_A_CALL * LANES
+        pool = paths * min(self.most, ROWS_OF_A_PATH) + calls * self.most if splits else 0
+        self.kept = parts.room_for_states(pool)
+        self.free, self.unused = np.arange(pool)[::-1].copy(), pool
+        self.lock = threading.Lock()
+
+    def advance(self, paths: Numbers, rows: Numbers, born: Numbers, ends: Floats, generation: int) -> Numbers:
+        """Run paths from kept states; ``ends``, their marks, becomes those at the end.  Returns their first rows."""
+        self.clock.check()
+        settings, parts = self.settings, self.parts
+        blocks = -(-len(paths) // LANES)
+        size = blocks * LANES
+        who, origin = _padded(self.first + paths, size, 0).astype(np.uint32), _padded(rows, size, -1)
+        begin = _padded(born, size, self.steps)  # the last lanes are never born
+        marks = np.full((size, MARKS), -np.inf)
+        marks[: len(paths)] = ends
+        head, stop, calls = np.full(size, -1), np.zeros(1, np.uint8), itertools.count()
+        together = max(1, min(BLOCKS_OF_A_CALL, blocks // (6 * settings.threads)))
+        states = parts.states(settings, self.first, size if generation == 0 else LANES, self.stream)
+        word, observer = generation << 16 | self.stream, self.asked.observer
+
+        def work() -> None:
+            array = np.concatenate([parts.header_of(observer), observer.initial])
+            addresses = addresses_of([observer], [array], parts)
+            out, record = np.empty((together * LANES, len(parts.columns))), np.empty((0, 1, 2))
+            while not stop[0] and (number := together * next(calls)) < blocks:
+                some = slice(number * LANES, min(number + together, blocks) * LANES)
+                mine, used = self._take((some.stop - some.start) * self.most), np.zeros(2, np.int64)
+                branches = Branches(
+                    self.every, self.asked.spacing, who[some], origin[some], begin[some], array[self.asked.marks],
+                    marks[some], head[some], mine, used, self.kept,
+                )  # fmt: skip
+                self.kernel(
+                    states[some] if len(states) > LANES else states, 0, (some.stop - some.start) // LANES, settings,
+                    *self.keys, word, False, addresses, record, stop, out, branches,
+                )  # fmt: skip
+                self._give_back(mine[used[0] :])
+                if used[1] > 0:
+                    raise MemoryError("too many states of paths had to be kept: use a shorter duration.")
+
+        def halt() -> None:
+            stop[0] = 1
+
+        def tell() -> None:
+            self.clock.check()
+            self.tell(generation)
+
+        work_together(work, min(settings.threads, -(-blocks // together)), stop=halt, tell=tell)
+        ends[:] = marks[: len(paths)]
+        return head[: len(paths)]
+
+    def _take(self, rows: int) -> Numbers:
+        with self.lock:
+            taken = min(rows, self.unused)
+            self.unused -= taken
+            return self.free[self.unused : self.unused + taken][::-1].copy()
+
+    def _give_back(self, rows: Numbers) -> None:
+        with self.lock:
+            self.free[self.unused : self.unused + rows.size] = rows[::-1]
+            self.unused += rows.size
+
+
+def _padded(numbers: Numbers, size: int, filling: int) -> Numbers:
+    return np.concatenate([numbers, np.full(size - numbers.size, filling)])

@@ -1,0 +1,177 @@
+"""`exceedance`: against independent values, with its choices, its warnings and its sentences."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from tests.sizes import validation
+
+LIGHT = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
+WALL = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.Barrier(-0.3, 0.8), sp.WhiteNoise(0.2))
+CUBIC = sp.PolynomialSpring((0.0, 0.0, 1.0))
+PAIR = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(1.0, between=("a", "b")), sp.WhiteNoise(1.0, on="a")
+)
+SHORT: dict[str, Any] = {"duration": 20.0, "step": 0.05, "start": "rest"}
+
+
+def off(found: sp.Any, level: int, value: float, its_share: float) -> float:
+    """In standard errors of both."""
+    p, error = found.probability["x"][level], found.error["x"][level]
+    return float(abs(p - value) / math.hypot(error, its_share * value))
+
+
+def test_a_curve_of_levels_from_one_run() -> None:
+    found = sp.exceedance(LIGHT, {"x": [4.8, 1.0, 3.2]}, **SHORT)
+    p, curve = found.probability["x"], found["x"]
+    assert curve.method == "splitting"
+    assert not found.warnings
+    assert (found.error["x"] <= 0.1 * p).all()
+    assert off(found, 0, 8.86e-7, 0.004) < 4.0
+    assert off(found, 2, 2.3635e-3, 0.004) < 4.0
+    assert ((curve.low < p) & (p < curve.high)).all()
+    assert curve.return_period[0] > curve.return_period[2] > curve.return_period[1]
+    assert str(found).splitlines()[0].startswith("x > 4.8 m: (8.")
+    assert repr(found) == "Exceedance(3 levels of x in 20 s: 0 warnings)"
+
+
+def test_one_level_and_many_quantities() -> None:
+    found = sp.exceedance(WALL, {"x": 2.0, "impact_speed": [[1.0, 2.0]]}, **SHORT, rtol=0.3)
+    assert found.probability["x"].shape == ()
+    assert found.probability["impact_speed"].shape == (1, 2)
+    assert found["impact_speed"].unit == "m s-1"
+    with pytest.raises(KeyError, match="impact_speed"):
+        found["impact_sped"]
+
+
+def test_what_is_not_rare_is_counted_on_plain_paths() -> None:
+    found = sp.exceedance(LIGHT, {"x": [1.0, 2.0]}, **SHORT, rtol=0.05)
+    assert found["x"].method == "plain"
+    assert (found.error["x"] < 0.05 * found.probability["x"]).all()
+
+
+def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads() -> None:
+    one, two = (sp.exceedance(WALL, {"x": 3.2}, **SHORT, threads=threads, rtol=0.2) for threads in (1, 2))
+    assert one.probability == two.probability
+    assert one["x"].repetitions == two["x"].repetitions
+    assert sp.exceedance(WALL, {"x": 3.2}, **SHORT, seed=2, rtol=0.2).probability != one.probability
+
+
+def test_a_mirrored_system_has_the_same_bits() -> None:
+    other = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.Barrier(0.3, 0.8, "below"), sp.WhiteNoise(0.2))
+    for name, level, its_own in (("x", 3.0, -3.0), ("v", 3.0, -3.0), ("distance", 3.0, 3.0)):
+        a, b = (
+            sp.exceedance(system, {name: at}, **SHORT, rtol=0.5) for system, at in ((WALL, level), (other, its_own))
+        )
+        assert a.probability == b.probability
+
+
+@pytest.mark.validation
+def test_thermal_motion_has_boltzmanns_law_at_once() -> None:
+    """Energy over kT in so short a time that hardly any path rises: exp(-E/kT) at least, and a little more."""
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.ThermalNoise(1.0))
+    found = sp.exceedance(system, {"energy": [1.0, 8.0]}, duration=0.02, step=0.005)
+    assert (found.probability["energy"] > np.exp([-1.0, -8.0])).all()
+    assert (found.probability["energy"] < 1.2 * np.exp([-1.0, -8.0]) + 3.0 * found.error["energy"]).all()
+
+
+@pytest.mark.parametrize(
+    ("system", "given", "levels", "expected"),
+    [
+        validation(LIGHT, {}, [3.2, 4.8, 6.0], [(2.3635e-3, 0.003), (8.86e-7, 0.003), (3.53e-10, 0.006)]),
+        validation(WALL, {}, [2.6, 3.6], [(1.709e-3, 0.013), (1.513e-6, 0.016)]),
+        validation(LIGHT, {"start": "stationary"}, [3.2, 4.8], [(1.667e-2, 0.012), (3.09e-5, 0.015)]),
+    ],
+)
+def test_independent_values(
+    system: sp.System, given: dict[str, Any], levels: list[float], expected: list[tuple[float, float]]
+) -> None:
+    """By a backward equation on a lattice, by elementary failure events, by other splitting in another program."""
+    found = sp.exceedance(system, {"x": levels}, **{**SHORT, **given}, rtol=0.03)
+    for n, value in enumerate(expected):
+        assert off(found, n, *value) < 3.5
+    assert (found.error["x"] <= 0.03 * found.probability["x"]).all()
+
+
+@pytest.mark.validation
+def test_the_rate_is_that_after_the_start() -> None:
+    """From probabilities in 10, 20 and 40 s of stationary motion, on a lattice: 7.41e-4 and 7.26e-4 per s."""
+    for duration, rate, p in ((20.0, 7.41e-4, 0.01667), (40.0, 7.26e-4, 0.03084)):
+        found = sp.exceedance(LIGHT, {"x": 3.2}, duration=duration, step=0.05, rtol=0.01)["x"]
+        assert abs(found.probability - p) < 4.0 * math.hypot(found.error, 0.004 * p)
+        assert abs(found.rate - rate) < 4.0 * math.hypot(found.rate_error, 0.01 * rate)
+
+
+SHOTS = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.02), sp.PoissonImpulses(0.01, 9.0))
+
+
+@pytest.mark.validation
+def test_two_ways_to_a_level_show_in_the_spread() -> None:
+    """Noise that adds up, and one large impulse, which no energy announces."""
+    with pytest.warns(sp.RareEventWarning, match="the repetitions of x differ by"):
+        found = sp.exceedance(SHOTS, {"x": 14.0}, **{**SHORT, "step": 0.1}, rtol=0.2)
+    assert found["x"].spread > 1.0
+
+
+@pytest.mark.validation
+def test_plain_paths_go_on_where_splitting_costs_more() -> None:
+    found = sp.exceedance(SHOTS, {"x": 6.0}, **{**SHORT, "step": 0.1}, rtol=0.05)
+    assert found["x"].method == "plain"
+    assert found.error["x"] < 0.05 * found.probability["x"]
+
+
+def test_the_time_is_over() -> None:
+    with pytest.raises(TimeoutError, match="max_time is too short for any result"):
+        sp.exceedance(LIGHT, {"x": 3.0}, **SHORT, max_time=1e-9)
+    long = {**SHORT, "duration": 1000.0}
+    sp.exceedance(LIGHT, {"x": 0.1}, **SHORT, rtol=1.0)  # compiled
+    with pytest.warns(sp.RareEventWarning, match=r"no path exceeded x of 11 m: its probability is at most|known to"):
+        found = sp.exceedance(LIGHT, {"x": 11.0}, **long, max_time=1.0)
+    assert 0.0 <= found.probability["x"] < 1e-3
+    assert found["x"].high < 0.2
+
+
+def test_progress_ends_a_run() -> None:
+    def told(fraction: float) -> None:
+        assert 0.0 <= fraction <= 1.0
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sp.exceedance(LIGHT, {"x": 12.0}, duration=400.0, step=0.01, start="rest", progress=told)
+
+
+@pytest.mark.parametrize(
+    ("system", "levels", "given", "sentence"),
+    [
+        (LIGHT, {"y": 1.0}, {}, "levels has 'y', which is no quantity"),
+        (LIGHT, {"impact_sped": 1.0}, {}, "did you mean impact_speed?"),
+        (LIGHT, [1.0], {}, "levels must be a dict of names and levels"),
+        (LIGHT, {}, {}, "levels must be a dict of names and levels"),
+        (LIGHT, {"x": []}, {}, "levels of x must not be empty"),
+        (LIGHT, {"x": [1.0, math.nan]}, {}, "level of x must be"),
+        (LIGHT, {"x": "high"}, {}, "level of x must be a real number"),
+        (LIGHT, {"distance": 0.0}, {}, "level of distance must be"),
+        (LIGHT, {"x": [-1.0, 1.0]}, {}, "levels of x must lie on one side of the start, 0 m"),
+        (WALL, {"x": -0.5}, {}, "levels of x must lie between the walls, -0.3 and inf m"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0)), {"impact_speed": 1.0}, {}, "need a wall"),
+        (sp.System(CUBIC, sp.Dashpot(1.0), sp.WhiteNoise(1.0)), {"energy": 1.0}, {}, "need a linear spring"),
+        (LIGHT, {"x": 1.0}, {"rtol": 0.001}, "rtol must be in [0.01, 1]"),
+        (LIGHT, {"x": 1.0}, {"max_time": 0.0}, "max_time must be"),
+        (LIGHT, {"x": 1.0}, {"duration": None}, "duration must be a real number"),
+        (LIGHT, {"x": 1.0}, {"progress": 1}, "progress must be a function"),
+        (LIGHT, {"x": 1.0}, {"seed": -1}, "seed must be in"),
+        (PAIR, {"x": 1.0}, {}, "exceedance is of systems of one mass"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0)), {"x": 1.0}, {}, "system must have noise or a random phase"),
+        (1.0, {"x": 1.0}, {}, "system must be a System"),
+    ],
+)
+def test_bad_input_is_said_in_one_sentence(system: Any, levels: Any, given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=re.escape(sentence)) as fault:
+        sp.exceedance(system, levels, **{**SHORT, **given})
+    assert str(fault.value).count("\n") == 0
