@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 import springpot as sp
 from springpot.problem.numbers import numbers_of, with_numbers
@@ -85,6 +86,23 @@ def test_dampers_in_proportion_belong_to_modes() -> None:
     assert sp.theory.modes(frame).effective_masses.sum() == pytest.approx(4.0)
     loose = sp.System.from_matrices([[2.0, 0.5], [0.5, 1.0]], [[1.0, -1.0], [-1.0, 1.0]])
     assert len(loose.of(sp.Spring)) == 1
+
+
+@pytest.mark.parametrize("size", [3, 8])
+def test_a_diagonal_mass_with_a_damping_that_no_dashpots_have(size: int) -> None:
+    """As of beams, whose stiffness has positive numbers off the diagonal: the modes, and Lyapunov's equation."""
+    bend = np.diff(np.eye(size + 2), n=2, axis=0)[:, 2:]
+    masses, held = np.diag(np.linspace(1.0, 2.0, size)), bend.T @ bend + 0.02 * np.ones((size, size))
+    damped = 0.1 * held + np.diag(np.eye(size)[-1])  # not in proportion
+    beam = sp.System.from_matrices(masses, held, damped)
+    assert beam.points[-2 * size : -size] == tuple(f"m{n}" for n in range(1, size + 1))
+    found = sp.theory.linear(sp.System(*beam.parts, sp.WhiteNoise(1.0, on="m1")))
+    inverse, still = np.linalg.inv(masses), np.zeros((size, size))
+    drift = np.block([[still, np.eye(size)], [-inverse @ held, -inverse @ damped]])
+    push = np.concatenate([still[0], inverse[0]])
+    exact = linalg.solve_continuous_lyapunov(drift, -np.outer(push, push))
+    assert found.numbers["m1_x_mean_square"] == pytest.approx(exact[0, 0], rel=1e-7)
+    assert found.numbers[f"m{size}_v_mean_square"] == pytest.approx(exact[-1, -1], rel=1e-7)
 
 
 CANTILEVER = {"length": 0.3, "bending_stiffness": 0.6, "mass": 0.05}

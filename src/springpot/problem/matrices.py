@@ -18,6 +18,7 @@ __all__ = ["parts_of_matrices"]
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-13  # of a sum of a row, over the sum of its sizes
+_MOST_LINKS = 48  # springs and dashpots, so that a system has room for masses and more parts
 
 
 def parts_of_matrices(
@@ -48,13 +49,15 @@ def parts_of_matrices(
         raise ValueError(f"mass must be positive definite: of one motion the mass is {least[0]:.3g} kg.")
     if not least[0] > _ROUNDING * least[-1]:
         raise ValueError(f"mass must not be singular: each motion must have a mass, but one has {least[0]:.3g} kg.")
-    if isinstance(names, Mapping) or ground is not None or np.any(masses - np.diag(np.diag(masses))):
+    crowded = np.count_nonzero(np.triu(held)) + np.count_nonzero(np.triu(damped)) > _MOST_LINKS
+    coupled = crowded or np.any(masses - np.diag(np.diag(masses))) or not _of_dashpots(damped)
+    if isinstance(names, Mapping) or ground is not None or coupled:
         yield from _by_modes(masses, held, damped, names, ground)
         return
     points = _names(names, size)
     yield from (Mass(value, at=point) for value, point in zip(np.diag(masses).tolist(), points, strict=True))
-    for kind, matrix, name in ((Spring, held, "stiffness"), (Dashpot, damped, "damping")):
-        yield from _between(kind, matrix, points, name)
+    for kind, matrix in ((Spring, held), (Dashpot, damped)):
+        yield from _between(kind, matrix, points)
 
 
 def _names(names: Sequence[str] | None, size: int) -> list[str]:
@@ -76,6 +79,9 @@ def _by_modes(masses: Floats, held: Floats, damped: Floats, names: Any, ground: 
         points, rows, moves = _names(names, size), np.eye(size), np.ones(size)
     if ground is not None:
         moves = numbers_for("ground", ground, size, several=True)
+    sizes, alike = np.linalg.eigh(damped)
+    if sizes[0] < -_ROUNDING * sizes[-1]:
+        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {sizes[0]:.6g}.")
     root = np.linalg.inv(np.linalg.cholesky(masses))
     squares, ways = np.linalg.eigh(root @ held @ root.T)
     squares[np.abs(squares) <= _ROUNDING * np.abs(squares).max()] = 0.0
@@ -91,9 +97,6 @@ def _by_modes(masses: Floats, held: Floats, damped: Floats, names: Any, ground: 
     if np.abs(between - np.diag(own)).max() <= 1e-12 * np.abs(own).max():
         yield from with_modes(modal, squares * modal, own, moved, found)
         return
-    sizes, alike = np.linalg.eigh(damped)
-    if sizes[0] < -_ROUNDING * sizes[-1]:
-        raise ValueError(f"damping must take energy from every motion, but one has a coefficient of {sizes[0]:.6g}.")
     dampers = [(c, way) for c, way in zip(sizes.tolist(), alike.T, strict=True) if c > _ROUNDING * sizes[-1]]
     found |= {f"damper_{n}": way @ shapes for n, (_, way) in enumerate(dampers, 1)}
     yield from with_modes(modal, squares * modal, np.zeros(size), moved, found)
@@ -125,20 +128,18 @@ def _symmetric(matrix: Floats, name: str) -> Floats:
     return 0.5 * (matrix + matrix.T)
 
 
-def _between(kind: Any, matrix: Floats, points: list[str], name: str) -> Iterator[Part]:
+def _of_dashpots(damped: Floats) -> bool:
+    """Whether dashpots between the masses and to the ground have this matrix, none with a negative coefficient."""
+    off, sizes = damped - np.diag(np.diag(damped)), np.abs(damped).sum(axis=1)
+    return bool((off <= 0.0).all() and (damped.sum(axis=1) >= -_ROUNDING * sizes).all())
+
+
+def _between(kind: Any, matrix: Floats, points: list[str]) -> Iterator[Part]:
     """A part to the ground for each sum of a row, and one between two masses for each number off the diagonal."""
     for place, point in enumerate(points):
         total, size = matrix[place].sum(), np.abs(matrix[place]).sum()
         if abs(total) > _ROUNDING * size:
-            yield _part(kind, float(total), ("ground", point), f"the sum of row {place} of {name}")
+            yield kind(float(total), between=("ground", point))
         for other in range(place + 1, len(points)):
             if matrix[place, other]:
-                where = f"minus {name}[{place}, {other}]"
-                yield _part(kind, -float(matrix[place, other]), (point, points[other]), where)
-
-
-def _part(kind: Any, value: float, between: tuple[str, str], where: str) -> Part:
-    if kind is Dashpot and value < 0.0:
-        raise ValueError(f"{where} must not be negative: it is the coefficient of the dashpot between them.")
-    part: Part = kind(value, between=between)
-    return part
+                yield kind(-float(matrix[place, other]), between=(point, points[other]))

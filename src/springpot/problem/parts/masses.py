@@ -159,7 +159,8 @@ class Point(Part):
 def _check_name(at: object, kind: str) -> None:
     if not isinstance(at, str) or not at.isidentifier() or at in ("ground", "mass"):
         raise ValueError(
-            f"at must be a name for the {kind}, of letters, digits and _ but not 'ground' or 'mass', not {shown(at)}."
+            f"at must be a name for the {kind}, of letters, digits and _, other than 'ground' and 'mass', "
+            f"not {shown(at)}."
         )
 
 

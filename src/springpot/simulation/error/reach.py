@@ -153,7 +153,7 @@ class _Report:
         if aim > self.rtol:
             wanted, best = per_cent(self.rtol), per_cent(aim)
             unreachable = (
-                f"{wanted} cannot be reached for {worst}; the run continues to the best that can be reached, "
+                f"{wanted} cannot be reached for {worst}, by the paths so far; the run continues to the best possible, "
                 f"{best if best != wanted else 'just above that'}"
             )
         self.latest = FractionDone(fraction, Estimate(spent + left, self.clock.seconds(left), reason, aim, unreachable))

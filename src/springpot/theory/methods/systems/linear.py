@@ -452,14 +452,18 @@ class LinearResponse(Result):
             return coordinates.push(of or known[0])
         if of in coordinates.elongations:
             return coordinates.elongations[of]
-        said = f", not {shown(of)}" if of else " where there are several masses"
-        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{said}.")
+        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{_not_one(of)}.")
 
     def _push(self, on: str) -> FloatArray:
         known = self.system.points
         if on in (*known, "ground") or (not on and len(known) == 1):
             return self.system.coordinates.push(on or known[0])
-        raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}, not {shown(on)}.")
+        raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}{_not_one(on)}.")
+
+
+def _not_one(given: str) -> str:
+    """The end of a sentence about a name that is none of those asked for, or was left out."""
+    return f", not {shown(given)}" if given else " where there are several masses"
 
 
 def _is_felt(what: str) -> bool:
