@@ -30,6 +30,7 @@ ONE_OF_EACH: tuple[object, ...] = (
     sp.WhiteNoise(0.1),
     sp.ColoredNoise(0.1, 0.5),
     sp.KanaiTajimiNoise(2.0, 0.3, 0.1),
+    sp.CloughPenzienNoise(2.0, 0.3, 0.2, 0.4, 0.1),
     sp.Constant(0.1),
     sp.Harmonic(0.1, 2.0),
     RECORD,
@@ -39,7 +40,9 @@ ONE_OF_EACH: tuple[object, ...] = (
     sp.Barrier(-2.0, 0.8),
 )
 SMOOTH = System(*ONE_OF_EACH)
-KINDS_OF_FORCES = (sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.RecordedExcitation, sp.SpectralExcitation)
+KINDS_OF_FORCES = (
+    sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.CloughPenzienNoise, sp.RecordedExcitation, sp.SpectralExcitation,
+)  # fmt: skip
 FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds eight forces
 OTHERS = System(*(part for part in ONE_OF_EACH if isinstance(part, (sp.Mass, sp.Spring, *KINDS_OF_FORCES))))
 SOFT = System(sp.Spring(1.0), sp.Contact(-1.0, 5.0), sp.Contact(1.0, 5.0, side="below"),
@@ -90,7 +93,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     assert found["parts.barrier.restitution"] == ("1", "1")
     # what has no unit is known to have none
     assert {name.rpartition(".")[2] for name, (unit, _) in found.items() if unit == "1"} == {
-        "order", "damping", "restitution", "scale",
+        "order", "base_damping", "damping", "restitution", "scale",
     }  # fmt: skip
     assert unit_of(SOFT, "parts.contact_1.exponent") == "1"
     assert label_of("parts.fractional_maxwell.springpot.order") == "fractional_maxwell_springpot_order"

@@ -232,6 +232,14 @@ EVERYTHING = sp.System(
 )
 
 
+MODULATED = sp.System(
+    sp.Spring(1.0),
+    sp.CloughPenzienNoise(3.0, 0.4, 0.3, 0.5, 1.0, envelope=sp.JenningsHousnerEnvelope(1.0, 3.0, 0.5)),
+    sp.WhiteNoise(0.2, envelope=sp.ExponentialEnvelope(0.2, 0.6, 2.0)),
+    sp.ColoredNoise(1.0, 0.1, envelope=sp.TabulatedEnvelope((0.0, 1.0, 2.5), (0.0, 1.5, 0.0))),
+)
+
+
 def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     place = tmp_path / "device.toml"
     place.write_text(sp.to_toml(EVERYTHING))
@@ -247,7 +255,10 @@ def test_a_file_gives_the_same_system_back(tmp_path) -> None:
     place.write_text(sp.to_toml(MODAL))
     assert 'of = ["first", "second"]\nshares = [1.0, -1.0]' in place.read_text()
     assert sp.read_system(place) == MODAL
-    kinds = {type(part) for part in (*EVERYTHING.parts, *thermal.parts, *MODAL.parts)}
+    place.write_text(sp.to_toml(MODULATED))
+    assert 'envelope = { form = "jennings_housner", rise = 1.0, fall = 3.0, decay = 0.5 }' in place.read_text()
+    assert sp.read_system(place) == MODULATED == sp.read_system({"parts": MODULATED.to_dict()["parts"]})
+    kinds = {type(part) for part in (*EVERYTHING.parts, *thermal.parts, *MODAL.parts, *MODULATED.parts)}
     assert kinds == {*KINDS.values()} - {sp.Force}  # no kind is forgotten here
 
 

@@ -13,6 +13,7 @@ from springpot.figures.fits import plot_fit, plot_profile
 from springpot.figures.from_rest import plot_survival, plot_transient
 from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_terms_against_tolerance
 from springpot.figures.motion import plot_path, plot_phase_portrait
+from springpot.figures.over_time import plot_over_time
 from springpot.figures.series import plot_fourier_error, plot_fourier_series
 from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
@@ -40,6 +41,7 @@ __all__ = [
     "plot_gaps_of_methods",
     "plot_memory_error",
     "plot_memory_terms",
+    "plot_over_time",
     "plot_path",
     "plot_phase_portrait",
     "plot_profile",

@@ -18,6 +18,7 @@ from springpot.fitting.motion_data import Of
 from springpot.fitting.spectral_density import row_of
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
+    CloughPenzienNoise,
     ColoredNoise,
     Constant,
     FractionalMaxwell,
@@ -132,7 +133,7 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation | PoissonImpulses):
             raise NotCoveredError(f"{name} is no stationary Gaussian noise: a fit of a record does not cover it.")
-        if isinstance(part, SpectralExcitation):
+        if isinstance(part, SpectralExcitation | CloughPenzienNoise):
             raise NotCoveredError(f"{name} has a density without a short state: a fit of a record does not cover it.")
     own = companion_of(system)
     noises = [part for part in system.of(Excitation) if not isinstance(part, Constant | ThermalNoise)]

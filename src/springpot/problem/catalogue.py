@@ -92,6 +92,10 @@ def _is_any(system: System) -> bool:
     return True
 
 
+def _is_part(part: Part) -> bool:
+    return True
+
+
 def _is_several(system: System) -> bool:
     return len(system.points) > 1
 
@@ -278,6 +282,23 @@ CATALOGUE = (
           ("x", "x", r"S_x(\omega)", "", _is_single),
           (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)", _OF_SEVERAL["<point>"], _is_several),
           (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
+    *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", "",
+               f"`profile=`{_OF_SEVERAL.get(of.partition('_')[0], '')}", _with("stop") if "impact" in of else _is_part,
+               where, dimensions=("time_bin",), **_ASKED)
+      for of, unit, said, where in (
+          ("x_mean", "m", "mean displacement", _is_single),
+          ("x_mean_square", "m2", "mean square displacement", _is_single),
+          ("v_mean_square", "m2 s-2", "mean square velocity", _is_single),
+          ("impact_rate", "s-1", "impacts per unit time", _is_single),
+          ("impact_power", "W", "power that rigid walls take, if all have one constant restitution", _is_single),
+          (f"{_AT}x_mean", "m", "mean displacement of the mass", _is_several),
+          (f"{_AT}x_mean_square", "m2", "mean square displacement of the mass", _is_several),
+          (f"{_AT}v_mean_square", "m2 s-2", "mean square velocity of the mass", _is_several),
+          (f"{_PAIRS}elongation_mean", "m", "mean difference of their displacements", _is_several),
+          (f"{_PAIRS}elongation_mean_square", "m2", "mean square of the difference of their displacements",
+           _is_several),
+          (f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact", _is_several),
+          (f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution", _is_several))),
     Quantity("x", "m", "displacement of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
     Quantity("v", "m s-1", "velocity of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
 )  # fmt: skip

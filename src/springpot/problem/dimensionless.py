@@ -84,6 +84,8 @@ class Dimensionless(Checked):
             raise ValueError("barrier must have a number as restitution: a System takes a law of the speed.")
         if not isinstance(self.excitation, WhiteNoise):
             raise TypeError(f"excitation must be a WhiteNoise, not {shown(self.excitation)}.")
+        if self.excitation.envelope is not None:
+            raise ValueError("excitation must be stationary: a System takes noise with an envelope.")
         if self.excitation.on != "mass":
             raise ValueError("excitation must act on the mass; white noise of the ground has the same law.")
 
@@ -116,6 +118,8 @@ class Dimensionless(Checked):
             linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
             if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
                 raise NotCoveredError(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
+            if isinstance(part, WhiteNoise) and part.envelope is not None:
+                raise NotCoveredError(f"{name} has an envelope: {_CANONICAL}, which is stationary.")
             if isinstance(part, Barrier) and callable(part.restitution):
                 raise NotCoveredError(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:

@@ -19,6 +19,7 @@ from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import Free, free
 from springpot.problem.parts import SpectralExcitation, WhiteNoise
 from springpot.problem.parts.checks import Checked, fields_of, plain
+from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
@@ -27,6 +28,10 @@ from springpot.problem.system import KINDS, System, checked_system, usual_names
 __all__ = ["read_system", "schema", "to_toml"]
 
 _KINDS = {name: kind for name, kind in KINDS.items() if "function" not in kind.numbers}  # it has no place in a file
+_FAMILIES: tuple[tuple[type, str, Mapping[str, type[Checked]]], ...] = (
+    (Restitution, "law", Restitution.laws), (Envelope, "form", Envelope.forms),
+)  # fmt: skip
+"""Families of laws, the key that tells one from another in a file, and all of each by name."""
 _A_NUMBER = {"$ref": "#/$defs/number"}
 _NUMBER = {
     "oneOf": [
@@ -236,11 +241,12 @@ def _read(hint: Any, value: Any, where: str) -> Any:
         return value
     if _is_a(hint, Checked) and "free" not in value:
         return _build(hint, value, where)
-    if any(_is_a(one, Restitution) for one in get_args(hint)) and "free" not in value:
-        law, numbers = value.get("law"), {key: number for key, number in value.items() if key != "law"}
-        if not isinstance(law, str) or law not in Restitution.laws:
-            raise ValueError(f"{where}.law must be one of {listed([*Restitution.laws], 'or')}, not {shown(law)}.")
-        return _build(Restitution.laws[law], numbers, where)
+    for family, key, known in _FAMILIES:
+        if any(_is_a(one, family) for one in get_args(hint)) and "free" not in value:
+            named, numbers = value.get(key), {name: number for name, number in value.items() if name != key}
+            if not isinstance(named, str) or named not in known:
+                raise ValueError(f"{where}.{key} must be one of {listed([*known], 'or')}, not {shown(named)}.")
+            return _build(known[named], numbers, where)
     return _free(value, where)
 
 
@@ -343,8 +349,9 @@ def _schema_of(hint: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
     if hint is str:
         return {"type": "string"}
-    if any(_is_a(one, Restitution) for one in get_args(hint)):
-        return {"anyOf": [_A_NUMBER, *map(_schema, Restitution.laws.values())]}
+    for family, _, known in _FAMILIES:
+        if any(_is_a(one, family) for one in get_args(hint)):
+            return {"anyOf": [*([_A_NUMBER] if float in get_args(hint) else []), *map(_schema, known.values())]}
     if hint == float | _TABLE:
         return {"anyOf": [_A_NUMBER, _schema_of(_TABLE)]}
     if get_origin(hint) is Literal:

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from springpot.simulation.result.results import Estimate, Run
     from springpot.simulation.watch.distributions import Distribution
     from springpot.simulation.watch.passage_times import PassageTimes
+    from springpot.simulation.watch.profiles import Profile
     from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
-    "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "PassageTimes", "Run", "Spectrum",
+    "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "PassageTimes", "Profile", "Run", "Spectrum",
     "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
@@ -37,6 +38,7 @@ _PLACES = {
     "simulation.monte_carlo": ("simulate",),
     "simulation.watch.distributions": ("Distribution",),
     "simulation.watch.passage_times": ("PassageTimes",),
+    "simulation.watch.profiles": ("Profile",),
     "simulation.watch.spectrum": ("Spectrum",),
 }
 

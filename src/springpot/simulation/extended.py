@@ -81,9 +81,9 @@ def extend(
         If ``run`` is not a run, or ``paths`` or ``threads`` no whole number.
     ValueError
         If neither or both of ``paths`` and ``rtol`` are given, or ``threads`` is below 1; or the run has as many paths
-        already, has results that need every step of each path (distributions, spectrum, observables, first passages),
-        was made with ``rtol``, was saved without the sums of its paths, or its bits cannot be had again here.  With
-        ``rtol`` also if no number of paths reaches it: the sentence says what is in the way.
+        already, has results that need every step of each path (distributions, spectrum, observables, first passages,
+        profiles), was made with ``rtol``, was saved without the sums of its paths, or its bits cannot be had again
+        here.  With ``rtol`` also if no number of paths reaches it: the sentence says what is in the way.
 
     Notes
     -----
@@ -118,6 +118,7 @@ def _check(run: object) -> None:
         "distributions": run.distributions,
         "a spectrum": run.spectra,
         "first passages": run.first_passages,
+        "profiles": run.profiles,
         "observables": [name for name, unit in run.units.items() if not unit or name in asked],
     }
     if there := [name for name, value in more.items() if value]:

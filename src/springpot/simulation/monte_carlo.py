@@ -46,7 +46,7 @@ LONG = 1e9  # path-steps from which the time of a run is told before it: some se
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
     "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
-    "forces",
+    "profile", "forces",
 )  # fmt: skip
 
 
@@ -71,7 +71,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    plan = from_the_start(plan_of(system, **options), wishes.get("first_passage"), options.get("window"))
+    over_time = "profile" in wishes or wishes.get("first_passage")
+    plan = from_the_start(plan_of(system, **options), over_time, options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))
@@ -115,6 +116,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         extremes=observed.extremes,
         spectra=observed.spectra,
         first_passages=observed.first_passages,
+        profiles=observed.profiles,
         path_sums=ensemble.rows,
         adapted=plan.adapted,
         step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
@@ -237,6 +239,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
         all impacts is infinite.
+    profile : int or array_like
+        A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
+        square of v, impact rate and the power that rigid walls take in each of them, for motions that are not
+        stationary.  The times are rounded to four steps; from rest the window is the whole run if left out.
     forces : sequence of str
         Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
         ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses

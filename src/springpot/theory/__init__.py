@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
     from springpot.theory.solve import solve_all, solve_one
     from springpot.theory.spectral_fatigue import Fatigue, fatigue
+    from springpot.theory.transients import Transient, transient
 
 __all__ = [
     "AmplitudeAveraging",
@@ -45,6 +46,7 @@ __all__ = [
     "NoStationaryStateError",
     "NotCoveredError",
     "Result",
+    "Transient",
     "averaging",
     "averaging_amplitude",
     "envelope",
@@ -59,6 +61,7 @@ __all__ = [
     "path_integration",
     "solve_all",
     "solve_one",
+    "transient",
 ]
 _PLACES = {
     "methods.averaging": ("Averaging", "averaging"),
@@ -77,6 +80,7 @@ _PLACES = {
     "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
     "solve": ("solve_all", "solve_one"),
     "spectral_fatigue": ("Fatigue", "fatigue"),
+    "transients": ("Transient", "transient"),
 }
 
 

@@ -5,6 +5,8 @@ A file here holds a family; what a kind of part must say of itself is in `spring
 
 from springpot.problem.parts.circuits import *  # noqa: F403
 from springpot.problem.parts.dampers import *  # noqa: F403
+from springpot.problem.parts.envelopes import *  # noqa: F403
+from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.excitations import *  # noqa: F403
 from springpot.problem.parts.masses import *  # noqa: F403
 from springpot.problem.parts.registration import Part
@@ -13,4 +15,4 @@ from springpot.problem.parts.springs import *  # noqa: F403
 from springpot.problem.parts.walls import *  # noqa: F403
 from springpot.problem.parts.walls import Restitution
 
-__all__ = sorted(kind.__name__ for kind in (*Part.kinds.values(), *Restitution.laws.values()))
+__all__ = sorted(kind.__name__ for kind in (*Part.kinds.values(), *Restitution.laws.values(), *Envelope.forms.values()))

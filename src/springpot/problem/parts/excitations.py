@@ -7,11 +7,12 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, cast
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
 from springpot.problem.parts.checks import put, real
+from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
     STANDARD_GRAVITY,
@@ -26,6 +27,7 @@ from springpot.problem.spectral_density import (
 )
 
 __all__ = [
+    "CloughPenzienNoise",
     "ColoredNoise",
     "Constant",
     "Excitation",
@@ -45,6 +47,8 @@ On = PointName
 """A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
 then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
+Over = Envelope | None
+"""An envelope by which a stationary noise is multiplied, a function of time."""
 
 MOST_POINTS = 1000  # of a table of densities
 _GRID = 400
@@ -54,10 +58,17 @@ _A_DENSITY = "It is a density, not a level in dB, which is 10 log10 of it."
 class Excitation(Part, abstract=True):
     """What is on the right-hand side of the equation of motion."""
 
+    envelope = cast(Any, None)  # a field of the noises that can have one
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if not isinstance(on := getattr(self, "on", "mass"), str) or not on.isidentifier():
             raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")
+        if not isinstance(self.envelope, Envelope | None):
+            raise TypeError(
+                "envelope must be an envelope, such as ExponentialEnvelope(slow=0.2, fast=0.6), not "
+                f"{shown(self.envelope)}."
+            )
 
     def alone(self) -> Self:
         """On the mass, whatever its name."""
@@ -68,6 +79,15 @@ class Excitation(Part, abstract=True):
     def words(self, name: str, unit: Units) -> str:
         """What it is, where it has a symbol in the equation; ``unit`` gives the units of its numbers."""
         return ""
+
+    def modulated(self, words: str) -> str:
+        """What it is, with its envelope."""
+        return words if self.envelope is None else f"{words}, modulated by {self.envelope.words()}"
+
+    @property
+    def largest_square(self) -> float:
+        """The largest value of the square of its envelope; 1 without one."""
+        return 1.0 if self.envelope is None else self.envelope.largest**2
 
     def factor(self, heavy: bool) -> str:
         """What stands before its symbol in the equation, with a mass or per unit mass."""
@@ -85,6 +105,8 @@ class WhiteNoise(Excitation):
         N^2 s; per unit mass, and of an acceleration of the ground, in m^2 s^-3.
     on : str
         A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which it is multiplied: there is no stationary state then.
 
     Raises
     ------
@@ -104,6 +126,7 @@ class WhiteNoise(Excitation):
         float, Number("q", "intensity", "N2 s", "unsigned", "It is q = sigma^2 of the white noise.")
     ] = 1.0
     on: On = "mass"
+    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     @classmethod
     def from_psd(cls, psd: float, psd_unit: DensityUnit, *, sides: Sides = 1, on: str = "") -> WhiteNoise:
@@ -142,7 +165,7 @@ class WhiteNoise(Excitation):
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
-        return f"white noise ({name}), intensity {self.intensity:.6g} {unit('intensity')}"
+        return self.modulated(f"white noise ({name}), intensity {self.intensity:.6g} {unit('intensity')}")
 
 
 @dataclass(frozen=True)
@@ -158,6 +181,8 @@ class ColoredNoise(Excitation):
         tau > 0, in s.
     on : str
         A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which the white noise is multiplied that drives it: there is no stationary state then.
 
     Raises
     ------
@@ -176,6 +201,7 @@ class ColoredNoise(Excitation):
     variance: Annotated[float, Number("s²", "variance", "N2", "positive", "It is the mean square of the noise.")]
     correlation_time: Annotated[float, Number("τ", "correlation time", "s", "positive", "It is in s.")]
     on: On = "mass"
+    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -184,7 +210,9 @@ class ColoredNoise(Excitation):
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         variance = f"{self.variance:.6g} {unit('variance')}"
-        return f"colored noise ({name}), variance {variance}, correlation time {self.correlation_time:.6g} s"
+        return self.modulated(
+            f"colored noise ({name}), variance {variance}, correlation time {self.correlation_time:.6g} s"
+        )
 
 
 @dataclass(frozen=True)
@@ -201,6 +229,8 @@ class KanaiTajimiNoise(Excitation):
         qg > 0 of the white noise; at low frequency the filter passes it as it is.
     on : str
         The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which the white noise before the filter is multiplied: there is no stationary state then.
 
     Raises
     ------
@@ -222,6 +252,7 @@ class KanaiTajimiNoise(Excitation):
         float, Number("q", "intensity", "N2 s", "positive", "It is that of the white noise before the filter.")
     ]
     on: On = "ground"
+    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -234,9 +265,79 @@ class KanaiTajimiNoise(Excitation):
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
-        return (
+        return self.modulated(
             f"filtered noise ({name}), filter at {self.frequency:.6g} rad/s with damping ratio {self.damping:.6g}, "
             f"intensity {self.intensity:.6g} {unit('intensity')}"
+        )
+
+
+@dataclass(frozen=True)
+class CloughPenzienNoise(Excitation):
+    """Kanai-Tajimi noise without its slow part: u'', with u'' + 2 zf wf u' + wf^2 u = the Kanai-Tajimi noise.
+
+    Its density falls like w^4 below wf, so that the displacement and the velocity of the ground do not grow.
+
+    Parameters
+    ----------
+    frequency, damping : float
+        wg > 0 in rad/s and zg in (0, 1] of the filter of the ground.
+    base_frequency, base_damping : float
+        wf > 0 in rad/s, often 0.1 wg, and zf in (0, 1] of the second filter.
+    intensity : float
+        qg > 0 of the white noise before the filters.
+    on : str
+        The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which the white noise before the filters is multiplied: there is no stationary state then.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.
+
+    References
+    ----------
+    R. W. Clough and J. Penzien, *Dynamics of Structures* (McGraw-Hill, 1975).
+
+    Examples
+    --------
+    >>> noise = CloughPenzienNoise(15.0, 0.6, 1.5, 0.6, 1.0)
+    >>> round(noise.density(15.0) / KanaiTajimiNoise(15.0, 0.6, 1.0).density(15.0), 4)
+    1.0055
+    """
+
+    said, glyph, powers = "clough penzien noise", "smooth", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
+    damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
+    base_frequency: Annotated[
+        float, Number("ω", "second filter at", "rad s-1", "positive", "It is that of the second filter, in rad/s.")
+    ]
+    base_damping: Annotated[
+        float, Number("ζ", "second damping ratio", "1", "share", "It is that of the second filter.")
+    ]
+    intensity: Annotated[
+        float, Number("q", "intensity", "N2 s", "positive", "It is that of the white noise before the filters.")
+    ]
+    on: On = "ground"
+    envelope: Over = field(default=None, repr=False, kw_only=True)
+
+    def density(self, w: float) -> float:
+        """Two-sided spectral density per rad/s."""
+        ratio, twice = abs(w) / self.base_frequency, 2.0 * self.base_damping
+        if ratio > 1.0:  # the powers of a far frequency would overflow
+            passed = 1.0 / ((1.0 - ratio**-2) ** 2 + (twice / ratio) ** 2)
+        else:
+            passed = ratio**4 / ((1.0 - ratio**2) ** 2 + (twice * ratio) ** 2)
+        return passed * KanaiTajimiNoise(self.frequency, self.damping, self.intensity).density(w)
+
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        return self.modulated(
+            f"filtered noise ({name}), filters at {self.frequency:.6g} and {self.base_frequency:.6g} rad/s with "
+            f"damping ratios {self.damping:.6g} and {self.base_damping:.6g}, intensity {self.intensity:.6g} "
+            f"{unit('intensity')}"
         )
 
 

@@ -230,7 +230,8 @@ def stated_numbers(kind: type) -> dict[str, Any]:
     for name, hint in get_type_hints(kind, include_extras=True).items():
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
         part_or_law = isinstance(hint, type) and issubclass(hint, Checked)
-        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or part_or_law
+        law_or_none = any(isinstance(one, type) and issubclass(one, Checked) for one in get_args(hint)) and not said
+        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or part_or_law or law_or_none
         if not said and not plain and get_origin(hint) is not ClassVar:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."

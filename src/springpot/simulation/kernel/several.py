@@ -54,11 +54,12 @@ from springpot.simulation.kernel.several_impacts import (
     put_in,
     repair,
 )
-from springpot.simulation.kernel.sources import Filtered, Harmonic, Poisson, Table
+from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
 from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
-    "FILTERED", "HARMONIC", "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
+    "FILTERED", "HARMONIC", "MODULATED",
+    "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
     "MOST_STATES", "MOST_TAPS", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
 ]  # fmt: skip
 
@@ -66,7 +67,7 @@ MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPA
 MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources
-FILTERED, HARMONIC, TABLE, POISSON = 0, 1, 2, 3  # kinds of sources
+FILTERED, HARMONIC, TABLE, POISSON, MODULATED = 0, 1, 2, 3, 4  # kinds of sources
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
 _lane = stack_array(LANES)
@@ -110,9 +111,9 @@ class Sources(NamedTuple):
     newest: Any  # (4 sources,)
     start_begin: Any  # (sources + 1,)
     start: Any  # (all, most)
-    wave: Any  # (2 sources,) impulse and turn, or rate and size
+    wave: Any  # (2 sources,) impulse and turn, or rate and size, or states and steps
     table_begin: Any  # (sources + 1,)
-    table: Any
+    table: Any  # of modulated noise: roots, gains, changes and what is seen, one after another
 
 
 class _Lanes(NamedTuple):
@@ -233,12 +234,24 @@ def _poisson(f, i):
 
 
 @njit(**INLINE)
+def _modulated(f, i):
+    begin, end, size, steps = f.table_begin[i], f.table_begin[i + 1], int(f.wave[2 * i]), int(f.wave[2 * i + 1])
+    gains, last = begin + steps, end - size
+    return Modulated(
+        f.word[i], f.place[i], f.table[last - size * size : last].reshape((size, size)), f.table[last:end],
+        f.table[begin:gains], f.table[gains : gains + steps * size].reshape((steps, size)),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
 def _wake_sources(size, f, who, stream, k0, k1, forcing):
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
             wake(_filtered(f, i), i, who, stream, k0, k1, forcing)
         elif f.kind[i] == HARMONIC:
             wake(_harmonic(f, i), i, who, stream, k0, k1, forcing)
+        elif f.kind[i] == MODULATED:
+            wake(_modulated(f, i), i, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -251,6 +264,8 @@ def _supply_sources(size, f, group, who, stream, k0, k1, forcing):
             supply(_harmonic(f, i), i, group, who, stream, k0, k1, forcing)
         elif f.kind[i] == POISSON:
             supply(_poisson(f, i), i, group, who, stream, k0, k1, forcing)
+        elif f.kind[i] == MODULATED:
+            supply(_modulated(f, i), i, group, who, stream, k0, k1, forcing)
         else:
             supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, who, stream, k0, k1, forcing)
 

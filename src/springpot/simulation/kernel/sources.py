@@ -18,7 +18,7 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, SPAR
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 from springpot.simulation.kernel.random import draw, philox
 
-__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Joined", "Poisson", "Table"]
+__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Joined", "Modulated", "ModulatedWhite", "Poisson", "Table"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -62,6 +62,24 @@ class Poisson(NamedTuple):
     parts: int  # as in `Filtered`
     rate: float  # impulses expected in a part of a step
     size: float  # standard deviation of an impulse
+
+
+class ModulatedWhite(NamedTuple):
+    """White noise whose strength changes with time (`springpot.simulation.lowering.modulated`)."""
+
+    word: int
+    roots: npt.NDArray[np.floating]  # (steps,) standard deviations of the impulses
+
+
+class Modulated(NamedTuple):
+    """Filtered noise that is driven by white noise whose strength changes with time."""
+
+    word: int
+    place: int  # of its states and, after them, their changes in a step
+    change: npt.NDArray[np.floating]  # (states, states) of the best guess of the state in a step, by itself
+    seen: npt.NDArray[np.floating]  # (states,) its effect on the impulse
+    roots: npt.NDArray[np.floating]  # (steps,) effect of the normal on the impulse
+    gains: npt.NDArray[np.floating]  # (steps, states) and on the guess
 
 
 class Table(NamedTuple):
@@ -189,6 +207,48 @@ def _next_impulses(force, slot, g, forcing):
             )
 
 
+@answers(wake, Modulated)
+def _wake_modulated(force, slot, who, stream, k0, k1, forcing):
+    for i in range(2 * force.seen.size * LANES):
+        forcing.state[force.place * LANES + i] = 0.0
+
+
+@answers(supply, ModulatedWhite)
+def _supply_modulated_white(force, slot, group, who, stream, k0, k1, forcing):
+    draw(group, who, stream, force.word, k0, k1, forcing.normals)
+    for j in range(GROUP):
+        n, to = GROUP * group + j, (slot * GROUP + j) * LANES
+        root = f64(force.roots[n]) if n < force.roots.size else 0.0
+        for lane in range(LANES):
+            forcing.given[to + lane] = root * forcing.normals[j * LANES + lane]
+
+
+@answers(supply, Modulated)
+def _supply_modulated(force, slot, group, who, stream, k0, k1, forcing):
+    size = force.seen.size
+    draw(group, who, stream, force.word, k0, k1, forcing.normals)
+    for j in range(GROUP):
+        n, to = GROUP * group + j, (slot * GROUP + j) * LANES
+        inside = n < force.roots.size
+        root = f64(force.roots[n]) if inside else 0.0
+        for lane in range(LANES):
+            forcing.given[to + lane] = root * forcing.normals[j * LANES + lane]
+        for i in range(size):
+            own, new = (force.place + i) * LANES, (force.place + size + i) * LANES
+            seen, gain = force.seen[i], f64(force.gains[n, i]) if inside else 0.0
+            for lane in range(LANES):
+                forcing.given[to + lane] += seen * forcing.state[own + lane]
+                forcing.state[new + lane] = gain * forcing.normals[j * LANES + lane]
+            for k in range(size):
+                factor, other = force.change[i, k], (force.place + k) * LANES
+                for lane in range(LANES):
+                    forcing.state[new + lane] += factor * forcing.state[other + lane]
+        for i in range(size):
+            own, new = (force.place + i) * LANES, (force.place + size + i) * LANES
+            for lane in range(LANES):
+                forcing.state[own + lane] += forcing.state[new + lane]
+
+
 @answers(supply, Table)
 def _supply_table(force, slot, group, who, stream, k0, k1, forcing):
     for j in range(GROUP):
@@ -200,6 +260,7 @@ def _supply_table(force, slot, group, who, stream, k0, k1, forcing):
 
 @answers(push, Filtered)
 @answers(push, Harmonic)
+@answers(push, Modulated)
 @answers(push, Table)
 def _push_given(force, slot, n, x, v, g, forcing, at, lane, weight):
     impulse = forcing.given[slot * GROUP * LANES + at]
@@ -214,6 +275,7 @@ def _push_joined(force, slot, n, x, v, g, forcing, at, lane, weight):
     return typed(0.0, x), typed(impulse, x)
 
 
+@answers(push, ModulatedWhite)
 @answers(push, Poisson)
 def _push_poisson(force, slot, n, x, v, g, forcing, at, lane, weight):
     forcing.impulses[slot * LANES + lane] = 0.0  # it has no memory: its mean work is known, as that of white noise
@@ -262,8 +324,9 @@ def _next_shots(force, slot, group, who, stream, k0, k1, forcing):
         forcing.given[slot * GROUP * LANES + i] *= force.size * f64(forcing.normals[i])
 
 
-for _source in (Filtered, Harmonic, Joined, Poisson, Table):
+for _source in (Filtered, Harmonic, Joined, Modulated, ModulatedWhite, Poisson, Table):
     answers(damp, _source)(_damp_nothing)
     answers(slots, _source)(_one_named)
+answers(wake, ModulatedWhite)(_wake_nothing)
 answers(wake, Poisson)(_wake_nothing)
 answers(wake, Table)(_wake_nothing)

@@ -67,6 +67,9 @@ class Observer:
         The wall or contact whose impacts ``on_impacts`` sees; empty for all.
     place : float
         Of this wall, in m, where there are several masses.
+    per_block : bool
+        Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
+        blocks matters.
     feels : tuple of int
         Which forces and accelerations ``on_steps`` sees.
     """
@@ -79,6 +82,7 @@ class Observer:
     of: int = 0
     stop: str = ""
     place: float = 0.0
+    per_block: bool = False
     feels: tuple[int, ...] = ()
 
 

@@ -31,7 +31,7 @@ from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
-from springpot.simulation.lowering.parts import Lowered, forces_of, lower, thermal_noise, wall_of
+from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
 from springpot.simulation.lowering.walls import Rigid, sums_of
@@ -178,6 +178,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
     total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
+    total += modulated_noise(total, units, step, settings.steps, settings.window_steps)
     # kicks have what the exact flight has not; rounding of k - k is nothing
     remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
     beside = total + Lowered(springs=remainder)

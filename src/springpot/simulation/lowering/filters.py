@@ -23,7 +23,7 @@ from scipy import linalg
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.sources import Filter, Filtered
 
-__all__ = ["filtered"]
+__all__ = ["filtered", "over_a_step"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def filtered(
     >>> bool(abs(variance - 2.0 / math.e) < 1e-12)
     True
     """
-    blocks = [_over_a_step(pair) for pair in _in_pairs(filters)]
+    blocks = [over_a_step(pair) for pair in _in_pairs(filters)]
     move = linalg.block_diag(*(step_of[:-1, :-1] for step_of, _, _ in blocks))
     seen = step * np.concatenate([step_of[-1, :-1] for step_of, _, _ in blocks])
     spread = linalg.block_diag(*(noise[:-1, :-1] for _, noise, _ in blocks))
@@ -128,7 +128,7 @@ def _in_pairs(filters: Sequence[Filter]) -> list[Filter]:
     return pairs
 
 
-def _over_a_step(block: Filter) -> tuple[Floats, Floats, Floats]:
+def over_a_step(block: Filter) -> tuple[Floats, Floats, Floats]:
     """State and impulse after a step from the state before it; the covariance of their noise; that of the state."""
     size = block.output.size + 1
     generator = np.zeros((size, size))

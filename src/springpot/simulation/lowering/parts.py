@@ -19,6 +19,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.memory import power_law_sum
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
     ColoredNoise,
     Constant,
     Contact,
@@ -48,8 +49,9 @@ from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.user_forces import user_force
 from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.modulated import Modulation, law_of, mean_square
 
-__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "numbers_of", "wall_of"]
+__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "modulated_noise", "numbers_of", "wall_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -125,6 +127,8 @@ class Lowered:
     temperature : float
         kT of matched noise; 0 without.
     forces : tuple of Named
+    modulated : tuple of Modulation
+        Noise that changes over the steps of a run.
     barriers : tuple of (str, Barrier)
     contacts : tuple of (str, Contact)
         With their names, in the kernel's units; a restitution that depends on the speed is in the user's.
@@ -138,6 +142,7 @@ class Lowered:
     poisson: float = 0.0
     temperature: float = 0.0
     forces: tuple[Named, ...] = ()
+    modulated: tuple[Modulation, ...] = ()
     barriers: tuple[tuple[str, Barrier], ...] = ()
     contacts: tuple[tuple[str, Contact], ...] = ()
 
@@ -309,7 +314,10 @@ def _uneven(y: FloatArray, width: float) -> FloatArray:
 
 @lower.register
 def _(part: WhiteNoise, name: str, units: Units, step: float) -> Lowered:
-    return Lowered(white=part.intensity / units.length**2 * units.time**3)
+    intensity = part.intensity / units.length**2 * units.time**3
+    if part.envelope is not None:
+        return Lowered(modulated=(Modulation(name, part.envelope, intensity),))
+    return Lowered(white=intensity)
 
 
 @lower.register
@@ -336,7 +344,7 @@ def _(part: ColoredNoise, name: str, units: Units, step: float) -> Lowered:
     variance = part.variance / units.length**2 * units.time**4
     rate = step * units.time / part.correlation_time
     law = sources.Filter(np.array([[-rate]]), np.array([[2.0 * rate * variance]]), np.ones(1))
-    return Lowered(forces=(_filtered(name, [law], step),))
+    return _of_a_filter(part, name, law, step)
 
 
 @lower.register
@@ -347,6 +355,24 @@ def _(part: KanaiTajimiNoise, name: str, units: Units, step: float) -> Lowered:
     law = sources.Filter(
         w * np.array([[0.0, 1.0], [-1.0, -twice]]), np.diag([0.0, intensity * w * w]), np.array([1.0, twice])
     )
+    return _of_a_filter(part, name, law, step)
+
+
+@lower.register
+def _(part: CloughPenzienNoise, name: str, units: Units, step: float) -> Lowered:
+    w, u = part.frequency * units.time * step, part.base_frequency * units.time * step
+    twice, again = 2.0 * part.damping, 2.0 * part.base_damping
+    intensity = part.intensity / units.length**2 * units.time**3 / step
+    # the states of the Kanai-Tajimi noise, and wf^2 u and wf u' of the second filter
+    ground = [0.0, w, 0.0, 0.0], [-w, -w * twice, 0.0, 0.0]
+    matrix = np.array([*ground, [0.0, 0.0, 0.0, u], [u, u * twice, -u, -u * again]])
+    law = sources.Filter(matrix, np.diag([0.0, intensity * w * w, 0.0, 0.0]), np.array([1.0, twice, -1.0, -again]))
+    return Lowered(modulated=(Modulation(name, part.envelope, filter=law),))
+
+
+def _of_a_filter(part: ColoredNoise | KanaiTajimiNoise, name: str, law: sources.Filter, step: float) -> Lowered:
+    if part.envelope is not None:
+        return Lowered(modulated=(Modulation(name, part.envelope, filter=law),))
     return Lowered(forces=(_filtered(name, [law], step),))
 
 
@@ -404,6 +430,22 @@ def _filtered(
         return sources.Joined(law, more / math.sqrt(parts) / max(float(law.newest[0]), 1e-300))
 
     return Named(name, make, states, "feeds", join)
+
+
+def modulated_noise(total: Lowered, units: Units, step: float, steps: int, window: tuple[int, int]) -> Lowered:
+    """The sources of what changes over the steps of a run, and the mean intensity of what is white in a window."""
+
+    def named(noise: Modulation) -> Named:
+        states = 0 if noise.filter is None else 2 * noise.filter.output.size
+        return Named(
+            noise.name, lambda word, place, parts: law_of(noise, units, step, steps, word, place), states,
+            "feeds" if states else "nothing",
+        )  # fmt: skip
+
+    return Lowered(
+        poisson=sum(mean_square(noise, units, step, window) for noise in total.modulated),
+        forces=tuple(map(named, total.modulated)),
+    )
 
 
 def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int) -> Named:

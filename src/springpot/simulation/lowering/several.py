@@ -30,7 +30,7 @@ from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
-from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, numbers_of, thermal_noise
+from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
 from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.plan import Plan
@@ -493,6 +493,7 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
         if more.white > 0.0:
             white.append(math.sqrt(more.white) * row)
         constant -= sum(more.springs[:1]) * row
+        more += modulated_noise(more, frame.units, step, plan.settings.steps, plan.settings.window_steps)
         given += [(replace(named, does="feeds"), row, None) for named in more.forces]
     for thermal in plan.system.of(ThermalNoise):
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
@@ -503,7 +504,8 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif total.springpots:
                 white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
-    return np.array(white).reshape(-1, many), [*_placed(given, parts_of_step)], constant
+    placed = [*_placed(given, parts_of_step, plan.settings.window_steps)]
+    return np.array(white).reshape(-1, many), placed, constant
 
 
 def _temperature(thermal: ThermalNoise, frame: _Frame) -> float:
@@ -531,37 +533,43 @@ def _of_thermal_noise(plan: Plan, parts: PartsOfSeveral, frame: _Frame) -> Itera
         yield Reading(f"{name}_power", works, "time", frame.power * white)
 
 
-def _drawn(law: Any) -> float:
-    """Variance of what a source draws anew for the impulse of each step."""
+def _drawn(law: Any, window: tuple[int, int]) -> float:
+    """Variance of what a source draws anew for the impulse of each step, its mean over the window."""
     if isinstance(law, sources.Poisson):
         return float(law.size**2 * law.rate)
+    if isinstance(law, sources.Modulated | sources.ModulatedWhite):
+        return float((law.roots[slice(*window)] ** 2).mean())
     return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
 
 
-def _placed(given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int) -> Iterator[_Given]:
+def _placed(
+    given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int, window: tuple[int, int]
+) -> Iterator[_Given]:
     """Each source with its own counter words and its place among the states."""
     word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
-        whole = _drawn(named.make(word, place, 1)) if brought is None else brought
-        yield _Given(named, law, row, whole, brought is None and not isinstance(law, sources.Poisson))
+        whole = _drawn(named.make(word, place, 1), window) if brought is None else brought
+        rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
+        yield _Given(named, law, row, whole, brought is None and not rough)
         word, place = word + sources.WORDS, place + named.states
 
 
 def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.Sources:
     kinds = {
         sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
-        sources.Poisson: kernel.POISSON,
+        sources.Poisson: kernel.POISSON, sources.Modulated: kernel.MODULATED,
+        sources.ModulatedWhite: kernel.MODULATED,
     }  # fmt: skip
     laws = [each.law for each in given]
     filters = [law if isinstance(law, sources.Filtered) else None for law in laws]
     pairs = [np.zeros((0, 20)) if law is None else law.pairs for law in filters]
     starts = [np.zeros((0, 0)) if law is None else law.start for law in filters]
-    tables = [law.impulses if isinstance(law, sources.Table) else np.zeros(0) for law in laws]
+    tables = [*map(_table_of, laws)]
     wide = max((start.shape[1] for start in starts), default=0)
     starts = [np.pad(start, ((0, 0), (0, wide - start.shape[1]))) for start in starts]
     newest = [np.zeros(4) if law is None else law.newest for law in filters]
-    waves = [tuple(law[2:]) if isinstance(law, sources.Harmonic | sources.Poisson) else (0.0, 0.0) for law in laws]
+    waves = [*map(_wave_of, laws)]
 
     def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
         return np.array(numbers, np.int64)
@@ -585,8 +593,30 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
     )
 
 
+def _table_of(law: Any) -> Floats:
+    match law:
+        case sources.Table():
+            return np.asarray(law.impulses)
+        case sources.ModulatedWhite():
+            return np.asarray(law.roots)
+        case sources.Modulated():
+            return np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen])
+    return np.zeros(0)
+
+
+def _wave_of(law: Any) -> tuple[float, float]:
+    match law:
+        case sources.Harmonic() | sources.Poisson():
+            return float(law[2]), float(law[3])
+        case sources.Modulated():
+            return float(law.seen.size), float(law.roots.size)
+        case sources.ModulatedWhite():
+            return 0.0, float(law.roots.size)
+    return 0.0, 0.0
+
+
 def _is_random(law: Any) -> bool:
-    return isinstance(law, sources.Filtered | sources.Poisson)
+    return isinstance(law, sources.Filtered | sources.Poisson | sources.Modulated | sources.ModulatedWhite)
 
 
 def _precision(settings: Settings, noisy: bool) -> str:

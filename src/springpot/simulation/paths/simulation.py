@@ -40,7 +40,7 @@ class Ensemble:
     record : ndarray, shape (recorded, points, 2)
         x and v at 0 and after every ``record_every`` steps.
     observed : tuple of ndarray
-        Result of each observer: shape (paths, numbers), or (batches, size) for counts.
+        Result of each observer: shape (paths, numbers), or (batches, size) for counts, or (blocks, size).
     """
 
     rows: Floats
@@ -137,6 +137,8 @@ class Simulation:
                 for observer, array, room in zip(observers, arrays, observed, strict=True):
                     if observer.per_path:
                         room[first : first + LANES] = array[len(HEADER) :].reshape(-1, LANES).T
+                    elif observer.per_block:
+                        room[number] = array[len(HEADER) :]
                     else:
                         with adding:  # whole numbers: their sum does not depend on the order
                             room[number % BATCHES] += array[len(HEADER) :]
@@ -173,7 +175,7 @@ def _room(observer: Observer, blocks: int) -> Floats:
     """The array for the results of an observer from all blocks."""
     if observer.per_path:
         return np.empty((blocks * LANES, observer.initial.size // LANES))
-    return np.zeros((min(blocks, BATCHES), observer.initial.size))
+    return np.zeros((blocks if observer.per_block else min(blocks, BATCHES), observer.initial.size))
 
 
 def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:

@@ -11,7 +11,9 @@ from typing import Any
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
     ColoredNoise,
+    Excitation,
     Force,
     Harmonic,
     KanaiTajimiNoise,
@@ -37,7 +39,8 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 
 __all__ = ["Motion", "StruckWalls"]
 
-_SMOOTH = (ColoredNoise, KanaiTajimiNoise, SpectralExcitation, PoissonImpulses, ParametricNoise, ThermalNoise)
+_FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
+_SMOOTH = (*_FED, ParametricNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
 
 
@@ -256,8 +259,16 @@ class Motion:
 
     @property
     def recorded(self) -> float:
-        """The length of the longest recorded excitation, in s; 0 without one."""
-        return max((record.duration for record in self.system.of(RecordedExcitation)), default=0.0)
+        """The length of the longest recorded excitation or envelope, in s; 0 without one."""
+        envelopes = [noise.envelope.duration for noise in self.system.of(Excitation) if noise.envelope is not None]
+        return max([*envelopes, *(record.duration for record in self.system.of(RecordedExcitation))], default=0.0)
+
+    @property
+    def ends(self) -> str:
+        """Why the excitation does not last; empty if it does."""
+        if not self.recorded:
+            return ""
+        return f"{'a record' if self.system.of(RecordedExcitation) else 'an envelope'} has a beginning and an end"
 
     @property
     def walls(self) -> tuple[Barrier, ...]:
@@ -376,11 +387,10 @@ class Motion:
     @property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
-        stationary = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
-        kinds = (*stationary, Harmonic, VanDerPol)
+        kinds = (WhiteNoise, *_FED, Harmonic, VanDerPol)
         sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds)]
-        if self.recorded:
-            return "a record has a beginning and an end"
+        if self.ends:
+            return self.ends
         if not any(sizes) and not self.system.of(Force):
             return "without excitation the motion dies out"
         if math.isinf(self.scales.energy_time):

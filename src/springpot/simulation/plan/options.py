@@ -79,6 +79,7 @@ class Requests(Options, total=False):
     spectrum: Any
     first_passage: Mapping[str, Any] | None
     slowest_counted_impact: float | None
+    profile: Any
     forces: Sequence[str] | None
     progress: Progress | None
 

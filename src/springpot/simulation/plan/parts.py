@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from springpot.problem.parts import (
+    CloughPenzienNoise,
     ColoredNoise,
     Dashpot,
     FractionalMaxwell,
@@ -31,9 +32,9 @@ def fed_at(part: Any, frequency: float) -> float:
     """
     match part:
         case WhiteNoise() | PoissonImpulses():
-            return 0.5 * float(part.intensity)
-        case ColoredNoise() | KanaiTajimiNoise():
-            return math.pi * part.density(frequency)
+            return 0.5 * float(part.intensity) * part.largest_square
+        case ColoredNoise() | KanaiTajimiNoise() | CloughPenzienNoise():
+            return math.pi * part.density(frequency) * part.largest_square
         case RecordedExcitation():  # as noise that is white up to this frequency
             return 0.5 * math.pi * part.mean_square / frequency
     return 0.0

@@ -492,8 +492,8 @@ class MotionOfSeveral(Motion):
     @cached_property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
-        if self.recorded:
-            return "a record has a beginning and an end"
+        if self.ends:
+            return self.ends
         if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():

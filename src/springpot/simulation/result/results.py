@@ -20,6 +20,7 @@ from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
 from springpot.simulation.watch.observables import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR
 from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.profiles import Profile
 from springpot.simulation.watch.spectrum import Spectrum
 
 if TYPE_CHECKING:
@@ -131,6 +132,8 @@ class Run:
         Sums over the window of each path, from which `springpot.extend` goes on; empty with ``rtol``.
     adapted : Adapted or None
         How x(0) of a stationary start was found.
+    profiles : dict
+        `springpot.simulation.Profile` of each quantity in bins of time, if requested, by its name in the data set.
     step_biases : dict
         Bounds on the step bias of quantiles and densities that have a relevant one, of a run without ``rtol``: arrays
         over the probabilities of the quantiles and the bins of the densities.
@@ -150,9 +153,10 @@ class Run:
     path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
     step_biases: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    profiles: dict[str, Profile] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        name_results(self, "estimates", "distributions", "extremes", "first_passages")
+        name_results(self, "estimates", "distributions", "extremes", "first_passages", "profiles")
 
     def __repr__(self) -> str:
         """How long it is, and what it holds; printed, it shows its numbers."""
@@ -204,6 +208,7 @@ class Run:
             **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
             **{name: _finite(column.tolist()) for name, (column, _) in self._spectral().items()},
             **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
+            **{name: _finite(column.tolist()) for name, (column, _) in self._in_bins().items()},
             "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
@@ -251,6 +256,14 @@ class Run:
             unit = unit_of_result(self.system, f"{name}_spectrum")
             found[f"{name}_spectrum"] = own.density, {"units": unit, "resolution": own.resolution}
             found[f"{name}_spectrum_se"] = own.standard_error, {"units": unit}
+        return found
+
+    def _in_bins(self) -> dict[str, tuple[npt.NDArray[np.float64], str]]:
+        """Middles and widths of the bins of time, and profiles with their errors, by name: numbers and unit."""
+        found: dict[str, tuple[npt.NDArray[np.float64], str]] = {}
+        for name, own in self.profiles.items():
+            found["time_bin"], found["time_bin_width"] = (own.time, "s"), (np.diff(own.edges), "s")
+            found[name], found[f"{name}_se"] = (own.value, own.unit), (own.standard_error, own.unit)
         return found
 
     def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
@@ -334,6 +347,8 @@ class Run:
             (coordinates if name == "frequency" else data)[name] = ("frequency", column, attributes)
         for name, (axis, column, unit) in self._curves().items():
             (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
+        for name, (column, unit) in self._in_bins().items():
+            (coordinates if name.startswith("time_bin") else data)[name] = ("time_bin", column, {"units": unit})
         for name, sketch in self.distributions.items():
             edges, density, error = sketch.density()
             where, per_unit = f"{name}_bin", {"units": sketch.density_unit}

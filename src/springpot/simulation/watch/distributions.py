@@ -59,11 +59,12 @@ def sketches(seen: Seen, group_in_time_scales: float) -> Observer:
 
 
 def observer_of(
-    seen: Seen, on_steps: Any, on_impacts: Any, initial: Floats, *, per_path: bool = True, every: int = 1
-) -> Observer:
+    seen: Seen, on_steps: Any, on_impacts: Any, initial: Floats, *, per_path: bool = True, every: int = 1,
+    per_block: bool = False,
+) -> Observer:  # fmt: skip
     """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
     steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
-    return Observer(steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place)
+    return Observer(steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block)
 
 
 @njit(**INLINE)

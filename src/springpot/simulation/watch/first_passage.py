@@ -76,8 +76,8 @@ class Passage:
     observer: Observer
 
 
-def from_the_start(plan: Plan, wanted: Wanted | None, window: object) -> Plan:
-    """The plan of a run with first passages: from rest the window is the whole run if none is given."""
+def from_the_start(plan: Plan, wanted: object, window: object) -> Plan:
+    """The plan of a run with first passages or profiles: from rest the window is the whole run if none is given."""
     if not wanted or window is not None or plan.settings.start != "rest":
         return plan
     return plan.but(window=(0.0, plan.settings.duration))

@@ -189,7 +189,7 @@ def is_taken(system: System, name: str) -> bool:
     bins = (asked_for.removesuffix("_density") + end for asked_for in asked for end in ("_bin", "_bin_width"))
     samples = (asked_for.removesuffix("_quantile") for asked_for in asked)
     walls = (f"barrier_{quantity}" for quantity in OF_A_WALL)
-    others = (*OF_A_POINT, "path", "time", "frequency", "probability", "barrier", "point")
+    others = (*OF_A_POINT, "path", "time", "frequency", "probability", "barrier", "point", "time_bin", "time_bin_width")
     attributes = ("system", "settings", "diagnostics", "warnings")
     return name in {*COUNTED, *asked, *bins, *samples, *walls, *others, *attributes}
 

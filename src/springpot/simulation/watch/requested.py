@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import few, meant, shown
+from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
@@ -30,6 +31,7 @@ from springpot.simulation.watch.observables import (
     squares,
 )
 from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observed", "Requested", "requested"]
@@ -55,6 +57,10 @@ class Requested:
         Levels whose first passage is wanted.
     counted : dict of Observer
         Of the impacts that are not slow, by the wall; by an empty name on all walls of one mass; or nothing.
+    edges : ndarray of int
+        Ends of the bins of the profiles, in steps; empty without them.
+    profiles : tuple of (Seen, Observer)
+        Of each displacement, or nothing.
     felt : dict of Observer
         Of forces and accelerations.
     """
@@ -67,6 +73,8 @@ class Requested:
     spectra: tuple[tuple[Seen, Observer], ...] = ()
     passages: tuple[Passage, ...] = ()
     counted: Mapping[str, Observer] = field(default_factory=dict)
+    edges: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    profiles: tuple[tuple[Seen, Observer], ...] = ()
     felt: Mapping[str, Observer] = field(default_factory=dict)
 
     @property
@@ -76,6 +84,7 @@ class Requested:
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
             *(passage.observer for passage in self.passages), *self.counted.values(), *self.felt.values(),
+            *(observer for _, observer in self.profiles),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -99,7 +108,13 @@ class Requested:
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for name in self.felt:
             counted |= _felt(name, next(left) / (high - low), simulation.parts.felt.lacking[name])
-        return Observed(means, distributions, largest, spectra, passed, counted)
+        profiles = dict[str, Profile]()
+        for seen, _ in self.profiles:
+            found = profiles_in(simulation.motion, settings, seen, self.edges, next(left))
+            profiles |= {
+                name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
+            }
+        return Observed(means, distributions, largest, spectra, passed, counted, profiles)
 
 
 def _felt(name: str, means: Floats, lacking: float) -> dict[str, tuple[float, Floats]]:
@@ -137,6 +152,8 @@ class Observed:
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
         wall, and of the mean and mean square of forces and accelerations, if they were asked for.
+    profiles : dict
+        As in `springpot.simulation.Run`.
     """
 
     means: dict[str, Floats]
@@ -145,6 +162,7 @@ class Observed:
     spectra: dict[str, Spectrum] = field(default_factory=dict)
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
+    profiles: dict[str, Profile] = field(default_factory=dict)
 
 
 def requested(
@@ -156,6 +174,7 @@ def requested(
     spectrum: npt.ArrayLike | None = None,
     first_passage: Mapping[str, Any] | None = None,
     slowest_counted_impact: float | None = None,
+    profile: Any = None,
     forces: Sequence[str] | None = None,
 ) -> Requested:
     """Check and compile the requested observers.
@@ -181,6 +200,7 @@ def requested(
     felt = {} if forces is None else _felt_observers(plan, forces)
     alone = [Seen({"x": name}, observer.of) for name, observer in felt.items()]
     moving = () if spectrum is None else (*(seen for seen in motion.seen if "x" in seen.names), *alone)
+    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(motion.seen))
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
@@ -191,6 +211,8 @@ def requested(
         spectra=tuple((seen, _felt_too(spectral(seen, frequencies, settings, fastest), felt)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
+        edges=edges,
+        profiles=() if profile is None else tuple((seen, profile_of(seen, edges, settings)) for seen in motion.seen),
         felt=felt,
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):

@@ -18,6 +18,8 @@ def check_kinds(
     kinds: type | UnionType,
     linear: type | UnionType | tuple[()] = (),
     nonlinear: str = "the nonlinear ",
+    *,
+    over: bool = False,
 ) -> None:
     """Raise `NotCoveredError` for a part of another kind, and for a contact that dissipates.
 
@@ -32,6 +34,8 @@ def check_kinds(
         Those among them that must be linear: `PolynomialSpring`, `PolynomialDashpot`, or both.
     nonlinear : str
         What is said before the name of one that is not.
+    over : bool
+        Whether envelopes are covered.
 
     Examples
     --------
@@ -44,6 +48,8 @@ def check_kinds(
     for name, part in unit.named():
         if not isinstance(part, kinds):
             raise NotCoveredError(f"{reach}, not {name}.")
+        if not over and getattr(part, "envelope", None) is not None:
+            raise NotCoveredError(f"{reach}, not the envelope of {name}: it has no stationary state.")
         if isinstance(part, PolynomialSpring | PolynomialDashpot) and isinstance(part, linear) and not part.is_linear:
             raise NotCoveredError(f"{reach}, not {nonlinear}{name}.")
         if isinstance(part, SoftStop) and part.dissipates:

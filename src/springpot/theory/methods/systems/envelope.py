@@ -14,6 +14,7 @@ from scipy import optimize
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
     ColoredNoise,
     Contact,
     FractionalMaxwell,
@@ -386,8 +387,10 @@ def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
     for name, part in unit.named():
-        if isinstance(part, Harmonic | SpectralExcitation):
+        if isinstance(part, Harmonic | SpectralExcitation | CloughPenzienNoise):
             raise NotCoveredError(f"{REACH}, not {name}.")
+        if getattr(part, "envelope", None) is not None:
+            raise NotCoveredError(f"{REACH}, not the envelope of {name}: it has no stationary state.")
         if isinstance(part, SoftStop) and part.dissipates:
             raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
     noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import (
+    CloughPenzienNoise,
     ColoredNoise,
     Constant,
     Dashpot,
@@ -53,8 +54,8 @@ _REACH = "The linear theory covers linear springs, dampers, memory and circuits,
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
 _GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
-_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, SpectralExcitation)
-Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | SpectralExcitation
+_NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, PoissonImpulses, SpectralExcitation)
+Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | PoissonImpulses | SpectralExcitation
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +187,8 @@ class Companion:
                 found.append(1.0 / noise.correlation_time)
             elif isinstance(noise, KanaiTajimiNoise):
                 found.append(noise.frequency)
+            elif isinstance(noise, CloughPenzienNoise):
+                found += [noise.frequency, noise.base_frequency]
             elif isinstance(noise, SpectralExcitation):  # the integrals are cut at every point of the table
                 found += [2.0 * math.pi * f for f in noise.frequency]
         return [scale for scale in found if scale > 0.0]
@@ -550,7 +553,8 @@ def companion_of(system: System) -> Companion:
     """
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
-    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources | PoissonImpulses | SpectralExcitation
+    sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
+    kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
     check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
     at = system.coordinates
     return Companion(

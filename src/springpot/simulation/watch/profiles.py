@@ -1,0 +1,235 @@
+"""Profiles: means, mean squares and impacts in bins of time, for motions that are not stationary.
+
+Each path adds its means over a bin, by the trapezoidal rule, to a sum and to a sum of squares, so that nothing is kept
+of a path.  Bins are made of whole groups of four steps, in which the kernel shows states and impacts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.arguments import finite_number
+from springpot.machine.faults import shown
+from springpot.problem.parts import Barrier
+from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.paths.statistics import NORMAL
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.settings import Settings
+from springpot.simulation.watch.distributions import observer_of
+
+__all__ = ["Profile", "checked_edges", "profile_of", "profiles_in"]
+
+Floats = npt.NDArray[np.float64]
+
+MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
+_KINDS = 5  # x, x^2, v^2, impacts, squares of their speeds
+_X, _XX, _VV, _HITS, _SPEEDS = range(_KINDS)
+_UNSEEN = 3.0 / NORMAL  # over the time that was watched: the error of the rate of what was not seen
+
+_LENGTH, _SPEED = HEADER.index("length"), HEADER.index("speed")
+_PATHS = HEADER.index("lanes")
+# After the header: the present bin, the number of ends, x and v before the step and the sums of each lane, the ends in
+# steps, the sums of all lanes
+_PLACE = len(HEADER)
+_COUNT, _BEFORE = _PLACE + 1, _PLACE + 2
+_SUMS = _BEFORE + 2 * LANES
+_ENDS = _SUMS + _KINDS * LANES
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """The means of a quantity in bins of time, over all paths.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (bins + 1,)
+        In s.
+    value, standard_error : ndarray, shape (bins,)
+        In ``unit``.
+    unit : str
+
+    Examples
+    --------
+    >>> Profile(np.array([0.0, 1.0, 3.0]), np.ones(2), np.zeros(2), "m2").time
+    array([0.5, 2. ])
+    """
+
+    edges: Floats
+    value: Floats
+    standard_error: Floats
+    unit: str
+
+    @property
+    def time(self) -> Floats:
+        """The middle of each bin, in s."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+
+def checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.NDArray[np.int64]:
+    """The ends of the bins in steps, of so many equal bins in the window or between the times given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is neither, or a bin would be shorter than four steps.
+    """
+    low, high = settings.window_steps
+    if isinstance(wanted, bool | str | dict):
+        raise TypeError(f"profile must be a number of bins, or times in s between them, not {shown(wanted)}.")
+    if np.ndim(wanted) == 0:
+        count = finite_number(wanted, "profile", low=1.0, high=1e6, hint="It is a number of bins, or times in s.")
+        if count != int(count):
+            raise ValueError(f"profile must be a whole number of bins, not {count:g}.")
+        times = settings.step * np.linspace(low, high, int(count) + 1)
+    else:
+        times = np.array([finite_number(t, "profile time", low=0.0, hint="It is in s.") for t in wanted])
+        if times.size < 2 or (np.diff(times) <= 0.0).any():
+            raise ValueError("profile must be two or more times that increase, or a number of bins.")
+        begin, end = settings.window
+        if times[0] < begin - 0.5 * settings.step or times[-1] > end + 0.5 * settings.step:
+            raise ValueError(f"profile must lie in the window from {begin:g} s to {end:g} s: there is nothing else.")
+    steps = GROUP * np.rint(times / (GROUP * settings.step)).astype(np.int64)
+    steps[times < (low + 0.5) * settings.step] = low  # an end of the window need not be one of a group
+    steps[times > (high - 0.5) * settings.step] = high
+    if (np.diff(steps) <= 0).any() or (steps < low).any() or (steps > high).any():
+        raise ValueError(
+            f"profile has bins that are shorter than {GROUP} steps, {GROUP * settings.step:.3g} s: use fewer, or a "
+            "shorter step."
+        )
+    blocks = -(-settings.paths // LANES)
+    numbers = blocks * displacements * _size(steps.size)
+    if numbers > MOST_SUMS:
+        raise ValueError(
+            f"profile of {steps.size - 1} bins and {settings.paths:,} paths would keep {numbers:,} numbers, but at "
+            f"most {MOST_SUMS:,} are kept: use fewer bins."
+        )
+    return steps
+
+
+def _size(ends: int) -> int:
+    """Of an observer's array without its header."""
+    return _ENDS - _PLACE + ends + 2 * _KINDS * ends
+
+
+def profile_of(seen: Seen, edges: npt.NDArray[np.int64], settings: Settings) -> Observer:
+    """The sums of a displacement, and of the impacts that belong to it."""
+    on_steps, on_impacts = _parts()
+    initial = np.zeros(_size(edges.size))
+    initial[:2] = 1.0 if edges[0] == settings.window_steps[0] else 0.0, edges.size
+    initial[_ENDS - _PLACE :][: edges.size] = edges
+    # impacts alone have no states, but the steps must tell the bins
+    own = Seen(seen.names, seen.number or 0, seen.row, seen.stop, seen.place, seen.side)
+    return observer_of(own, on_steps, on_impacts, initial, per_path=False, per_block=True)
+
+
+@cache
+def _parts() -> tuple[Any, Any]:
+    """The time before the first end is a bin too, the one of number 0."""
+
+    @callback(ON_STEPS)
+    def on_steps(x, v, step, n, low, high, array):
+        place, count = int(array[_PLACE]), int(array[_COUNT])
+        if place >= count:
+            return
+        length, speed = array[_LENGTH], array[_SPEED]
+        for j in range(GROUP):
+            if low <= n + j < high:
+                for lane in range(LANES):
+                    here, moving = length * x[j * LANES + lane], speed * v[j * LANES + lane]
+                    was, moved = array[_BEFORE + lane], array[_BEFORE + LANES + lane]
+                    if n + j == low:  # the state before it is not shown
+                        was, moved = here, moving
+                    array[_SUMS + _X * LANES + lane] += 0.5 * (was + here)
+                    array[_SUMS + _XX * LANES + lane] += 0.5 * (was * was + here * here)
+                    array[_SUMS + _VV * LANES + lane] += 0.5 * (moved * moved + moving * moving)
+                    array[_BEFORE + lane], array[_BEFORE + LANES + lane] = here, moving
+        if n + GROUP < array[_ENDS + place] and n + GROUP < high:
+            return
+        for kind in range(_KINDS):
+            total = square = 0.0
+            for lane in range(LANES):
+                own = array[_SUMS + kind * LANES + lane]
+                if lane < array[_PATHS]:
+                    total += own
+                    square += own * own
+                array[_SUMS + kind * LANES + lane] = 0.0
+            at = _ENDS + count + 2 * (place * _KINDS + kind)
+            array[at] = total
+            array[at + 1] = square
+        array[_PLACE] = place + 1.0
+
+    @callback(ON_IMPACTS)
+    def on_impacts(count, speed, lane, array):
+        before = array[_SPEED] * speed
+        array[_SUMS + _HITS * LANES + lane] += count
+        array[_SUMS + _SPEEDS * LANES + lane] += count * before * before
+
+    return on_steps, on_impacts
+
+
+def profiles_in(
+    motion: Motion, settings: Settings, seen: Seen, edges: npt.NDArray[np.int64], found: Floats
+) -> dict[str, tuple[Floats, Floats, Floats]]:
+    """Edges in s, values and errors by the names of results.
+
+    Parameters
+    ----------
+    found : ndarray, shape (blocks, size)
+        What `profile_of` kept.
+    """
+    sums = found[:, _ENDS - _PLACE + edges.size :].sum(axis=0).reshape(edges.size, _KINDS, 2)[1:]
+    times, width = np.asarray(edges * settings.step, np.float64), np.diff(edges) * settings.step
+    over = {_X: np.diff(edges), _XX: np.diff(edges), _VV: np.diff(edges), _HITS: width, _SPEEDS: width}
+    profiles = {}
+    for name, kind, factor in _wanted(motion, seen):
+        (total, square), paths = sums[:, kind].T, settings.paths
+        mean = total / paths
+        spread = np.maximum(square / paths - mean * mean, 0.0) / max(paths - 1, 1) if paths > 1 else np.nan * mean
+        error: Floats = np.sqrt(spread)
+        if kind in (_HITS, _SPEEDS):
+            unseen = sums[:, _HITS, 0] == 0.0
+            error = np.where(unseen, _UNSEEN / paths if kind == _HITS else np.nan, error)
+            if kind == _HITS and any(name.startswith(start) for start in motion.uncounted):
+                mean, error = np.full_like(mean, np.nan), np.full_like(mean, np.nan)
+        per_bin = np.asarray(factor / over[kind], float)
+        profiles[f"{name}_profile"] = times, np.asarray(mean * per_bin), np.asarray(error * per_bin)
+    return profiles
+
+
+def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
+    """Name, sum and factor of each result of a displacement."""
+    found = []
+    if "x" in seen.names:
+        found += [(f"{seen.names['x']}_mean", _X, 1.0), (f"{seen.names['x']}_mean_square", _XX, 1.0)]
+    if "v" in seen.names:
+        found.append((f"{seen.names['v']}_mean_square", _VV, 1.0))
+    if "impact_speed" in seen.names:
+        start = seen.names["impact_speed"].removesuffix("impact_speed")
+        found.append((f"{start}impact_rate", _HITS, 1.0))
+        if not math.isnan(taken := _taken(motion, seen)):
+            found.append((f"{start}impact_power", _SPEEDS, taken))
+    return found
+
+
+def _taken(motion: Motion, seen: Seen) -> float:
+    """Energy that walls take from an impact, over the square of its speed; NaN if that is no number."""
+    walls = [motion.system.stops[seen.stop]] if seen.stop else [*motion.system.stops.values()]
+    laws = {wall.restitution for wall in walls if isinstance(wall, Barrier)}
+    if len(laws) != 1 or callable(*laws) or not all(isinstance(wall, Barrier) for wall in walls):
+        return math.nan
+    mass = motion.system.inertia
+    if seen.stop:  # of several masses
+        at = motion.system.coordinates
+        row = at.elongations[seen.stop]
+        mass = 1.0 / float(row @ at.accelerations(row))
+    (restitution,) = laws
+    return 0.5 * mass * (1.0 - float(restitution) ** 2)  # type: ignore[arg-type]

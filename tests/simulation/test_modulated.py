@@ -1,0 +1,212 @@
+"""Noise with an envelope, and results in bins of time.
+
+The tables are those of the Lyapunov equation P' = A P + P A^T + B B^T e(t)^2, of the exact impulse response, and of an
+independent Monte Carlo with a wall.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import springpot as sp
+from springpot.simulation.kernel import sources
+from springpot.simulation.lowering.filters import filtered
+from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.modulated import Modulation, law_of
+from tests.kernels import PAIR
+
+ENVELOPE = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
+SHAKEN = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0, envelope=ENVELOPE)
+AWAY = sp.Barrier(-1e3, 0.8)  # so that all tests share one kernel
+TIMES = [0.0, 2.0, 4.0, 6.0, 10.0, 15.0, 25.0]
+
+
+def of_pair(*noises: Any, damping: float = 0.3) -> sp.System:
+    """An oscillator with these noises beside another mass, in the kernel of several masses."""
+    ends = {"between": ("ground", "a")}
+    return sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(4.0, **ends), sp.Dashpot(damping, **ends),
+        sp.Spring(1.0, between=("ground", "b")), *noises,
+    )  # fmt: skip
+
+
+def lyapunov(noise: Any, damping: float, times: list[float], stiffness: float = 4.0) -> np.ndarray:
+    """x^2 and v^2 at times, of white noise, or of noise that it drives through one or two filters."""
+    match noise:
+        case sp.WhiteNoise():
+            rows, out = np.zeros((0, 0)), np.zeros(0)
+        case sp.KanaiTajimiNoise(frequency=w, damping=z):
+            rows, out = np.array([[0.0, 1.0], [-w * w, -2 * z * w]]), np.array([w * w, 2 * z * w])
+        case sp.CloughPenzienNoise(frequency=w, damping=z, base_frequency=f, base_damping=zf):
+            first = [0.0, 1.0, 0.0, 0.0], [-w * w, -2 * z * w, 0.0, 0.0]
+            rows = np.array([*first, [0.0, 0.0, 0.0, 1.0], [w * w, 2 * z * w, -f * f, -2 * zf * f]])
+            out = rows[3]
+        case _:
+            rows, out = np.array([[-1.0 / noise.correlation_time]]), np.ones(1)
+    size = len(out) + 2
+    a = np.zeros((size, size))
+    a[0, 1], a[1, 0], a[1, 1], a[1, 2:], a[2:, 2:] = 1.0, -stiffness, -damping, out, rows
+    push = np.zeros(size)
+    push[min(3, size - 1)] = 1.0
+    is_colored = isinstance(noise, sp.ColoredNoise)
+    q = 2.0 * noise.variance / noise.correlation_time if is_colored else noise.intensity
+
+    def grow(t: float, p: np.ndarray) -> np.ndarray:
+        square = p.reshape(size, size)
+        fed = q * float(noise.envelope.at(t)) ** 2 * np.outer(push, push)
+        return (a @ square + square @ a.T + fed).ravel()
+
+    found = solve_ivp(grow, (0.0, times[-1]), np.zeros(size**2), t_eval=times, rtol=1e-9, atol=1e-12, max_step=0.1)
+    return found.y[[0, size + 1]]
+
+
+def apart(profile: Any, expected: np.ndarray) -> np.ndarray:
+    return np.asarray((profile.value - expected) / profile.standard_error)
+
+
+def test_white_noise_and_a_springpot_in_twenty_bins_against_the_exact_response() -> None:
+    system = sp.System(*SHAKEN, AWAY)
+    run = sp.simulate(system, paths=65536, step=0.05, duration=24.0, profile=20)
+    assert run.settings.window == (0.0, 24.0)
+    fine = np.linspace(0.0, 24.0, 961)
+    exact = sp.theory.transient(sp.System(*SHAKEN), fine)
+    for name in ("x_mean_square", "v_mean_square"):
+        values = getattr(exact, name)
+        means = (0.5 * (values[1:] + values[:-1])).reshape(20, -1).mean(axis=1)
+        profile = run.profiles[f"{name}_profile"]
+        assert profile.edges[[0, -1]].tolist() == [0.0, 24.0]
+        assert profile.unit == run[name].unit
+        assert np.abs(apart(profile, means)).max() < 3.0
+        assert profile.value.mean() == pytest.approx(run[name].value, rel=2e-3)  # sums of the kernel, at other instants
+        assert np.median(profile.standard_error / profile.value) < 0.008
+    assert np.abs(apart(run.profiles["x_mean_profile"], np.zeros(20))).max() < 3.5
+    assert (run.profiles["impact_rate_profile"].value == 0.0).all()
+    assert run.profiles["impact_rate_profile"].standard_error[0] == pytest.approx(3.0 / 1.96 / (65536 * 1.2), rel=1e-3)
+    # what is fed in, int q e^2 / 2 dt, is lost or left
+    residual = run["energy_residual"]
+    assert abs(residual.value) < 3.0 * residual.error < 0.015
+
+
+def test_a_wall_against_an_independent_program() -> None:
+    run = sp.simulate(
+        sp.System(*SHAKEN, sp.Barrier(0.0, 0.8)), paths=20480, step=0.02, duration=25.0, profile=TIMES, seed=5,
+        distributions=True,
+    )  # fmt: skip
+    rate, power = run.profiles["impact_rate_profile"], run.profiles["impact_power_profile"]
+    theirs = np.array([0.3401, 0.3489, 0.3331, 0.3276, 0.3157]), np.array([11, 10, 5, 3, 2]) * 1e-4
+    assert (np.abs(rate.value[1:] - theirs[0]) / np.hypot(rate.standard_error[1:], theirs[1])).max() < 3.0
+    theirs = np.array([0.01713, 0.0817, 0.1466, 0.1198, 0.0554, 0.01105]), np.array([10, 40, 70, 40, 20, 4]) * 1e-5
+    assert (np.abs(power.value - theirs[0]) / np.hypot(power.standard_error, theirs[1])).max() < 3.0
+    assert (power.value * np.diff(power.edges)).sum() / 25.0 == pytest.approx(run["barrier_power"].value, rel=1e-9)
+    assert (rate.value * np.diff(rate.edges)).sum() / 25.0 == pytest.approx(run["impact_rate"].value, rel=1e-9)
+    largest = run.extremes["x_maximum"]
+    for level, theirs_share, error in ((2.0, 0.1968, 0.0013), (3.0, 0.0158, 0.0004)):
+        share = (largest > level).mean()
+        assert abs(share - theirs_share) < 3.0 * np.hypot(error, np.sqrt(share * (1.0 - share) / largest.size))
+    assert abs(largest.mean() - 1.5347) < 3.0 * np.hypot(0.0019, largest.std() / np.sqrt(largest.size))
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        sp.WhiteNoise(1.0, on="a", envelope=ENVELOPE),
+        sp.ColoredNoise(1.0, 0.8, on="a", envelope=ENVELOPE),
+        sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", envelope=sp.JenningsHousnerEnvelope(2.0, 5.0, 0.5)),
+        sp.CloughPenzienNoise(
+            6.0, 0.4, 0.9, 0.5, 1.0, on="a", envelope=sp.TabulatedEnvelope((0.0, 2.0, 6.0, 9.0), (0.0, 1.0, 0.6, 0.0))
+        ),
+    ],
+    ids=lambda noise: type(noise).__name__,
+)
+def test_filtered_noise_against_the_equation_of_lyapunov(noise: Any) -> None:
+    """In long steps: the law of the impulses is that of the driven filter, not of modulated output."""
+    run = sp.simulate(of_pair(noise), paths=40960, step=0.05, duration=12.0, profile=[0.0, 3.0, 6.0, 9.0, 12.0])
+    fine = np.linspace(0.0, 12.0, 481)
+    exact = lyapunov(noise, 0.3, [*fine])
+    for name, values in zip(("x", "v"), exact, strict=True):
+        means = (0.5 * (values[1:] + values[:-1])).reshape(4, -1).mean(axis=1)
+        assert np.abs(apart(run.profiles[f"a_{name}_mean_square_profile"], means)).max() < 3.5
+    assert run.profiles["b_x_mean_square_profile"].value.max() == 0.0
+
+
+def test_an_envelope_of_1_is_stationary_noise() -> None:
+    """The recursion goes to the law of the innovations that stationary noise has."""
+    step, steps = 0.3, 400
+    noise = Modulation("", None, filter=sources.Filter(np.array([[-0.2]]), np.array([[0.4]]), np.ones(1)))
+    law = law_of(noise, Units(1.0, 1.0, 1.0), step, steps, 1, 0)
+    stationary = filtered([noise.filter], 1, 0, step)
+    assert law.roots[-1] == pytest.approx(stationary.newest[0], rel=1e-12)
+    assert law.roots[0] ** 2 > law.roots[-1] ** 2  # nothing is known at first
+    assert law.seen @ law.gains[-1] == pytest.approx(stationary.newest[1], rel=1e-12)
+
+
+def test_stationary_clough_penzien_noise() -> None:
+    noise = sp.CloughPenzienNoise(4.0, 0.4, 0.8, 0.5, 1.0, on="a")
+    run = sp.simulate(of_pair(noise), paths=8192, step=0.1, duration=60.0)
+    exact = sp.theory.linear(sp.System(sp.Spring(4.0), sp.Dashpot(0.3), sp.CloughPenzienNoise(4.0, 0.4, 0.8, 0.5, 1.0)))
+    for name in ("x_mean_square", "v_mean_square"):
+        own = run[f"a_{name}"]
+        assert abs(own.value / getattr(exact, name) - 1.0) < 3.0 * own.error / own.value + 0.004 < 0.02
+
+
+def test_a_run_with_an_envelope_is_that_of_the_whole_envelope() -> None:
+    system = sp.System(sp.Mass(1.0, at="a"), *PAIR.parts[1:-1], sp.WhiteNoise(1.0, on="a", envelope=ENVELOPE))
+    run = sp.simulate(system, paths=64)
+    assert run.settings.duration == pytest.approx(ENVELOPE.duration, abs=0.5)
+    assert run.settings.window[0] == 0.0
+    with pytest.raises(sp.theory.NoStationaryStateError, match="there is none: an envelope has a beginning"):
+        sp.simulate(system, rtol=0.1)
+    with pytest.raises(sp.theory.NotCoveredError, match="not the envelope of"):
+        sp.theory.linear(system)
+
+
+def test_profiles_do_not_depend_on_threads_and_go_to_files(tmp_path: Any) -> None:
+    system = of_pair(sp.WhiteNoise(1.0, on="a"))
+    one, two = (
+        sp.simulate(system, paths=1000, duration=6.0, step=0.02, profile=[1.0, 2.0, 5.0], start="rest", threads=threads)
+        for threads in (1, 2)
+    )
+    name = "a_x_mean_square_profile"
+    assert (one.profiles[name].value == two.profiles[name].value).all()
+    again = sp.load_run(one.save(tmp_path / "run.nc"))
+    assert (again.profiles[name].standard_error == one.profiles[name].standard_error).all()
+    dataset = one.to_xarray()
+    assert dataset[name].dims == ("time_bin",)
+    assert dataset["time_bin_width"].values.tolist() == pytest.approx([1.04, 2.96])
+    with pytest.raises(ValueError, match="but it has profiles"):
+        sp.extend(one, paths=2000)
+
+
+def test_the_bins_of_a_profile_are_those_of_the_recorded_paths() -> None:
+    system = of_pair(sp.WhiteNoise(1.0, on="a"))
+    run = sp.simulate(
+        system, paths=300, duration=4.0, step=0.05, record=300, window=(0.5, 3.9), profile=[1.0, 2.0, 3.9]
+    )
+    x = run.record[:, :, 0, 0]
+    edges = np.rint(run.profiles["a_x_mean_profile"].edges / 0.05).astype(int)
+    for n, (low, high) in enumerate(itertools.pairwise(edges)):
+        own = np.trapezoid(x[:, low : high + 1] ** 2, axis=1) / (high - low)
+        profile = run.profiles["a_x_mean_square_profile"]
+        assert profile.value[n] == pytest.approx(own.mean(), rel=1e-5)
+        assert profile.standard_error[n] == pytest.approx(own.std(ddof=1) / np.sqrt(300), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("profile", "sentence"),
+    [
+        (0, "profile must be in"), (2.5, "a whole number of bins"), ("all", "a number of bins, or times"),
+        ([1.0], "two or more times"), ([0.0, 2.0, 1.0], "two or more times that increase"),
+        ([0.0, 99.0], "must lie in the window"), (100, "shorter than 4 steps"),
+        ([0.0, 0.5, 0.51], "shorter than 4 steps"),
+    ],
+)  # fmt: skip
+def test_wrong_bins_are_refused(profile: Any, sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        sp.simulate(
+            of_pair(sp.WhiteNoise(1.0, on="a")), paths=64, duration=4.0, step=0.02, start="rest", profile=profile
+        )
