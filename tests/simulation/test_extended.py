@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from tests.several import buildings
 from tests.simulation.problems import errors_of, values_of
 
 WALL = sp.Oscillator(springpot=sp.Springpot(0.5, 0.8), barrier=sp.Barrier(-0.2, 0.8))
@@ -106,6 +107,13 @@ def test_what_cannot_be_extended_to_an_error(given: dict, asked: dict, sentence:
     run = sp.simulate(DASHPOT, paths=64, **{**LONG, **given})
     with pytest.raises(ValueError, match=sentence):
         sp.extend(run, **asked)
+
+
+def test_several_masses_from_rest_are_not_extended_to_an_error() -> None:
+    """The sentence is about the start, and not about the quantities of one mass, which were not asked for."""
+    run = sp.simulate(buildings(sp.WhiteNoise(1e9, on="old")), paths=64, duration=5.0)
+    with pytest.raises(ValueError, match="run must have a stationary start"):
+        sp.extend(run, rtol=0.1)
 
 
 def test_a_lossy_wall_s_impact_rate_is_not_extended_to_an_error() -> None:

@@ -43,7 +43,7 @@ def extend(
     *,
     paths: int | None = None,
     rtol: float | None = None,
-    quantities: Sequence[str] = ("amplitude_mean_square",),
+    quantities: Sequence[str] | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Run:
@@ -63,7 +63,7 @@ def extend(
         start stay those of the run: what they leave is bounded, that of the step with pairs of paths at the step and
         at half of it.
     quantities : sequence of str
-        With ``rtol``: the results that it controls.
+        With ``rtol``: the results that it controls; if left out, those of `springpot.simulate`.
     threads : int
         Those of the run if left out; the result does not depend on it.
     progress : callable
@@ -190,12 +190,12 @@ class _Standing:
 
 
 def _extended_to(
-    run: Run, rtol: float, quantities: Sequence[str], threads: int | None, progress: Progress | None
+    run: Run, rtol: float, quantities: Sequence[str] | None, threads: int | None, progress: Progress | None
 ) -> Run:
     """The run with as many paths as the total error needs, and with budgets."""
     rtol = finite_number(rtol, "rtol", low=1e-4, high=0.5, hint="It is the relative error asked for.")
     motion = motion_of(run.system)
-    wanted = checked_quantities(motion, quantities)
+    wanted = checked_quantities(motion, motion.usual_quantities if quantities is None else quantities)
     _check_continued(run, motion, wanted)
     # its pairs have the run's step and half of it; the paths are those of the run
     pairs = levels_of(Plan(motion, run.settings, run.adapted))
