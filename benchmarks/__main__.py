@@ -18,6 +18,7 @@ from benchmarks.kernels import one_core
 from benchmarks.many_cores import many_cores
 from benchmarks.measure import Row, machine
 from benchmarks.report import draw, joined, page, read, text, write
+from benchmarks.several_masses import several_masses
 from benchmarks.studies import studies
 from benchmarks.systems import systems
 from benchmarks.white_noise import white_noise_wall
@@ -26,8 +27,8 @@ from springpot import SpringpotWarning
 
 _HERE = Path(__file__).parent
 _SECTIONS: tuple[Callable[[bool], list[Row]], ...] = (
-    equal_error, one_core, systems, paper_by_history, white_noise_wall, free_response, asked_error, cost_of_length,
-    start_up, theory, studies, many_cores,
+    equal_error, one_core, systems, several_masses, paper_by_history, white_noise_wall, free_response, asked_error,
+    cost_of_length, start_up, theory, studies, many_cores,
 )  # fmt: skip
 
 

@@ -29,6 +29,10 @@ ABOUT = {
         "The time of a path-step with more parts, one thread, h = 0.01. A new kind of system is compiled once, in some "
         "5 to 10 s, and kept on disk; its numbers may change without a compilation."
     ),
+    "several masses": (
+        "The time of a path-step with more masses, one thread, h = 0.02: a row of masses from the ground, each with "
+        "white noise. One compilation serves all of them."
+    ),
     "plain kernel": (
         "The simplest fast kernel one would write in Numba (lanes of paths, modes in a flat array on the stack, one "
         "step at a time, Euler step, mirrored at the end of a step in which it crosses the wall), with 32 modes and "

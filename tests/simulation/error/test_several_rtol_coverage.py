@@ -22,7 +22,7 @@ pytestmark = pytest.mark.validation
 
 RTOL, SYSTEMS = 0.02, 20
 FINER, MORE = 4, 10  # of the reference: than the default step, and paths
-MOST_PATH_STEPS = 3e8  # of the reference, whose own error is added to the width
+MOST_PATH_STEPS = 3e8  # of the reference, whose own error widens the interval, as independent errors do
 
 
 def random_system(seed: int) -> sp.System:
@@ -76,7 +76,7 @@ def judged(seed: int) -> dict[str, tuple[float, float, bool]]:
             more = 1.0 / (FINER ** slow_impact_order(float(wall.restitution)) - 1.0)
             true += more * (fine[name].value - coarse[name].value)
             error = math.hypot((1.0 + more) * fine[name].error, more * coarse[name].error)
-        width = run[name].budget.total + 1.96 * error
+        width = math.hypot(run[name].budget.total, 1.96 * error)
         off = (run[name].value - true) / width
         found[name] = off, run[name].budget.total / run[name].value, bool(run.diagnostics["reached"])
         print(f"{seed} {name}: {off:+.2f} of {100 * found[name][1]:.2f} % (reference {196 * error / true:.2f} %)")
@@ -92,7 +92,7 @@ def test_none_misses_by_twice_its_width_and_what_is_not_reached_is_said(seed: in
 
 
 def test_intervals_hold_as_often_as_they_say() -> None:
-    offs = [off for seed in range(SYSTEMS) for off, _, _ in judged(seed).values()]
+    offs = [off for seed in range(SYSTEMS) for off, width, _ in judged(seed).values() if width <= RTOL]  # that claim it
     assert len(offs) > 100
     assert np.mean([abs(off) <= 1.0 for off in offs]) >= 0.95
     assert abs(np.mean(offs)) < 0.2  # a bias of a fifth of the stated half-width in all would fail

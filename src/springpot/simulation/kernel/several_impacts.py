@@ -24,6 +24,7 @@ __all__ = [
 
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
+ROUNDING = 1e-14  # of a closing speed, relative to the speeds that it is the difference of
 HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
 FIXED, POWER, RULE = 0, 1, 2  # kinds of restitution; from RULE on the user's, in the order of the chain
@@ -211,8 +212,11 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
         r = _restitution(q, struck, closing) if events < MOST_EVENTS else 0.0
         change = closing + r * closing
         rests = change <= speed and closing <= gain * q.step
-        if change < speed:  # nothing still closes
-            change = speed
+        if change <= speed:  # nothing still closes, nor by rounding: that would be struck again and again
+            size_of_rate = 0.0
+            for p in range(q.row_begin[q.wall_at[struck]], q.row_begin[q.wall_at[struck] + 1]):
+                size_of_rate += abs(q.row[p] * v[q.row_at[p]])
+            change = speed + ROUNDING * size_of_rate
         for i in range(n):
             v[i] += q.side[struck] * change * q.jump[struck * n + i]
         at = HITS * struck * LANES + lane
