@@ -141,19 +141,15 @@ def growth(
     Without a stationary state averaging still has the growing response.
     """
     papers = papers_of(system)
-    if len(system.points) > 1:
-        return {
-            name: {
-                method: [plain_number(answer.numbers[f"{name}mean_square" if pair else f"{name}x_mean_square"])]
-                * times.size
-                for method, answer in answers.items()
-            }
-            for name, pair in ((one["name"], one["pair"]) for one in followed(system))
-        }
     moment = "amplitude_mean_square" if papers else "x_mean_square"
-    curves = {name: [plain_number(getattr(answer, moment))] * times.size for name, answer in answers.items()}
-    if not from_rest:
-        return {"": curves}
+    names = {one["name"]: one["name"] + ("mean_square" if one["pair"] else moment) for one in followed(system)}
+    whole = {
+        begin: {method: [plain_number(answer.numbers[name])] * times.size for method, answer in answers.items()}
+        for begin, name in names.items()
+    }
+    if len(system.points) > 1 or not from_rest:
+        return whole
+    curves = whole[""]
     for name, answer in answers.items():
         if hasattr(answer, f"{moment}_at"):
             with suppress(*_UNKNOWN):
@@ -162,7 +158,7 @@ def growth(
         with suppress(NotCoveredError):
             growing: Any = METHODS[name].solve(system)
             curves[name] = plain(growing.mean_square(times))
-    return {"": curves}
+    return whole
 
 
 def along_the_order(paper: Dimensionless) -> Iterator[dict[str, Any]]:

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
-__all__ = ["GROUND", "ends_of", "followed", "row_of", "rows_of", "titled"]
+__all__ = ["GROUND", "ends_of", "followed", "rows_of", "titled"]
 
 GROUND = -1
 
@@ -28,31 +29,23 @@ def ends_of(system: System) -> dict[str, tuple[int, int]]:
     points = system.points
     known = {"ground": GROUND} | {point: number for number, point in enumerate(points)}
     found = {}
-    for name, part in system.named():
-        if isinstance(part, Element):
-            first, second = part.between or ("ground", points[0])
-            found[name] = known.get(first, 0), known.get(second, 0)  # a mass alone is called mass too
+    for name, part in system.elements.items():
+        first, second = part.between or ("ground", points[0])
+        found[name] = known.get(first, 0), known.get(second, 0)  # a mass alone is called mass too
     return found
 
 
-def row_of(system: System, ends: tuple[int, int]) -> npt.NDArray[np.float64]:
-    """The displacement of the second end less that of the first, as a row of numbers for those of all points.
+def rows_of(system: System, kind: type[Element]) -> npt.NDArray[np.float64]:
+    """The row of each part of a kind, in their order: of numbers for the displacements of all points.
 
     Examples
     --------
     >>> from springpot.problem.parts import Mass, Spring
-    >>> row_of(System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(2.0, between=("a", "b"))), (0, 1)).tolist()
-    [-1.0, 1.0]
+    >>> rows_of(System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(2.0, between=("a", "b"))), Spring).tolist()
+    [[-1.0, 1.0]]
     """
-    places = np.arange(len(system.points))
-    return np.asarray((places == ends[1]) - 1.0 * (places == ends[0]))
-
-
-def rows_of(system: System, kind: type[Element]) -> npt.NDArray[np.float64]:
-    """The row of each part of a kind, in their order."""
-    ends = ends_of(system)
-    found = [row_of(system, ends[name]) for name, part in system.named() if isinstance(part, kind)]
-    return np.array(found).reshape(-1, len(system.points))
+    at = Coordinates.of_masses(system.points)
+    return np.array([at.row(part.between) for part in system.of(kind)]).reshape(-1, len(system.points))
 
 
 def followed(system: System) -> Iterator[dict[str, Any]]:
@@ -64,14 +57,12 @@ def followed(system: System) -> Iterator[dict[str, Any]]:
     if len(points) == 1:
         yield {"name": "", "title": "", "row": [1.0], "pair": False}
         return
-    for number, point in enumerate(points):
-        yield {
-            "name": f"{point}_", "title": titled(point), "row": row_of(system, (GROUND, number)).tolist(), "pair": False
-        }  # fmt: skip
-    for first, second in system.coordinates.linked:
-        row = row_of(system, (points.index(first), points.index(second))).tolist()
-        title = f"{titled(first)} to {titled(second)}"
-        yield {"name": f"{first}_{second}_elongation_", "title": title, "row": row, "pair": True}
+    at = Coordinates.of_masses(points)
+    for point in points:
+        yield {"name": f"{point}_", "title": titled(point), "row": at.push(point).tolist(), "pair": False}
+    for pair in system.coordinates.linked:
+        name, title = f"{'_'.join(pair)}_elongation_", " to ".join(map(titled, pair))
+        yield {"name": name, "title": title, "row": at.row(pair).tolist(), "pair": True}
 
 
 def titled(name: str) -> str:

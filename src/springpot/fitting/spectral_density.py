@@ -24,12 +24,11 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = [
-    "Density", "correlations_of_bins", "displaced", "dynamic_stiffness", "folded", "held_by", "moduli",
+    "Density", "correlations_of_bins", "folded", "held_by", "moduli",
     "response", "row_of", "windowed",
 ]  # fmt: skip
 
@@ -97,7 +96,7 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
     def density(frequency: FloatArray) -> FloatArray:
         w = 2.0 * np.pi * np.asarray(frequency, float).ravel()
         p, power = np.asarray(1j * w, complex), w ** {"x": 0, "v": 2, "a": 4}[of]
-        seen = displaced(system, p, seen_by)
+        seen = own.displaced(w, seen_by)
         found: Any = np.zeros(p.shape)
         for part, push in noises:
             spread = _density(part, w)
@@ -143,34 +142,6 @@ def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:
     raise ValueError(f"{name} of the data must be {known}, not {point!r}.")
 
 
-def dynamic_stiffness(system: System, p: ComplexArray) -> ComplexArray:
-    """Force over displacement of all coordinates, shape (n, coordinates, coordinates), at exp(p t).
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Dashpot, Mass, Spring
-    >>> dynamic_stiffness(System(Mass(2.0), Spring(8.0), Dashpot(0.4)), np.array([1j]))[0].round(9).tolist()
-    [[(6+0.4j)]]
-    """
-    at = system.coordinates
-    found = p[:, None, None] ** 2 * np.diag(at.masses)
-    for row, modulus in moduli(system, p).values():
-        found = found + modulus[:, None, None] * np.outer(row, row)
-    return np.asarray(found)
-
-
-def displaced(system: System, p: ComplexArray, force: Any) -> ComplexArray:
-    """The displacements of all coordinates under forces on them, shape (n, coordinates).
-
-    Under the row of a point, they are what that point sees of forces on each.
-    """
-    stiffness = dynamic_stiffness(system, p)
-    if stiffness.shape[1] == 1:  # at a million frequencies
-        return np.asarray(force / stiffness[..., 0])
-    forces = np.broadcast_to(force, stiffness.shape[:2])
-    return np.asarray(np.linalg.solve(stiffness, forces[..., None])[..., 0])
-
-
 def held_by(system: System, p: ComplexArray) -> ComplexArray:
     """The forces of parts where all is moved alike against the ground, shape (n, coordinates).
 
@@ -194,8 +165,7 @@ def moduli(system: System, p: ComplexArray) -> dict[str, tuple[FloatArray, Compl
     """
     return {
         name: (system.coordinates.elongations[name], part.modulus(p) + part.inertia * p**2 + np.zeros_like(p))
-        for name, part in system.named()
-        if isinstance(part, Element)
+        for name, part in system.elements.items()
     }
 
 

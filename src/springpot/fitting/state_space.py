@@ -75,7 +75,7 @@ class Sampled:
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """dX = rates X dt + noise, per unit mass of one coordinate, or in SI units of several.
+    """dX = rates X dt + noise.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
 
 def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fastest: float) -> StateSpace:
     points = seen_by.size
-    stiffness, damping = np.atleast_2d(own.stiffness), np.atleast_2d(own.damping)
+    stiffness, damping = own.stiffness, own.damping
     modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in own.circuits]
     for element in own.elements:
         row = own.row(element)
@@ -173,7 +173,7 @@ def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fast
     size = 2 * points + len(modes) + extra
     x, v = slice(0, points), slice(points, 2 * points)
     # roots of stiffness and mass times x and v: the energy is half of their squares
-    root, light = np.linalg.cholesky(stiffness), np.linalg.inv(np.linalg.cholesky(np.atleast_2d(own.mass)))
+    root, light = np.linalg.cholesky(stiffness), np.linalg.inv(np.linalg.cholesky(own.mass))
     rates, noise = np.zeros((size, size)), np.zeros((size, size))
     rates[x, v], rates[v, x], rates[v, v] = root.T @ light.T, -light @ root, -light @ damping @ light.T
     noise[v, v] = 2.0 * own.temperature * light @ damping @ light.T
@@ -200,7 +200,7 @@ def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fast
     value, mean = np.zeros(size), 0.0
     if of == "x":
         value[x] = np.linalg.solve(root, seen_by)
-        mean = float(seen_by @ np.linalg.solve(stiffness, np.atleast_1d(own.force)))
+        mean = float(seen_by @ np.linalg.solve(stiffness, own.force))
     elif of == "v":
         value[v] = light @ seen_by
     else:  # all forces of the parts

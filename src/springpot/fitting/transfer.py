@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
 from springpot.fitting.moduli import slopes_by_name
-from springpot.fitting.spectral_density import displaced, held_by, moduli, row_of
+from springpot.fitting.spectral_density import held_by, moduli, row_of
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts import Mass, Point
 from springpot.problem.parts.registration import Element, Slopes
@@ -47,16 +47,16 @@ def response_of(
     >>> bool(abs(found[0] + 1.25j) < 1e-12)
     True
     """
-    companion_of(system)  # refuses what it does not cover
-    p = np.asarray(2j * np.pi * frequency_hz, complex)
+    own, w = companion_of(system), 2.0 * np.pi * frequency_hz
+    p = np.asarray(1j * w, complex)
     seen_by, power = row_of(system, at), {"x": 0, "v": 1, "a": 2}[of]
-    seen = displaced(system, p, seen_by)
+    seen = own.displaced(w, seen_by)
     of_ground = on == "ground" and of == "a"  # of the mass itself: the ground moves the other ends of all parts but it
     alike = system.coordinates.participations
     push = system.coordinates.push("ground") if on == "ground" else row_of(system, on, "on")
     force = held_by(system, p) if of_ground else np.broadcast_to(push, seen.shape)
     response = (seen * force).sum(axis=1)
-    moved = displaced(system, p, force)
+    moved = own.displaced(w, force)
     slopes: Slopes = []
     for name, part in system.named():
         if isinstance(part, Element):
@@ -64,16 +64,16 @@ def response_of(
             change = (seen @ row) * (of_ground * float(row @ alike) - moved @ row) / response
             slopes += [(number, slope * change) for number, slope in (*part.slopes(p), (part.inertia, p**2))]
         elif isinstance(part, Mass):
-            own = system.points.index(part.at or system.points[0])
-            fed = alike[own] if on == "ground" and not of_ground else 0.0
-            slopes.append((part.value, -seen[:, own] * (p**2 * moved[:, own] + fed) / response))
-            given = _given(system, p, seen)[:, own] if of_ground else -part.value * seen[:, own] * (on == "ground")
+            place = system.points.index(part.at or system.points[0])
+            fed = alike[place] if on == "ground" and not of_ground else 0.0
+            slopes.append((part.value, -seen[:, place] * (p**2 * moved[:, place] + fed) / response))
+            given = _given(system, p, seen)[:, place] if of_ground else -part.value * seen[:, place] * (on == "ground")
             slopes.append((part.participation, given / response))
         elif isinstance(part, Point):
             change = _by_share(system, p, part.at, seen, moved - alike * of_ground)
             change = change + (at == part.at) * moved + (on == part.at) * seen
             rows = [system.points.index(name) for name in part.of]
-            slopes += [(share, change[:, own] / response) for share, own in zip(part.shares, rows, strict=True)]
+            slopes += [(share, change[:, row] / response) for share, row in zip(part.shares, rows, strict=True)]
     return np.asarray(response if of_ground else response * p**power), slopes
 
 

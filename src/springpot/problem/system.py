@@ -244,6 +244,11 @@ class System:
         """The name of one of its parts."""
         return next(name for name, own in self.named() if own is part)
 
+    @cached_property
+    def elements(self) -> dict[str, Element]:
+        """Its parts with two ends by name, in the order given."""
+        return {name: part for name, part in self.named() if isinstance(part, Element)}
+
     @property
     def with_functions(self) -> list[str]:
         """The names of parts that are or have functions of the user."""
@@ -292,6 +297,18 @@ class System:
         )  # fmt: skip
         inertial = {name: part.inertia for name, part in elements.items() if part.inertia}
         return replace(whole, mass=whole.mass + whole.sum_of(inertial))
+
+    @property
+    def stiffness_matrix(self) -> Floats:
+        """Of the linear springs, and of the linear part of the others, on the coordinates."""
+        springs = {name: part.static_stiffness for name, part in self.elements.items()}
+        return np.asarray(self.coordinates.sum_of(springs))
+
+    @property
+    def constant_force(self) -> Floats:
+        """On the coordinates."""
+        forces = (part.force * self.coordinates.push(part.on) for part in self.of(Constant))
+        return np.asarray(sum(forces, np.zeros(len(self.coordinates.names))))
 
     @property
     def mass(self) -> float:
@@ -589,9 +606,8 @@ def _check_alone(system: System) -> None:
 
 def _check_held(system: System) -> None:
     """That the energy of several masses does not fall without limit where one, or some of them, move."""
-    springs = {name: part.linear_stiffness for name, part in system.named() if isinstance(part, Element)}
     at = system.coordinates
-    values, ways = np.linalg.eigh(at.sum_of(springs))
+    values, ways = np.linalg.eigh(system.stiffness_matrix)
     falling = ways.T[values < -_ROUNDING * np.abs(values).max()]
     for way in (*np.eye(len(values)), *falling):
         if _along(system, way).open_ends():

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 
-__all__ = ["Modes", "free_motion", "modes", "stiffness_matrix", "unseen_mode"]
+__all__ = ["Modes", "free_motion", "modes", "unseen_mode"]
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +75,7 @@ def modes(system: System) -> Modes:
     ([0.393454, 4.980481], 1.2)
     """
     at = checked_system(system).coordinates
-    squares, shapes = free_motion(at.mass, stiffness_matrix(system))
+    squares, shapes = free_motion(at.mass, system.stiffness_matrix)
     squares[np.abs(squares) < 1e-14 * np.abs(squares).max()] = 0.0
     participations = -shapes.T @ at.push("ground")
     largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=0)[None, :], axis=0)[0]
@@ -85,13 +84,6 @@ def modes(system: System) -> Modes:
     with np.errstate(invalid="ignore"):
         frequencies = np.sqrt(squares)
     return Modes(at.points, frequencies, at.rows @ shapes * signs, participations * signs)
-
-
-def stiffness_matrix(system: System) -> FloatArray:
-    """Of the linear springs, and of the linear part of the others."""
-    elements = {name: part for name, part in system.named() if isinstance(part, Element)}
-    springs = {name: (*part.force_coefficients(), 0.0, 0.0)[1] for name, part in elements.items()}
-    return np.asarray(system.coordinates.sum_of(springs))
 
 
 def free_motion(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:

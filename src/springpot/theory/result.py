@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from springpot.machine.faults import NotCoveredError
@@ -165,18 +165,27 @@ def moments_of(
     )
 
 
-def moments_of_points(system: System, found: Mapping[str, float], harvested: float | None = None) -> Moments:
-    """The moments of several masses, from those of points and parts by name.
+def moments_of_points(
+    system: System,
+    points: Iterable[Sequence[float]],
+    pairs: Iterable[Sequence[float]],
+    of_parts: Mapping[str, float],
+) -> Moments:
+    """The moments of several masses, from those of points and of pairs, in their order, and those of parts by name.
 
     Examples
     --------
     >>> from springpot.problem.parts import Mass, Spring
     >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("a", "b")))
-    >>> moments_of_points(pair, {"a_x_mean": 2.0})["a_x_mean"]
-    2.0
+    >>> moments_of_points(pair, [(2.0, 5.0, 1.0), (0.0, 1.0, 1.0)], [(-2.0, 6.0)], {})["a_b_elongation_mean"]
+    -2.0
     """
-    power = {} if harvested is None else {"harvested_power": harvested}
-    return Moments(**dict.fromkeys(MOMENTS, math.nan), of_parts={**found, **power})
+    found = dict[str, float]()
+    named = (system.points, points, OF_A_POINT), (system.coordinates.pairs, pairs, OF_ENDS)
+    for names, moments, words in named:
+        for name, numbers in zip(names, moments, strict=True):
+            found |= {f"{name}_{what}": float(number) for what, number in zip(words, numbers, strict=False)}
+    return Moments(**dict.fromkeys(MOMENTS, math.nan), of_parts={**found, **of_parts})
 
 
 @dataclass(frozen=True)

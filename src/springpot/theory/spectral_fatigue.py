@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
 from springpot.problem.system import System
-from springpot.theory.numerics.frequencies import integral, resonances
+from springpot.theory.numerics.frequencies import integrals, resonances
 
 __all__ = ["Fatigue", "damage_rates", "fatigue"]
+
+FloatArray = NDArray[np.float64]
 
 ORDERS = (0.0, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Powers of the frequency in the spectral moments that the formulas take."""
@@ -185,17 +189,14 @@ def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = ""
     cuts = resonances(companion.nearest, companion.scales)
     top = _FAR * max(companion.scales)
 
-    def density(w: float) -> float:
-        return float(response.spectrum(w, of))
+    last, beyond = response.spectrum([top, 2.0 * top], of)
+    slope = -math.log2(beyond / last) if last > 0.0 else math.inf
+    finite = [order for order in ORDERS if slope >= order + 1.01]  # of others the density falls too slowly
 
-    slope = -math.log2(density(2.0 * top) / density(top)) if density(top) > 0.0 else math.inf
-    moments = {order: _moment(density, order, slope, cuts) for order in ORDERS}
+    def weighted(w: FloatArray) -> FloatArray:
+        return np.asarray(response.spectrum(w, of)[:, None] * w[:, None] ** finite)
+
+    found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
+    moments = {**dict.fromkeys(ORDERS, math.inf), **dict(zip(finite, found, strict=True))}
     rates = damage_rates(moments, k)
     return Fatigue(moments, {name: unit**k * rate / basquin for name, rate in rates.items()})
-
-
-def _moment(density: Callable[[float], float], order: float, slope: float, cuts: Any) -> float:
-    """A spectral moment; infinite if the density falls too slowly."""
-    if slope < order + 1.01:
-        return math.inf
-    return integral(lambda w: density(w) * math.pow(w, order), cuts)

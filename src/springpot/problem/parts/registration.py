@@ -332,7 +332,17 @@ class Part(Checked):
     @property
     def linear_stiffness(self) -> float:
         """Of its linear spring, in N/m."""
-        return (*self.force_coefficients(), 0.0, 0.0)[1] if "stored" in self.powers else 0.0
+        return self.static_stiffness if "stored" in self.powers else 0.0
+
+    @property
+    def static_stiffness(self) -> float:
+        """The same, of a springpot of order 0 too."""
+        return (*self.force_coefficients(), 0.0, 0.0)[1]
+
+    @property
+    def is_bent(self) -> bool:
+        """Whether its force is a nonlinear function of the displacement."""
+        return any(self.force_coefficients()[2:])
 
     @property
     def linear_damping(self) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
 from typing import Any, cast
@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.memory import ExponentialSum, direct
+from springpot.memory import direct
 from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
@@ -27,24 +27,14 @@ from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.watching import Observer
-from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
+from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
-from springpot.simulation.lowering.parts import (
-    Arm,
-    Lowered,
-    Named,
-    forces_of,
-    lower,
-    modulated_noise,
-    thermal_noise,
-    wall_of,
-)
+from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
-from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
-from springpot.simulation.lowering.walls import NoWall, Pair, Rigid, Soft, sums_of
-from springpot.simulation.plan.guess import BoltzmannLaw
+from springpot.simulation.lowering.walls import Rigid, sums_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
@@ -56,55 +46,28 @@ Floats = npt.NDArray[np.float64]
 _FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
 
 
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """The arguments of the kernel for one problem and one step.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Parts(Composed):
+    """The arguments of the kernel of one mass.
 
     Attributes
     ----------
-    scheme, wall, load, memory, start
+    scheme, load, memory
         Parts of the kernel, in its units; ``load`` is the sum of all forces.
     drive : ndarray
         Force in each step due to x(0); empty with Caputo's derivative, or if x(0) = 0.
-    frequency : float
-        Of the spring that is followed exactly (Omega of an oscillator), in the kernel's units.
-    expected_power : float
-        Mean input power of the noise, q/2; in m^2/s^3.
-    units : Units
-    history : ExponentialSum
-        The memory without units.
-    named : tuple of Named
-        The forces with names, in the order of their works.
-    taps : tuple of Arm
-        Circuits whose voltage is observed.
     tapped : ndarray of int
-        Their modes in the memory.
-    law : BoltzmannLaw or None
-        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
-    mass : float
-        By which energies of the columns are multiplied.
+        The modes of the taps in the memory.
     states_of_sources : int
         Numbers that the forces keep for each path.
-    felt : FeltInKernel
     """
 
     scheme: parts.Splitting | parts.Euler
-    wall: NoWall | Rigid | Pair | Soft
     load: Any
     memory: Memory
-    start: Start
     drive: npt.NDArray[np.floating]
-    frequency: float
-    expected_power: float
-    units: Units
-    history: ExponentialSum
-    named: tuple[Named, ...] = ()
-    taps: tuple[Arm, ...] = ()
-    tapped: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    law: BoltzmannLaw | None = None
-    mass: float = 1.0
-    states_of_sources: int = 0
-    felt: FeltInKernel = field(default_factory=FeltInKernel)
+    tapped: npt.NDArray[np.int64]
+    states_of_sources: int
 
     def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
         """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
@@ -163,26 +126,6 @@ class Parts:
     def start_of_record(self, states: Floats) -> Floats:
         """x and v at time 0 as the record has them."""
         return states[:, :2]
-
-    @property
-    def readings(self) -> tuple[Reading, ...]:
-        """Results that are read by the names of the columns: none."""
-        return ()
-
-    @property
-    def damped(self) -> dict[str, float]:
-        """The column of the power of dampers and memory."""
-        return {"power": 1.0}
-
-    @property
-    def walls(self) -> tuple[str, ...]:
-        """Walls of which observers can see the impacts alone: none."""
-        return ()
-
-    @property
-    def struck(self) -> dict[str, str]:
-        """Columns with the impacts of a wall alone: none."""
-        return {}
 
     @property
     def taken_at_once(self) -> float:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.memory import ExponentialSum
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
@@ -25,13 +26,13 @@ from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.kernel.several_laws import chain_of
 from springpot.simulation.kernel.watching import Observer
-from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
+from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
 from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
 from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
-from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
@@ -43,43 +44,25 @@ _ENDS = "x_end", "v_end"
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
-@dataclass(frozen=True, eq=False)
-class PartsOfSeveral:
-    """The arguments of the kernel of several masses for one system and one step.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PartsOfSeveral(Composed):
+    """The arguments of the kernel of several masses.
 
     Attributes
     ----------
     size, sweep, exact, memories, sources
         Of `springpot.simulation.kernel.several.several`.
-    start : Start
-        x and v at time 0, in the kernel's units: shape (1, 2 coordinates).
-    units : Units
     unit_mass : float
         The kernel's unit, in kg.
-    history : ExponentialSum
-        All modes of all elongations, without units.
-    expected_power : float
-        Mean input power of white noise, in W.
     taken_at_once : float
-        What dampers and memory take of it within the kicks that bring it; the sums of a run do not have it.
-    named : tuple of Named
-        Sources, nonlinear dampers and noise that multiplies elongations, in the order of their works.
+        What dampers and memory take of the expected power within the kicks that bring it; the sums of a run do not have
+        it.
     moved : tuple of float
-        The mass in which the work of each is counted, in that of the kernel.
-    points, gauged, walls : tuple of str
-        Names in the columns: of the coordinates, of all rows, and of walls and contacts.
+        The mass in which the work of each named source is counted, in that of the kernel.
+    points, gauged : tuple of str
+        Names in the columns: of the coordinates, and of all rows.
     others : ndarray, shape (other points, coordinates)
         The rows of points that are no coordinates.
-    taps : tuple of Arm
-        Circuits whose voltage is observed.
-    damped : dict
-        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
-    law : BoltzmannOfSeveral or None
-        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
-    readings : tuple of Reading
-    struck : dict
-        The column with the impacts of each wall, by its name.
-    felt : FeltInKernel
     """
 
     size: kernel.Size
@@ -87,24 +70,12 @@ class PartsOfSeveral:
     exact: kernel.Numbers
     memories: kernel.Memories
     sources: kernel.Sources
-    start: Start
-    units: Units
     unit_mass: float
-    history: ExponentialSum
-    expected_power: float
     taken_at_once: float
-    named: tuple[Named, ...]
     moved: tuple[float, ...]
     points: tuple[str, ...]
     gauged: tuple[str, ...]
-    walls: tuple[str, ...]
     others: Floats
-    taps: tuple[Arm, ...]
-    damped: Mapping[str, float]
-    law: BoltzmannOfSeveral | None = None
-    readings: tuple[Reading, ...] = ()
-    struck: Mapping[str, str] = field(default_factory=dict)
-    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
     def columns(self) -> dict[str, float]:
@@ -145,11 +116,6 @@ class PartsOfSeveral:
         of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
         return np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
 
-    @property
-    def mass(self) -> float:
-        """Energies of the columns are those of all masses."""
-        return 1.0
-
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
@@ -164,16 +130,6 @@ class PartsOfSeveral:
             drawn.append(np.hstack(self.law.drawn(normals, LANES)))
         size = len(self.points)
         return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
-
-    @property
-    def frequency(self) -> float:
-        """Of a spring that is followed exactly: there is none."""
-        return math.nan
-
-    @property
-    def wall(self) -> None:
-        """The walls are rigid and have sums of their own."""
-        return None
 
     def kernel(self) -> Callable[..., None]:
         """The kernel, with all arguments that are the same for all blocks."""
@@ -192,15 +148,65 @@ class PartsOfSeveral:
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
-    """A row of numbers, and what lies on it."""
+class _Frame:
+    """The rows of a system in the kernel's units, and what lies on each, at one step.
 
-    row: Floats
-    parts: dict[str, Lowered] = field(default_factory=dict)
+    Attributes
+    ----------
+    at : Coordinates
+    units : Units
+    unit_mass, step : float
+        The kernel's unit in kg, and the step in its units.
+    rows : ndarray, shape (rows, coordinates)
+    parts : list of dict
+        What lies on each row, by the names of the parts.
+    totals : list of Lowered
+        All of it together.
+    answers : ndarray, shape (rows,)
+        Of dampers and memory to a change of each row's velocity.
+    reduced : ndarray, shape (rows,)
+        The mass that moves along each.
+    jumps : ndarray, shape (rows, coordinates)
+        Of velocities, per unit of each row's own.
+    solve : ndarray, shape (coordinates, coordinates)
+        Changes of velocities per impulse on the masses, with those answers.
+    """
+
+    at: Coordinates
+    units: Units
+    unit_mass: float
+    step: float
+    rows: Floats
+    parts: list[dict[str, Lowered]]
+    totals: list[Lowered]
+    answers: Floats
+    reduced: Floats
+    jumps: Floats
+    solve: Floats
 
     @property
-    def total(self) -> Lowered:
-        return sum(self.parts.values(), Lowered())
+    def power(self) -> float:
+        """The kernel's unit, in W."""
+        return self.unit_mass * self.units.speed**2 / self.units.time
+
+    def accelerations(self, forces: Floats) -> Floats:
+        """Those of the coordinates under forces on them, in the kernel's units."""
+        return self.unit_mass * self.at.accelerations(forces)
+
+
+def _frame(plan: Plan) -> _Frame:
+    at, parts, (units, unit_mass) = plan.system.coordinates, dict(plan.system.named()), _units(plan)
+    step = plan.settings.step / units.time
+    found: dict[tuple[float, ...], dict[str, Lowered]] = {row: {} for row in at.numbers}
+    for name, row in at.elongations.items():
+        if not parts[name].inertia:
+            found[tuple(row)][name] = lower(parts[name].per_mass(unit_mass), name, units, step)
+    totals, g = [sum(own.values(), Lowered()) for own in found.values()], np.array([*found]).reshape(-1, len(at.names))
+    answers = np.array([answer_of(total, step) for total in totals])
+    reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
+    jumps = unit_mass * at.accelerations(reduced[:, None] * g)
+    solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
+    return _Frame(at, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve)
 
 
 def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
@@ -213,120 +219,110 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     ValueError
         If the system has more of something than the kernel holds.
     """
-    system, settings, scheme = plan.system, plan.settings, plan.settings.numerical_scheme
-    coordinates = system.coordinates
-    units, unit_mass = _units(plan)
-    step = settings.step / units.time
-    mass, many = coordinates.mass / unit_mass, len(coordinates.names)
-    rows = _rows(plan, units, unit_mass, step)
-    totals, g = [row.total for row in rows], np.array([row.row for row in rows]).reshape(-1, many)
-    answers = np.array([answer_of(total, step) for total in totals])
-    reduced = 1.0 / (g * unit_mass * coordinates.accelerations(g)).sum(axis=1)
-    jumps = unit_mass * coordinates.accelerations(reduced[:, None] * g)  # of velocities, per unit of each row's own
-    solve = np.linalg.inv(mass + step * g.T @ (answers[:, None] * g))
-    memories, near, history, taps = _memories(totals, scheme, step, settings)
-    noises, given, constant = _excitation(plan, units, unit_mass, step, totals, g, parts_of_step)
-    walls = [(name, wall) for total in totals for name, wall in total.barriers]
-    at = np.array([coordinates.numbers[tuple(coordinates.elongations[name])] for name, _ in walls], np.int64)
-    jump = jumps[at]
-    rules = [rule_of(wall, name, units.speed) for name, wall in walls]
+    settings, frame = plan.settings, _frame(plan)
+    at, units, totals, many = frame.at, frame.units, frame.totals, len(frame.at.names)
+    memories, near, history, taps = _memories(frame, settings)
+    noises, given, constant = _excitation(plan, frame, parts_of_step)
+    walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(totals, reduced, touched)]
-    shaken = [(n, step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
+    dampers = [*_dampers(frame, touched)]
+    shaken = [(n, frame.step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
               for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
-    keep = np.einsum("ei,ij,ej->e", g, solve, g)  # twice the energy that a kick along a row brings and dampers leave
-    turned = np.array([each.row for each in dampers], np.int64)
-    turn = jumps[turned]
-    springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in totals]).reshape(-1, 10)
-    wide = np.zeros((many, (many + 3) // 4 * 4))
-    wide[:, :many] = solve
-    row_begin, row_at, row = _sparse(g)
-    noise_begin, noise_at, noise = _sparse(math.sqrt(step) * noises)
-    source_begin, source_at, source = _sparse(np.array([each.row for each in given]).reshape(-1, many))
-    inward = np.array([wall.inwards for _, wall in walls], float)
-    smooth = np.array([float(each.is_smooth) for each in given])
-    numbers = (
-        row_begin, row_at, row, noise_begin, noise_at, noise, source_begin, source_at, source, smooth, step * constant,
-        np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(), 2.0 * answers, answers,
-        near.ravel(), wide.ravel(), at, inward, np.array([wall.position for _, wall in walls], float),
-        *_restitutions(rules), jump.ravel(), (jump @ g.T).ravel(),
-        reduced[at], mass.ravel(),
-        turned, np.array([each.kind for each in dampers], np.int64),
-        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ g.T).ravel(),
-        np.array([n for n, _, _ in touched], np.int64),
-        np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
-        np.array([n for n, _, _ in shaken], np.int64),
-        np.array([[square, 0.5 * square / reduced[n]] for n, square, _ in shaken], float).ravel(),
-    )  # fmt: skip
-    exact = kernel.Numbers(
-        step,
-        0.0,
-        *numbers,
-        chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
-        chain_of([each.law for each in dampers if each.law is not None]),
-    )
+    exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
     random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
     own = any(each.law is not None for each in dampers)
-    kind = np.dtype(_precision(plan.settings, random and not own)).type
-    fed = 0.5 * unit_mass * float((noises * coordinates.accelerations(noises)).sum())
-    kept = 0.5 * float(np.trace(noises @ solve @ noises.T)) if len(noises) else 0.0
-    power = unit_mass * units.speed**2 / units.time
+    kind = np.dtype(_precision(settings, random and not own)).type
+    fed = 0.5 * float((noises * frame.accelerations(noises)).sum())
+    kept = 0.5 * float(np.trace(noises @ frame.solve @ noises.T)) if len(noises) else 0.0
+    # twice the energy that a kick along a row brings and dampers leave
+    keep = np.einsum("ei,ij,ej->e", frame.rows, frame.solve, frame.rows)
     x0, v0 = start_of(plan)
-    names = *(name for name, _ in walls), *(name for _, name, _ in touched)
+    names = *walls, *(name for _, name, _ in touched)
     whole = PartsOfSeveral(
         size=kernel.Size(
-            many,
-            len(rows),
-            len(rows),
-            len({*map(tuple, coordinates.rows[many:])}),
-            len(walls),
-            len(noises),
-            len(given),
-            len(dampers),
-            len(touched),
-            len(shaken),
-            len(taps),
-            int(memories.count.sum()),
+            many, len(totals), len(totals), len({*map(tuple, at.rows[many:])}), len(walls), len(noises), len(given),
+            len(dampers), len(touched), len(shaken), len(taps), int(memories.count.sum()),
         ),
-        sweep=with_arrays(exact, kind)._replace(step=kind(step), zero=kind(0.0)),
+        sweep=with_arrays(exact, kind)._replace(step=kind(exact.step), zero=kind(0.0)),
         exact=exact,
         memories=with_arrays(memories, kind),
         sources=_sources(given, kind, parts_of_step),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
         units=units,
-        unit_mass=unit_mass,
+        unit_mass=frame.unit_mass,
         history=history,
-        expected_power=power * fed,
-        taken_at_once=power * (fed - kept),
-        law=cast(BoltzmannOfSeveral, plan.motion.law) if settings.start == "stationary" else None,
+        expected_power=frame.power * fed,
+        taken_at_once=frame.power * (fed - kept),
+        law=plan.motion.law if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
         moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
-            **{f"work of {named.name}": (1.0 - keep[n] * reduced[n]) / settings.step for n, _, named in shaken},
+            **{f"work of {named.name}": (1.0 - keep[n] * frame.reduced[n]) / settings.step for n, _, named in shaken},
         },
         taps=taps,
-        points=coordinates.names,
-        others=coordinates.rows[many:],
-        gauged=tuple(f"row {n}" for n in range(len(rows))),
+        points=at.names,
+        others=at.rows[many:],
+        gauged=tuple(f"row {n}" for n in range(len(totals))),
         walls=names,
         struck={name: f"{name} impacts" for name in names},
-    )
+    )  # fmt: skip
     _check_sizes(whole)
-    brought = step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
-    lack = unit_mass * coordinates.accelerations(solve @ brought)
-    lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", coordinates.rows, lack, coordinates.rows)
+    brought = frame.step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
+    lack = frame.accelerations(frame.solve @ brought)
+    lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", at.rows, lack, at.rows)
     shaking = [
         (f"row {n}", 0.25 * square * (units.speed / units.length) ** 2
-         * (coordinates.rows @ solve @ g[n]) * (coordinates.rows @ jumps[n] / reduced[n]))
+         * (at.rows @ frame.solve @ frame.rows[n]) * (at.rows @ frame.jumps[n] / frame.reduced[n]))
         for n, square, _ in shaken
     ]  # fmt: skip
-    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, totals, reduced, step)
     felt = lowered_felt(
-        plan.motion.felt, [row.parts for row in rows], g, lack, unit_mass / units.time**2, units.length, step,
+        plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
         math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
     )  # fmt: skip
+    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
+
+
+def _numbers(
+    frame: _Frame,
+    near: Floats,
+    noises: Floats,
+    given: Sequence[_Given],
+    constant: Floats,
+    walls: Mapping[str, Barrier],
+    dampers: Sequence[_Damper],
+    touched: Sequence[tuple[int, str, Contact]],
+    shaken: Sequence[tuple[int, float, Named]],
+) -> kernel.Numbers:
+    """All numbers of the kernel but those of memory and sources, in double precision."""
+    at, step, many = frame.at, frame.step, len(frame.at.names)
+    struck = np.array([at.numbers[tuple(at.elongations[name])] for name in walls], np.int64)
+    turned = np.array([each.row for each in dampers], np.int64)
+    jump, turn = frame.jumps[struck], frame.jumps[turned]
+    rules = [rule_of(wall, name, frame.units.speed) for name, wall in walls.items()]
+    springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
+    wide = np.zeros((many, (many + 3) // 4 * 4))
+    wide[:, :many] = frame.solve
+    return kernel.Numbers(
+        step, 0.0, *_sparse(frame.rows), *_sparse(math.sqrt(step) * noises),
+        *_sparse(np.array([each.row for each in given]).reshape(-1, many)),
+        np.array([float(each.is_smooth) for each in given]), step * constant,
+        np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(),
+        2.0 * frame.answers, frame.answers, near.ravel(), wide.ravel(),
+        struck, np.array([wall.inwards for wall in walls.values()], float),
+        np.array([wall.position for wall in walls.values()], float),
+        *_restitutions(rules), jump.ravel(), (jump @ frame.rows.T).ravel(),
+        frame.reduced[struck], (at.mass / frame.unit_mass).ravel(),
+        turned, np.array([each.kind for each in dampers], np.int64),
+        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
+        np.array([n for n, _, _ in touched], np.int64),
+        np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
+        np.array([n for n, _, _ in shaken], np.int64),
+        np.array([[square, 0.5 * square / frame.reduced[n]] for n, square, _ in shaken], float).ravel(),
+        chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
+        chain_of([each.law for each in dampers if each.law is not None]),
+    )  # fmt: skip
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -354,16 +350,6 @@ def _units(plan: Plan) -> tuple[Units, float]:
         2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0, 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0
     )
     return units, 2.0 ** round(float(np.log2(masses).mean()))
-
-
-def _rows(plan: Plan, units: Units, unit_mass: float, step: float) -> list[_Row]:
-    """The rows in the order of their numbers, each with all that lies on it."""
-    at, parts = plan.system.coordinates, dict(plan.system.named())
-    found = {row: _Row(np.array(row)) for row in at.numbers}
-    for name, elongation in at.elongations.items():
-        row, part = found[tuple(elongation)], parts[name]
-        row.parts[name] = Lowered() if part.inertia else lower(part.per_mass(unit_mass), name, units, step)
-    return [*found.values()]
 
 
 def _kind_of(springs: Floats) -> int:
@@ -401,11 +387,9 @@ def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64],
     return begin, np.nonzero(rows)[1].astype(np.int64), rows[rows != 0.0]
 
 
-def _memories(
-    totals: Sequence[Lowered], scheme: Any, step: float, settings: Settings
-) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Arm, ...]]:
+def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Arm, ...]]:
     """The modes of each row; the weights of the newest increments in each step of a group; all modes; and circuits."""
-    tables: dict[Any, tuple[int, Any, ExponentialSum]] = {}
+    totals, step, tables = frame.totals, frame.step, dict[Any, tuple[int, Any, ExponentialSum]]()
     begin, count, table = (np.zeros(len(totals), np.int64) for _ in range(3))
     near = np.zeros((len(totals), GROUP, 5))
     powers, weights, modes, histories = list[Any]([np.zeros(0)]), list[Any]([np.zeros(0)]), 0, []
@@ -413,7 +397,7 @@ def _memories(
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
-            own, history = memory_of(*key, scheme, step, settings)
+            own, history = memory_of(*key, settings.numerical_scheme, step, settings)
             tables[key] = sum(part.size for part in powers), own, history
             powers.append(own.powers)
             weights.append(own.weights)
@@ -461,12 +445,10 @@ class _Damper:
     law: Any = None
 
 
-def _dampers(
-    totals: Sequence[Lowered], reduced: Floats, touched: Sequence[tuple[int, str, Contact]]
-) -> Iterator[_Damper]:
+def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]]) -> Iterator[_Damper]:
     own = 0
-    for n, total in enumerate(totals):
-        mass = float(reduced[n])
+    for n, total in enumerate(frame.totals):
+        mass = float(frame.reduced[n])
         for named in total.forces:
             match law := named.make(0, 0, 1):
                 case forces.CoulombDamper():
@@ -480,7 +462,7 @@ def _dampers(
                     yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)
     for c, (n, name, contact) in enumerate(touched):
         if contact.dissipation > 0.0:
-            mass = float(reduced[n])
+            mass = float(frame.reduced[n])
             named = Named(name, _no_law, 0, "nothing")
             yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
 
@@ -500,25 +482,22 @@ class _Given:
     is_smooth: bool
 
 
-def _excitation(
-    plan: Plan, units: Units, unit_mass: float, step: float, totals: Sequence[Lowered], g: Floats, parts_of_step: int
-) -> tuple[Floats, list[_Given], Floats]:
+def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
-    white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(g.shape[1])
-    parts = dict(plan.system.named())
+    many, unit_mass, step, parts = len(frame.at.names), frame.unit_mass, frame.step, dict(plan.system.named())
+    white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(many)
     for name, row in plan.system.coordinates.forces.items():
         part = parts[name]
         row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
-        more = lower(part.per_mass(1.0 if part.of_ground else unit_mass), name, units, step)
+        more = lower(part.per_mass(1.0 if part.of_ground else unit_mass), name, frame.units, step)
         if more.white > 0.0:
             white.append(math.sqrt(more.white) * row)
         constant -= sum(more.springs[:1]) * row
-        more += modulated_noise(more, units, step, plan.settings.steps, plan.settings.window_steps)
+        more += modulated_noise(more, frame.units, step, plan.settings.steps, plan.settings.window_steps)
         given += [(replace(named, does="feeds"), row, None) for named in more.forces]
     for thermal in plan.system.of(ThermalNoise):
-        warm = _temperature(thermal, unit_mass, units, step)
-        name = plan.system.name_of(thermal)
-        for n, (total, row) in enumerate(zip(totals, g, strict=True)):
+        name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
+        for n, (total, row) in enumerate(zip(frame.totals, frame.rows, strict=True)):
             if _remembers(total):
                 own, hot = f"{name} of row {n}", replace(total, temperature=warm)
                 noise = thermal_noise(own, hot, step, plan.settings.steps, parts_of_step)
@@ -526,11 +505,11 @@ def _excitation(
             elif total.springpots:
                 white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
     placed = [*_placed(given, parts_of_step, plan.settings.window_steps)]
-    return np.array(white).reshape(-1, g.shape[1]), placed, constant
+    return np.array(white).reshape(-1, many), placed, constant
 
 
-def _temperature(thermal: ThermalNoise, unit_mass: float, units: Units, step: float) -> float:
-    return lower(thermal.per_mass(unit_mass), "", units, step).temperature
+def _temperature(thermal: ThermalNoise, frame: _Frame) -> float:
+    return lower(thermal.per_mass(frame.unit_mass), "", frame.units, frame.step).temperature
 
 
 def _remembers(total: Lowered) -> bool:
@@ -541,20 +520,17 @@ def _dashpots(total: Lowered) -> float:
     return sum(c for order, c in total.springpots if order == 1.0)
 
 
-def _of_thermal_noise(
-    plan: Plan, parts: PartsOfSeveral, totals: Sequence[Lowered], reduced: Floats, step: float
-) -> Iterator[Reading]:
+def _of_thermal_noise(plan: Plan, parts: PartsOfSeveral, frame: _Frame) -> Iterator[Reading]:
     """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
-    power = parts.unit_mass * parts.units.speed**2 / parts.units.time
     for thermal in plan.system.of(ThermalNoise):
-        name, warm = plan.system.name_of(thermal), _temperature(thermal, parts.unit_mass, parts.units, step)
+        name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         white = sum(
             warm * _dashpots(total) / float(mass)
-            for total, mass in zip(totals, reduced, strict=True)
+            for total, mass in zip(frame.totals, frame.reduced, strict=True)
             if not _remembers(total)
         )
         works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
-        yield Reading(f"{name}_power", works, "time", power * white)
+        yield Reading(f"{name}_power", works, "time", frame.power * white)
 
 
 def _drawn(law: Any, window: tuple[int, int]) -> float:

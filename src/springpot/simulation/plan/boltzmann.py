@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.excitations import Excitation
-from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
 __all__ = ["BoltzmannOfSeveral", "boltzmann_of_several"]
@@ -90,17 +89,10 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
     if not thermal or driven or lossy or not thermal[0].temperature > 0.0:
         return None
     coordinates = system.coordinates
-    elements = [(coordinates.elongations[name], part) for name, part in system.named() if isinstance(part, Element)]
+    elements = [(coordinates.elongations[name], part) for name, part in system.elements.items()]
     size = len(coordinates.names)
-    stiffness = sum(
-        (
-            float(part.linear_stiffness + part.modulus(0.0) * part.remembers) * np.outer(row, row)
-            for row, part in elements
-        ),
-        np.zeros((size, size)),
-    )
-    values, shapes = np.linalg.eigh(stiffness)
-    others = tuple((row, part) for row, part in elements if isinstance(part, Barrier | Contact) or _is_bent(part))
+    values, shapes = np.linalg.eigh(system.stiffness_matrix)
+    others = tuple((row, part) for row, part in elements if isinstance(part, Barrier | Contact) or part.is_bent)
     rises = all(isinstance(part, Barrier | Contact) or _rises(part) for _, part in others)
     if not values[0] > _HELD * values[-1] or not rises:
         return None
@@ -109,10 +101,6 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
     law = BoltzmannOfSeveral(theta, shapes * np.sqrt(theta / values), speeds, others)
     tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
     return law if law.kept(tried).mean() > _LEAST_KEPT else None
-
-
-def _is_bent(part: Any) -> bool:
-    return any(part.force_coefficients()[2:])
 
 
 def _rises(part: Any) -> bool:

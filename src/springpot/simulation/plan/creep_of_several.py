@@ -27,7 +27,6 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
 __all__ = ["CreepOfSeveral"]
@@ -86,11 +85,9 @@ class CreepOfSeveral:
             return none, none
         p = -s * (1.0 + 1j * _BELOW)
         matrix = k + (p**2)[:, None, None] * coordinates.mass
-        for name, part in system.named():
-            if isinstance(part, Element):
-                beside = np.asarray(part.modulus(p) - part.linear_stiffness)
-                row = coordinates.elongations[name]
-                matrix = matrix + beside[..., None, None] * np.outer(row, row)
+        for name, part in system.elements.items():
+            row, beside = coordinates.elongations[name], np.asarray(part.modulus(p) - part.static_stiffness)
+            matrix = matrix + beside[..., None, None] * np.outer(row, row)
         cut = np.linalg.inv(matrix).imag / math.pi * (_SPACING * s)[:, None, None]
         g, parts = np.array([*self.rows.values()]), dict(system.named())
         pushes = [math.sqrt(_intensity(parts[name])) * force for name, force in coordinates.forces.items()]

@@ -19,31 +19,27 @@ from numpy.typing import NDArray
 
 from springpot.problem.parts import (
     Barrier,
-    CloughPenzienNoise,
     ColoredNoise,
     Contact,
     Dashpot,
     FractionalMaxwell,
     Friction,
     Harmonic,
-    KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
-    PoissonImpulses,
     PolynomialDashpot,
-    RecordedExcitation,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
-    WhiteNoise,
 )
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.parts import fed_at, stiffness_at_once
+from springpot.simulation.plan.scales import Scales, creep_time
 
 __all__ = ["BoltzmannLaw", "boltzmann_law", "dissipated", "guessed_law", "guessed_scales"]
 
@@ -200,20 +196,16 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
     power, w = 0.0, law.frequency
     for part in unit.parts:
         match part:
-            case WhiteNoise() | PoissonImpulses():
-                power += 0.5 * part.intensity * part.largest_square
-            case ColoredNoise() | KanaiTajimiNoise() | CloughPenzienNoise():
-                power += math.pi * part.density(w) * part.largest_square
             case SpectralExcitation():
                 power += part.power_into(w, dissipated(unit, law) / law.temperature)
-            case RecordedExcitation():  # as noise that is white up to this frequency
-                power += 0.5 * math.pi * part.mean_square / w
             case ParametricNoise():
                 power += 0.5 * part.intensity * (law.variance + law.mean**2)
             case Harmonic():
                 rate = max(dissipated(unit, law) / law.temperature, 1e-9 * w)
                 away = (w * w - part.frequency**2) ** 2 + (rate * part.frequency) ** 2
                 power += 0.5 * part.amplitude**2 * rate * part.frequency**2 / away
+            case _:
+                power += fed_at(part, w)
     return power
 
 
@@ -239,7 +231,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
 
     Examples
     --------
-    >>> from springpot.problem.parts import PolynomialSpring, Spring
+    >>> from springpot.problem.parts import PolynomialSpring, Spring, WhiteNoise
     >>> bent = System(Spring(1.0), PolynomialSpring((0, 0, 1.0)), Dashpot(0.5), WhiteNoise(1.0))
     >>> scales = guessed_scales(bent, guessed_law(bent))
     >>> round(scales.length, 3), round(scales.energy_time, 6)
@@ -263,16 +255,12 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
                 rates.append(part.coefficient)
             case PolynomialDashpot() | VanDerPol():
                 rates.append((dissipated(System(part), law) + 2.0 * _fed_by_dampers(System(part), law)) / theta)
-            case FractionalMaxwell():
-                rates.append(math.sqrt(part.spring.stiffness))
-            case Maxwell():
-                rates.append(math.sqrt(part.stiffness))
-            case PiezoelectricCircuit():
-                rates.append(math.sqrt(part.coupling**2 / part.capacitance))
             case Harmonic():
                 rates.append(0.5 * part.frequency)
             case SpectralExcitation():  # a motion below the band moves with it
                 rates.append(2.0 * math.pi * part.frequency[0])
+            case _:
+                rates.append(math.sqrt(stiffness_at_once(part)))
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
@@ -373,5 +361,4 @@ def _creep_time(pot: Springpot, frequency: float) -> float:
     """As that of an oscillator of this frequency."""
     if not pot.remembers or pot.coefficient <= frequency ** (2.0 - pot.order):
         return 0.0
-    logarithm = math.log(pot.coefficient / frequency**2) / pot.order
-    return math.exp(logarithm) if logarithm < 700.0 else math.inf
+    return creep_time(pot.coefficient / frequency**2, pot.order)

@@ -13,7 +13,7 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Barrier
 from springpot.theory.methods.averaging import decay_rate, mean_square_amplitude
 
-__all__ = ["Scales", "closed_form"]
+__all__ = ["Scales", "closed_form", "creep_time"]
 
 
 @dataclass(frozen=True)
@@ -139,5 +139,10 @@ def _creep_time(paper: Dimensionless) -> float:
     spring = paper.springpot
     if paper.dimensionless_coefficient <= 1.0 or spring.order == 0.0:
         return 0.0
-    logarithm = math.log(spring.coefficient / paper.natural_frequency**2) / spring.order
+    return creep_time(spring.coefficient / paper.natural_frequency**2, spring.order)
+
+
+def creep_time(ratio: float, order: float) -> float:
+    """(C / k)^(1 / order) of a springpot C beside a spring k, from their ratio; infinite beyond double precision."""
+    logarithm = math.log(ratio) / order
     return math.exp(logarithm) if logarithm < 700.0 else math.inf

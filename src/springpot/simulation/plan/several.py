@@ -8,7 +8,7 @@ energy in each mode.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -20,36 +20,28 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
-    CloughPenzienNoise,
-    ColoredNoise,
-    Constant,
     Contact,
     Dashpot,
     Force,
     FractionalMaxwell,
     Friction,
     Harmonic,
-    KanaiTajimiNoise,
-    Maxwell,
     ParametricNoise,
-    PiezoelectricCircuit,
-    PoissonImpulses,
     PolynomialDashpot,
-    RecordedExcitation,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.registration import Element
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.scales import Scales
+from springpot.simulation.plan.parts import fed_at, slow_springpot, stiffness_at_once
+from springpot.simulation.plan.scales import Scales, creep_time
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.normal_modes import free_motion
@@ -86,6 +78,8 @@ class Modes:
         damps, or that nothing moves, that of all together.
     excited : bool
         Whether anything feeds energy in.
+    stiffness, damping : dict
+        Mean numbers of each part with two ends, by its name, without what memory adds.
     """
 
     frequency: Floats
@@ -93,6 +87,8 @@ class Modes:
     shapes: Floats
     temperature: Floats
     excited: bool
+    stiffness: Mapping[str, float]
+    damping: Mapping[str, float]
 
     def speed(self, row: Floats) -> float:
         """Standard deviation of an elongation's velocity, about."""
@@ -118,15 +114,21 @@ def modes_of(system: System) -> Modes:
     >>> modes_of(pair).frequency.round(6).tolist()
     [0.618034, 1.618034]
     """
-    found = _modes(system, {})
-    if any(_is_bent(part) or _is_rough(part) for part in system.of(Element)):
+    found = _modes(system, _linear(system))
+    if any(map(_has_size, system.elements.values())):
         for _ in range(_ROUNDS_OF_SIZE):
             found = _modes(system, _means(system, found))
     return found
 
 
-def _is_bent(part: Any) -> bool:
-    return any(part.force_coefficients()[2:])
+def _linear(system: System) -> dict[str, tuple[float, float]]:
+    """Stiffness and damping of the linear part of each force."""
+    return {name: (part.static_stiffness, part.linear_damping) for name, part in system.elements.items()}
+
+
+def _has_size(part: Any) -> bool:
+    """Whether its stiffness or damping depends on the size of the motion."""
+    return part.is_bent or _is_rough(part)
 
 
 def _stiffness_at(part: Any, spread: float) -> float:
@@ -157,27 +159,28 @@ def _damping_at(part: Any, spread: float, speed: float) -> float:
 
 
 def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
-    """What nonlinear parts add to the mean stiffness and damping at the size of a motion."""
+    """Mean stiffness and damping of each part with two ends at the size of a motion."""
     found = {}
-    for name, part in system.named():
-        if isinstance(part, Element) and (_is_bent(part) or _is_rough(part)):
+    for name, part in system.elements.items():
+        stiffness, damping = part.static_stiffness, part.linear_damping
+        if _has_size(part):
             row = system.coordinates.elongations[name]
             spread, speed = modes.spread(row), modes.speed(row)
-            found[name] = _stiffness_at(part, spread) - part.linear_stiffness, _damping_at(part, spread, speed)
+            stiffness, damping = _stiffness_at(part, spread), damping + _damping_at(part, spread, speed)
+        found[name] = stiffness, damping
     return found
 
 
-def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
-    """The modes, with more stiffness and damping of some parts."""
-    at = system.coordinates
-    parts = {name: part for name, part in system.named() if isinstance(part, Element)}
+def _modes(system: System, means: Mapping[str, tuple[float, float]]) -> Modes:
+    """The modes with these stiffnesses and dampings of parts, and what memory adds."""
+    at, parts = system.coordinates, system.elements
+    stiffness, damping = ({name: each[i] for name, each in means.items()} for i in (0, 1))
 
-    def linear(name: str, part: Any, p: complex) -> complex:
-        stiffness, damping = more.get(name, (0.0, 0.0))
-        return complex(part.modulus(p)) + stiffness + damping * p
+    def modulus(name: str, p: complex) -> complex:
+        (k, c), part = means[name], parts[name]
+        return complex(part.modulus(p)) + (k - part.static_stiffness) + (c - part.linear_damping) * p
 
-    still = {name: more.get(name, (0.0, 0.0))[0] + part.linear_stiffness for name, part in parts.items()}
-    squares, moved = free_motion(at.mass, at.sum_of(still))
+    squares, moved = free_motion(at.mass, at.sum_of(stiffness))
     frequency, rate = np.sqrt(np.maximum(squares, 0.0)), np.zeros(len(squares))
     remembers = any(part.remembers for part in parts.values())
     for i in range(len(rate)):
@@ -185,18 +188,17 @@ def _modes(system: System, more: Mapping[str, tuple[float, float]]) -> Modes:
         if remembers:
             w = w or _alone(system)
             for _ in range(_ROUNDS):
-                stiff = {name: linear(name, part, 1j * w).real for name, part in parts.items()}
-                squares, shapes = free_motion(at.mass, at.sum_of(stiff))
+                squares, shapes = free_motion(at.mass, at.sum_of({name: modulus(name, 1j * w).real for name in parts}))
                 new = math.sqrt(max(float(squares[i]), 0.0))
                 if abs(new - w) <= 1e-10 * w or new == 0.0:
                     break
                 w = 0.5 * (w + new)
             frequency[i], moved[:, i] = w if new > 0.0 else 0.0, shapes[:, i]
         p = 1j * max(frequency[i], 1e-9 * max(frequency.max(), 1e-300))
-        losses = at.sum_of({name: linear(name, part, p).imag / p.imag for name, part in parts.items()})
+        losses = at.sum_of({name: modulus(name, p).imag / p.imag for name in parts})
         rate[i] = moved[:, i] @ losses @ moved[:, i]
     temperature, excited = _temperatures(system, frequency, rate, moved)
-    return Modes(frequency, rate, moved, temperature, excited)
+    return Modes(frequency, rate, moved, temperature, excited, stiffness, damping)
 
 
 def _alone(system: System) -> float:
@@ -239,23 +241,18 @@ def _with_multiplied(system: System, frequency: Floats, rate: Floats, fed: Float
 
 def _density(part: Any, w: float) -> float:
     """Power that a force of unit modal mass feeds in at a frequency."""
-    match part:
-        case PoissonImpulses():
-            return 0.5 * float(part.intensity)
-        case WhiteNoise() | ColoredNoise() | KanaiTajimiNoise() | CloughPenzienNoise():
-            return math.pi * float(part.density(w)) * part.largest_square
-        case SpectralExcitation():
-            return part.power_into(max(w, 1e-300), 0.0)
-        case RecordedExcitation():  # as noise that is white up to this frequency
-            return 0.5 * math.pi * part.mean_square / max(w, 1e-300)
-        case Harmonic():  # as if it were spread over its own frequency
-            return 0.5 * part.amplitude**2 / part.frequency
-    return 0.0
+    if isinstance(part, SpectralExcitation):
+        return part.power_into(max(w, 1e-300), 0.0)
+    if isinstance(part, Harmonic):  # as if it were spread over its own frequency
+        return 0.5 * part.amplitude**2 / part.frequency
+    return fed_at(part, max(w, 1e-300))
 
 
 @dataclass(frozen=True, eq=False)
 class MotionOfSeveral(Motion):
     """The motion of several masses; what it has not, its results do not have."""
+
+    intensity, struck = 0.0, StruckWalls()  # each wall has its own
 
     @cached_property
     def seen(self) -> tuple[Seen, ...]:
@@ -302,11 +299,6 @@ class MotionOfSeveral(Motion):
     def law(self) -> Any:
         """Boltzmann's, from which the start is drawn; None where it is not."""
         return boltzmann_of_several(self.system)
-
-    @property
-    def intensity(self) -> float:
-        """Of white noise per unit mass: that of none."""
-        return 0.0
 
     @property
     def springpots(self) -> tuple[Springpot, ...]:
@@ -369,7 +361,7 @@ class MotionOfSeveral(Motion):
         pushes += [rows[name] for name, part in parts.items() if not (part.is_odd or name in self.touched)]
         if pushes:  # what is nonlinear may have a mean force where others have
             pushes += [rows[name] for name, part in parts.items() if not part.is_linear]
-        stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in parts.items() if isinstance(p, Element)})
+        stiffness = self.system.stiffness_matrix
         values = np.linalg.eigvalsh(stiffness)
         if pushes and not values[0] > _RIGID * values[-1]:
             return ()
@@ -379,11 +371,6 @@ class MotionOfSeveral(Motion):
             for begin, row in self.displacements.items()
             if (np.abs(row @ moved) <= _RIGID * (np.abs(row) @ np.abs(moved))).all()
         )
-
-    @property
-    def is_symmetric(self) -> bool:
-        """Not asked."""
-        return False
 
     @property
     def is_thermal(self) -> bool:
@@ -397,11 +384,6 @@ class MotionOfSeveral(Motion):
         contacts = [(at.elongations[name], part) for name, part in self.touched.items() if isinstance(part, Contact)]
         stops = (_stop_rate(part, at.reduced(row), _FAR * self.modes.speed(row)) for row, part in contacts)
         return max(self.scales.fastest_rate, *stops, 0.0)
-
-    @cached_property
-    def struck(self) -> StruckWalls:
-        """Slow impacts are not corrected for."""
-        return StruckWalls()
 
     @cached_property
     def struck_alone(self) -> dict[str, StruckWalls]:
@@ -529,19 +511,14 @@ class MotionOfSeveral(Motion):
 
         at = self.system.coordinates
         rows = at.elongations
-        springs = [
-            rows[name] for name, part in self.system.named()
-            if isinstance(part, Element) and (any(part.force_coefficients()) or part.modulus(0.0) != 0.0)
-        ]  # fmt: skip
+        held = [any(part.force_coefficients()) or part.modulus(0.0) != 0.0 for part in self.system.elements.values()]
+        springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds]
         free = linalg.null_space(np.array(springs).reshape(-1, len(at.names)))
         if not free.shape[1]:
             return []
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
-        parts, forces = dict(self.system.named()), at.forces
-        pushed = sum((p.force * forces[name] for name, p in parts.items() if isinstance(p, Constant)), 0.0 * free[:, 0])
-        closing = np.array([*walls, -pushed @ free]).reshape(
-            -1, free.shape[1]
-        )  # a constant force holds, as weight does
+        # a constant force holds, as weight does
+        closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
         for direction in (*free, *-free):
             room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
             if room.x is not None and float(direction @ room.x) > 1e-9:
@@ -583,10 +560,8 @@ class MotionOfSeveral(Motion):
     def _equilibrium(self) -> Floats:
         """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
-        x = np.zeros(len(coordinates.names))
-        force = sum(
-            (part.force * coordinates.forces[name] for name, part in parts.items() if isinstance(part, Constant)), x
-        )
+        force = self.system.constant_force
+        x = np.zeros(len(force))
         if not force.any():
             return x
         for _ in range(_ROUNDS):
@@ -607,17 +582,22 @@ class MotionOfSeveral(Motion):
     def _nearest_to_rest(self) -> Floats:
         """The least change from the equilibrium that puts every elongation before its wall."""
         rest = self._equilibrium()
-        walls = [(name, part) for name, part in self.system.named() if isinstance(part, Barrier)]
-        inward = np.array([part.inwards * self.system.coordinates.elongations[name] for name, part in walls])
-        least = np.array([part.inwards * part.position for _, part in walls])
-        if walls:
-            least = least - inward @ rest
+        inward, least = _walls(self.system, rest)
         if not (least > 0.0).any():
             return rest
         forces = _least_forces(inward, least)
         if forces is None:
-            raise ValueError(f"the walls must leave room: {listed([name for name, _ in walls])} cannot all be kept.")
+            walls = [name for name, part in self.touched.items() if isinstance(part, Barrier)]
+            raise ValueError(f"the walls must leave room: {listed(walls)} cannot all be kept.")
         return np.asarray(rest + inward.T @ forces)
+
+
+def _walls(system: System, x: Floats) -> tuple[Floats, Floats]:
+    """The rows of rigid walls, turned inwards, and how far some displacements are behind each."""
+    walls = {name: part for name, part in system.stops.items() if isinstance(part, Barrier)}
+    rows = [part.inwards * system.coordinates.elongations[name] for name, part in walls.items()]
+    inward = np.array(rows).reshape(-1, len(x))
+    return inward, np.array([part.inwards * part.position for part in walls.values()]) - inward @ x
 
 
 def _inwards(row: Floats, stop: Stop) -> tuple[Any, ...]:
@@ -665,28 +645,22 @@ def motion_of_several(system: System) -> MotionOfSeveral:
     motion = MotionOfSeveral(system, _scales(system, modes), 1.0, (), False, False, many)
     if not motion.springpots and not system.of(FractionalMaxwell):
         return motion
-    more = _means(system, modes)
-    stiffness = {
-        name: part.linear_stiffness + more.get(name, (0.0, 0.0))[0]
-        for name, part in system.named()
-        if isinstance(part, Element)
-    }
     rows = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
     free = {name: modes.spread(row) ** 2 for name, row in rows.items()}
-    return replace(motion, slow=(CreepOfSeveral(system, stiffness, motion.scales.fastest_rate, rows, free),))
+    return replace(motion, slow=(CreepOfSeveral(system, modes.stiffness, motion.scales.fastest_rate, rows, free),))
 
 
 def _scales(system: System, modes: Modes) -> Scales:
     at = system.coordinates
     rows, size = at.elongations, len(at.names)
     held = modes.frequency[modes.frequency > _RIGID * max(float(modes.frequency.max()), 1e-300)]
-    elements = [(part, rows[name]) for name, part in system.named() if isinstance(part, Element)]
+    elements = [(part, rows[name]) for name, part in system.elements.items()]
     bent = {
-        name: (max(_curvature(part, modes.spread(rows[name])) - part.linear_stiffness, 0.0), 0.0)
-        for name, part in system.named()
-        if isinstance(part, Element) and _is_bent(part)
+        name: (max(_curvature(part, modes.spread(rows[name])), part.static_stiffness), part.linear_damping)
+        for name, part in system.elements.items()
+        if part.is_bent
     }
-    fastest = [*(_modes(system, bent).frequency if bent else held)]
+    fastest = [*(_modes(system, _linear(system) | bent).frequency if bent else held)]
     dampers = sum(
         (
             _strongest_damping(part, modes.spread(row), modes.speed(row)) * np.outer(row, row)
@@ -696,7 +670,7 @@ def _scales(system: System, modes: Modes) -> Scales:
         np.zeros((size, size)),
     )
     fastest.append(float(np.linalg.eigvals(at.accelerations(dampers.T).T).real.max()))
-    arms = sum((_strength(part) * np.outer(row, row) for part, row in elements), np.zeros((size, size)))
+    arms = at.sum_of({name: stiffness_at_once(part) for name, part in system.elements.items()})
     fastest.append(math.sqrt(max(float(np.linalg.eigvals(at.accelerations(arms.T).T).real.max()), 0.0)))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
     fastest += [
@@ -720,7 +694,7 @@ def _scales(system: System, modes: Modes) -> Scales:
         frequency=frequency,
         fastest_rate=largest,
         energy_time=settled,
-        creep_time=max((_creep_time(part, row, system) for part, row in elements), default=0.0),
+        creep_time=max(_creep_times(system), default=0.0),
         forgetting_time=forgotten,
         settling_time=max(settled, forgotten),
         flight_frequency=largest,
@@ -733,27 +707,13 @@ def _scales(system: System, modes: Modes) -> Scales:
 
 def _forgetting_time(system: System, modes: Modes) -> float:
     """In which the slowest overdamped motion of springs and dashpots loses its square: it has no energy to lose."""
-    more, at = _means(system, modes), system.coordinates
-    elements = [(name, part, more.get(name, (0.0, 0.0))) for name, part in system.named() if isinstance(part, Element)]
-    stiffness = at.sum_of({name: part.linear_stiffness + k for name, part, (k, _) in elements})
-    damping = at.sum_of({name: part.linear_damping + c for name, part, (_, c) in elements})
+    at = system.coordinates
+    stiffness, damping = at.sum_of(modes.stiffness), at.sum_of(modes.damping)
     none, one = np.zeros_like(at.mass), np.eye(len(at.mass))
     pulls = [-np.linalg.solve(at.mass, each) for each in (stiffness, damping)]
     rates = -np.linalg.eigvals(np.block([[none, one], pulls]))
     over = rates.real[(np.abs(rates.imag) <= 1e-9 * rates.real) & (rates.real > 1e-9 * np.abs(rates).max())]
     return 0.5 / float(over.min()) if over.size else 0.0
-
-
-def _strength(part: Any) -> float:
-    """Stiffness of an arm or circuit at once, before it gives way."""
-    match part:
-        case Maxwell():
-            return float(part.stiffness)
-        case FractionalMaxwell():
-            return float(part.spring.stiffness)
-        case PiezoelectricCircuit():
-            return float(part.coupling**2 / part.capacitance)
-    return 0.0
 
 
 def _strongest_damping(part: Any, spread: float, speed: float) -> float:
@@ -772,25 +732,18 @@ def _hops(system: System, modes: Modes) -> list[float]:
     With too few, each impact changes the energy at random, which heats a motion with little damping, and a lossy wall
     takes what the kicks give to masses at rest on it.
     """
-    coordinates, parts = system.coordinates, dict(system.named())
-    walls = {name: part for name, part in parts.items() if isinstance(part, Barrier)}
-    more, rows = _means(system, modes), coordinates.elongations
-    stiffness = coordinates.sum_of(
-        {name: parts[name].linear_stiffness + max(more.get(name, (0.0, 0.0))[0], 0.0) for name in rows}
-    )
+    at = system.coordinates
+    stiffness = at.sum_of({name: max(modes.stiffness[name], p.static_stiffness) for name, p in system.elements.items()})
     free = (1e-3 * float(modes.frequency.max()) or 1.0) ** 2  # so weakly everything is held
-    values, shapes = np.linalg.eigh(stiffness + free * coordinates.mass)
-    if not walls or not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
+    values, shapes = np.linalg.eigh(stiffness + free * at.mass)
+    if not values[0] > 0.0 or not (modes.frequency.any() or modes.rate.any()):  # no size is known
         return []
     soft = shapes / np.sqrt(values)
-    forces = [p.force * coordinates.forces[name] for name, p in parts.items() if isinstance(p, Constant)]
-    rest = soft @ soft.T @ sum(forces, np.zeros(len(values)))
-    inward = np.array([part.inwards * rows[name] for name, part in walls.items()])
-    least = np.array([part.inwards * part.position for part in walls.values()]) - inward @ rest
+    inward, least = _walls(system, soft @ soft.T @ system.constant_force)
     pressing = _least_forces(inward @ soft, least) if (least > 0.0).any() else None
     if pressing is None:
         return []
-    reduced = [coordinates.reduced(row) for row in inward]
+    reduced = [at.reduced(row) for row in inward]
     speeds = [modes.speed(row) for row in inward]
     return [float(f / m / v) for f, m, v in zip(pressing, reduced, speeds, strict=True) if v > 0.0]
 
@@ -815,32 +768,13 @@ def _curvature(part: Any, spread: float) -> float:
     return float(max(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(part.force_coefficients()))))
 
 
-def _creep_time(part: Any, row: Floats, system: System) -> float:
-    """Of what is, for slow motion, a springpot or dashpot that is stronger than the springs along its row."""
-    match part:
-        case Springpot() | FractionalMaxwell():
-            pot = part if isinstance(part, Springpot) else part.springpot
-            order, coefficient = pot.order, pot.coefficient
-        case Dashpot() | Maxwell():
-            order, coefficient = 1.0, part.coefficient
-        case PiezoelectricCircuit():
-            order, coefficient = 1.0, part.coupling**2 * part.resistance
-        case _:
-            return 0.0
-    if not coefficient > 0.0:
-        return 0.0
-    coordinates = system.coordinates
-    stiffness = coordinates.sum_of({n: p.linear_stiffness for n, p in system.named() if isinstance(p, Element)})
-    values, shapes = np.linalg.eigh(stiffness)
+def _creep_times(system: System) -> Iterator[float]:
+    """Of each part that is, for slow motion, a springpot or dashpot stronger than the springs along its row."""
+    at = system.coordinates
+    values, shapes = np.linalg.eigh(system.stiffness_matrix)
     held = values > 1e-12 * max(float(values.max()), 0.0)
-    if order == 0.0 or not held.any():
-        return 0.0
-    give = float(((row @ shapes[:, held]) ** 2 / values[held]).sum())
-    if not give > 0.0:
-        return 0.0
-    reduced = coordinates.reduced(row)
-    frequency = math.sqrt(1.0 / (give * reduced))
-    if coefficient / reduced <= frequency ** (2.0 - order):
-        return 0.0
-    logarithm = math.log(coefficient * give) / order
-    return math.exp(logarithm) if logarithm < 700.0 else math.inf
+    for name, part in system.elements.items():
+        (order, coefficient), row = slow_springpot(part), at.elongations[name]
+        give, reduced = float(((row @ shapes[:, held]) ** 2 / values[held]).sum()), at.reduced(row)
+        if order > 0.0 and give > 0.0 and coefficient / reduced > (give * reduced) ** (0.5 * order - 1.0):
+            yield creep_time(coefficient * give, order)

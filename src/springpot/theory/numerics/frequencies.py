@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-import warnings
 from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate, optimize
+from scipy import optimize
 
 from springpot.theory.numerics.panels import on_panels
 from springpot.theory.result import NoConvergenceError
 
-__all__ = ["integral", "integrals", "resonances"]
+__all__ = ["integrals", "resonances"]
 
 FloatArray = NDArray[np.float64]
 
 _FAR = 45.0  # logarithms beyond the outermost frequencies, where exp(-45) of an integrand is left
 _POINTS = 4000
-_MOST_ERROR = 1e-7
+_MOST_ERROR = 2e-8
 _NODES, _HALVINGS, _MOST_PANELS, _SETTLED = 20, 25, 10_000, 1e-13
 _NARROW = "an integral over frequency did not settle: the resonance is too narrow, or too far off."
 _WIDTHS = (0.3, 1.0, 3.0, *(10.0**power for power in range(1, 13)))  # of a resonance, at which the integral is cut
@@ -61,49 +59,10 @@ def resonances(stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales
     return sorted(cut for cut in cuts if start <= cut <= high + _FAR)
 
 
-def integral(density: Callable[[float], float], cuts: list[float], within: float = 0.0) -> float:
-    """The integral of a density over all frequencies, positive and negative, of an even function of w.
-
-    Parameters
-    ----------
-    density : callable
-        Of one frequency w > 0.
-    cuts : list of float
-        Of `resonances`.
-    within : float
-        An error that does not matter.
-
-    Raises
-    ------
-    NoConvergenceError
-        If the integral is not known to a tenth of a millionth.
-
-    Examples
-    --------
-    >>> cuts = resonances(lambda w: 1.0 - w**2 + 0.4j * w, [1.0])
-    >>> round(integral(lambda w: 1.0 / abs(1.0 - w**2 + 0.4j * w) ** 2 / (2.0 * math.pi), cuts), 12)  # 1 / (2 c)
-    1.25
-    """
-
-    def of_logarithm(u: float) -> float:
-        w = math.exp(u)
-        return density(w) * w
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", integrate.IntegrationWarning)  # of rounding, which the error below bounds
-        pieces = [
-            integrate.quad(of_logarithm, start, end, epsabs=within / len(cuts), epsrel=1e-10, limit=400)
-            for start, end in itertools.pairwise(cuts)
-            if end - start > 1e-14 * max(1.0, abs(start))
-        ]
-    value, error = math.fsum(value for value, _ in pieces), math.fsum(error for _, error in pieces)
-    if not error <= max(_MOST_ERROR * value, within):
-        raise NoConvergenceError(_NARROW)
-    return 2.0 * value
-
-
 def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], within: FloatArray) -> FloatArray:
-    """The same of several densities at once, on panels that are halved where they are not fine enough.
+    """The integrals of several densities over all frequencies, positive and negative, of even functions of w.
+
+    They are sums over panels, which are halved where they are not fine enough.
 
     Parameters
     ----------
@@ -117,7 +76,7 @@ def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], 
     Raises
     ------
     NoConvergenceError
-        If an integral is not known to a tenth of a millionth.
+        If an integral is not known to 2e-8 of its size.
 
     Examples
     --------

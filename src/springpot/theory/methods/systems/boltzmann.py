@@ -30,17 +30,14 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.problem.parts.registration import Element
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.normal_modes import free_motion, stiffness_matrix, unseen_mode
+from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
 from springpot.theory.result import (
     NEVER_STRUCK,
-    OF_A_POINT,
     OF_A_WALL_OF_SEVERAL,
-    OF_ENDS,
     Moments,
     NoStationaryStateError,
     Result,
@@ -151,7 +148,7 @@ def check_points_covered(system: System) -> FloatArray | str:
         if isinstance(part, Barrier) and not part.is_elastic:
             raise NotCoveredError(f"{_REACH}, not {name} of restitution {part.law()}.")
     at = system.coordinates
-    elements = {name: part for name, part in system.named() if isinstance(part, Element)}
+    elements = system.elements
     damping = at.sum_of({name: part.linear_damping + _as_dashpot(part) for name, part in elements.items()})
     white = sum((p.intensity * np.outer(g, g) for p in system.of(WhiteNoise) for g in [at.push(p.on)]), 0.0 * damping)
     thermal = sum(noise.temperature for noise in system.of(ThermalNoise))
@@ -173,7 +170,7 @@ def check_points_covered(system: System) -> FloatArray | str:
             raise NotCoveredError(f"{_REACH}; the white noise of {listed(here)} is not.")
         found[own] += 0.5 * hot
     seen = [at.elongations[name] for name, part in elements.items() if part.dissipates or _is_bent(part)]
-    free = unseen_mode(*free_motion(at.mass, stiffness_matrix(system)), seen)
+    free = unseen_mode(*free_motion(at.mass, system.stiffness_matrix), seen)
     if free is not None:
         return f"There is no stationary state: nothing dissipates the energy of the mode at {free:.6g} rad/s."
     if cold := [point for point, hot in zip(at.names, found, strict=True) if not hot > 0.0]:
@@ -350,8 +347,8 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
     at = system.coordinates
     bent = [(name, part, at.elongations[name]) for name, part in system.named() if _is_bent(part)]
     hot = {name: float(temperatures[np.flatnonzero(row)[0]]) for name, _, row in bent}
-    stiffness = stiffness_matrix(system) / temperatures[:, None]
-    force = sum((part.force * at.push(part.on) for part in system.of(Constant)), 0.0 * temperatures) / temperatures
+    stiffness = system.stiffness_matrix / temperatures[:, None]
+    force = system.constant_force / temperatures
     rows = _independent([row for _, _, row in bent], len(at.masses))
     ways, rest, spread = _apart(stiffness, rows, at.names)  # x = ways y + rest z
     seen = [(name, part, row @ ways) for name, part, row in bent]
@@ -381,7 +378,11 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
             found |= _hits(name, speed, density, pushes.get(name, hot[name] * density))
     x_mean = ways @ mean + rest @ spread @ (rest.T @ force)
     x_spread = ways @ covariance @ ways.T + rest @ spread @ rest.T
-    return moments_of_points(system, _of_points(system, x_mean, x_spread, v_spread) | found)
+
+    def seen_by(row: FloatArray) -> tuple[Any, ...]:
+        return row @ x_mean, row @ x_spread @ row + (row @ x_mean) ** 2, row @ v_spread @ row
+
+    return moments_of_points(system, map(seen_by, at.rows), map(seen_by, at.pairs.values()), found)
 
 
 def _curve(part: Any, hot: float) -> Potential:
@@ -391,7 +392,7 @@ def _curve(part: Any, hot: float) -> Potential:
 
 
 def _is_bent(part: Any) -> bool:
-    return isinstance(part, Barrier | Contact) or any(part.force_coefficients()[2:])
+    return isinstance(part, Barrier | Contact) or part.is_bent
 
 
 def _push(contact: Contact, row: FloatArray) -> Any:
@@ -447,15 +448,3 @@ def _hits(wall: str, speed_square: float, density: float, force: float) -> dict[
     rate = density * math.sqrt(speed_square / (2.0 * math.pi))
     hit = (rate, math.sqrt(0.5 * math.pi * speed_square), 2.0 * speed_square) if rate > 0.0 else NEVER_STRUCK
     return {f"{wall}_{what}": value for what, value in zip(OF_A_WALL_OF_SEVERAL, (*hit, force), strict=True)}
-
-
-def _of_points(system: System, mean: FloatArray, spread: FloatArray, v_spread: FloatArray) -> dict[str, float]:
-    found: dict[str, float] = {}
-    at = system.coordinates
-    for point, row in zip(system.points, at.rows, strict=True):
-        numbers = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2), float(row @ v_spread @ row)
-        found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
-    for pair, row in at.pairs.items():
-        of_ends = float(row @ mean), float(row @ spread @ row + (row @ mean) ** 2)
-        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, of_ends, strict=True)}
-    return found

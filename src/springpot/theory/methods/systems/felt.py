@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.machine.faults import NotCoveredError, listed, shown
-from springpot.problem.parts import Harmonic, Inerter, PoissonImpulses, WhiteNoise
-from springpot.problem.parts.registration import Element
+from springpot.problem.parts import Inerter, PoissonImpulses, WhiteNoise
 from springpot.problem.system import System
 from springpot.theory.numerics.frequencies import integrals, resonances
 
@@ -33,19 +32,12 @@ class _Felt:
 
     def __init__(self, system: System, companion: Any, of: str, what: What) -> None:
         self.companion, self.force = companion, what == "force"
-        self.given: tuple[Any, ...] = system.of(*map(type, companion.noises))  # in the system itself, not per unit mass
-        self.noises = [*zip(companion.noises, (each.on for each in self.given), strict=True)]
-        self.waves = [*zip(companion.harmonics, (each.on for each in system.of(Harmonic)), strict=True)]
-        self.ground = system.mass / system.inertia if companion.is_single else 1.0
         at, parts = companion.coordinates, dict(system.named())
-        single = companion.is_single
-        rows = {n: np.ones(1) if single else at.elongations[n] for n, p in parts.items() if isinstance(p, Element)}
+        rows = {name: at.elongations[name] for name in system.elements}
         self.row = np.zeros(len(at.names))
         if self.force:
-            ends = {} if single else at.ends
-            below = {
-                n: 1.0 if single or ends[n][0] == "ground" else -1.0 for n in rows if single or "ground" in ends[n]
-            }
+            ends = {name: at.ends.get(name, ("ground", at.names[0])) for name in rows}
+            below = {n: 1.0 if ends[n][0] == "ground" else -1.0 for n in rows if "ground" in ends[n]}
             chosen = below if of == "ground" else {of: 1.0}
             if of != "ground" and of not in rows:
                 raise ValueError(f"of must be one of {listed([*rows, 'ground'], 'or')}, not {shown(of)}.")
@@ -55,7 +47,7 @@ class _Felt:
             lossy = [n for n in chosen if parts[n].dissipates]
         else:
             known = system.points
-            if of not in known and not (single and not of):
+            if of not in known and (of or len(known) > 1):
                 raise ValueError(f"of must be one of {listed([*known], 'or')}, not {shown(of)}.")
             self.row = at.rows[known.index(of) if of in known else 0]
             lossy = [n for n in rows if parts[n].dissipates]
@@ -66,30 +58,24 @@ class _Felt:
         if companion.multiplied or companion.parametric:
             raise NotCoveredError(f"a noise that multiplies an elongation is not covered in a {what}.")
 
-    def direct(self, source: Any, on: str) -> float:
+    def direct(self, source: Any) -> float:
         """What passes at once."""
         if self.force:
             return 0.0
         own = self.companion
-        if own.is_single:  # per unit mass, where the ground is a force on it
-            passed, ground = 1.0, -1.0 / self.ground if on == "ground" else 0.0
-        else:
-            passed = float(self.row @ np.linalg.solve(own.mass, own.push(source)))
-            ground = float(self.row @ own.coordinates.participations) if on == "ground" else 0.0
+        passed = float(self.row @ np.linalg.solve(own.mass, own.push(source)))
+        ground = float(self.row @ own.coordinates.participations) if source.on == "ground" else 0.0
         return passed + ground if abs(passed + ground) > _NOTHING * (abs(passed) + abs(ground)) else 0.0
 
-    def response(self, w: FloatArray, source: Any, on: str) -> NDArray[np.complex128]:
+    def response(self, w: FloatArray, source: Any) -> NDArray[np.complex128]:
         """Per unit of a source, at each frequency."""
-        own, size = self.companion, len(self.row)
-        stiffness = own.dynamic_stiffness(w).reshape(-1, size, size)
-        push = np.broadcast_to(own.push(source), (len(w), size))[..., None]
-        moved = np.linalg.solve(stiffness, push)[..., 0]
+        own = self.companion
+        moved = own.displaced(w, own.push(source))
         if self.force:
             return np.asarray(sum((self._modulus(part, w) * (moved @ row) for part, row in self.parts), np.zeros(1)))
-        mass = np.atleast_2d(own.mass)
-        pulls = stiffness + (w**2)[:, None, None] * mass
-        light = np.linalg.solve(mass, self.row)
-        return np.asarray(self.direct(source, on) - np.einsum("i,wij,wj->w", light, pulls, moved))
+        pulls = own.dynamic_stiffness(w) + (w**2)[:, None, None] * own.mass
+        light = np.linalg.solve(own.mass, self.row)
+        return np.asarray(self.direct(source) - np.einsum("i,wij,wj->w", light, pulls, moved))
 
     def _modulus(self, part: Any, w: FloatArray) -> NDArray[np.complex128]:
         return np.asarray(part.modulus(1j * w) + np.zeros(len(w)), complex)
@@ -99,7 +85,7 @@ class _Felt:
         if not self.force:
             return 0.0
         own = self.companion
-        at_rest = np.linalg.solve(np.atleast_2d(own.stiffness), np.atleast_1d(own.force))
+        at_rest = np.linalg.solve(own.stiffness, own.force)
         return float(
             sum(complex(self._modulus(part, np.zeros(1))[0]).real * (row @ at_rest) for part, row in self.parts)
         )
@@ -107,9 +93,9 @@ class _Felt:
     def density(self, w: FloatArray) -> FloatArray:
         """Two-sided, under all noise but matched noise."""
         found = np.zeros(w.shape)
-        for noise, on in self.noises:
+        for noise in self.companion.noises:
             densities = np.array([noise.density(each) for each in w.tolist()])
-            found += densities * np.abs(self.response(w, noise, on)) ** 2
+            found += densities * np.abs(self.response(w, noise)) ** 2
         return found
 
     def springs(self) -> FloatArray:
@@ -128,18 +114,18 @@ def felt_spectrum(system: System, companion: Any, w: FloatArray, of: str, what: 
 def felt_mean_square(system: System, companion: Any, of: str, what: What) -> float:
     """The mean square of a force or an absolute acceleration."""
     felt = _Felt(system, companion, of, what)
-    for (noise, on), given in zip(felt.noises, felt.given, strict=True):
-        if isinstance(noise, WhiteNoise | PoissonImpulses) and felt.direct(noise, on) != 0.0:
+    for noise in companion.noises:
+        if isinstance(noise, WhiteNoise | PoissonImpulses) and felt.direct(noise) != 0.0:
             raise NotCoveredError(
-                f"{system.name_of(given)} acts on the mass itself, so that its acceleration has no finite mean square."
+                f"{system.name_of(noise)} acts on the mass itself, so that its acceleration has no finite mean square."
             )
     found = felt.mean() ** 2
-    if felt.noises:
+    if companion.noises:
         cuts = resonances(companion.nearest, companion.scales)
         found += float(integrals(lambda w: felt.density(w)[:, None], cuts, np.zeros(1))[0])
-    for wave, on in felt.waves:
-        found += 0.5 * wave.amplitude**2 * abs(complex(felt.response(np.array([wave.frequency]), wave, on)[0])) ** 2
+    for wave in companion.harmonics:
+        found += 0.5 * wave.amplitude**2 * abs(complex(felt.response(np.array([wave.frequency]), wave)[0])) ** 2
     if companion.temperature > 0.0 and felt.force:
         row = felt.springs()
-        found += companion.temperature * float(row @ np.linalg.solve(np.atleast_2d(companion.stiffness), row))
+        found += companion.temperature * float(row @ np.linalg.solve(companion.stiffness, row))
     return found

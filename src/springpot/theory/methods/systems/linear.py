@@ -42,8 +42,8 @@ from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.felt import What, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
-from springpot.theory.numerics.frequencies import integral, integrals, resonances
-from springpot.theory.result import OF_A_POINT, OF_ENDS, Moments, Result, moments_of, moments_of_points
+from springpot.theory.numerics.frequencies import integrals, resonances
+from springpot.theory.result import Moments, Result, moments_of, moments_of_points
 
 __all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments", "motions"]
 
@@ -60,14 +60,14 @@ Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | Pois
 
 @dataclass(frozen=True, eq=False)
 class Companion:
-    """A linear system: what its spectra are made of, per unit mass of one coordinate, or in SI units of several.
+    """A linear system: what its spectra are made of.
 
     Parameters
     ----------
     coordinates : Coordinates
         Its points, from which the rows of its parts follow.
-    mass, stiffness, damping : float, or ndarray of shape (coordinates, coordinates)
-        Of springs and dashpots; numbers where there is one coordinate.
+    mass, stiffness, damping : ndarray, shape (coordinates, coordinates)
+        Of springs and dashpots.
     elements : tuple
         Elements with memory: each has ``modulus(p)``.
     circuits : tuple of Circuit
@@ -76,32 +76,26 @@ class Companion:
     temperature : float
         kT of matched noise; 0 without.
     harmonics : tuple of Harmonic
-    force : float, or ndarray of shape (coordinates,)
+    force : ndarray, shape (coordinates,)
         Constant force.
     parametric : tuple of ParametricNoise
         Noises that multiply elongations.
     multiplied : tuple of (ndarray, float)
-        What such noise is to several masses once its elongation is known: a row, and the intensity of white noise along
-        it.
+        What such noise is once its elongation is known: a row, and the intensity of white noise along it.
     """
 
     coordinates: Coordinates
-    mass: Any
-    stiffness: Any
-    damping: Any
+    mass: FloatArray
+    stiffness: FloatArray
+    damping: FloatArray
     elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
     circuits: tuple[PiezoelectricCircuit, ...]
     noises: tuple[Noise, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
-    force: Any
+    force: FloatArray
     parametric: tuple[ParametricNoise, ...]
     multiplied: tuple[tuple[FloatArray, float], ...] = ()
-
-    @property
-    def is_single(self) -> bool:
-        """Whether there is one coordinate: its matrices are numbers, and every row and push is 1."""
-        return len(self.coordinates.points) == 1
 
     def row(self, part: Element) -> FloatArray:
         """What a part sees of the coordinates."""
@@ -113,68 +107,65 @@ class Companion:
 
     def along(self, part: Element, number: Any) -> Any:
         """A number of a part, or one for each frequency, in the equations of motion."""
-        return number if self.is_single else _wide(np.asarray(number)) * np.outer(self.row(part), self.row(part))
+        return _wide(np.asarray(number)) * np.outer(self.row(part), self.row(part))
 
     def dissipative(self, w: FloatArray) -> NDArray[np.complex128]:
-        """Force over displacement of dampers, memory and circuits at frequencies w; of several a matrix for each."""
+        """Force over displacement of dampers, memory and circuits, a matrix for each of the frequencies w."""
         p = 1j * np.asarray(w, float)
-        found = self.damping * (p if self.is_single else _wide(p))
+        found = self.damping * _wide(p)
         for element in (*self.elements, *self.circuits):
             found = found + self.along(element, element.modulus(p))
         return np.asarray(found)
 
     def dynamic_stiffness(self, w: FloatArray) -> NDArray[np.complex128]:
         """Force over displacement, D(w) = k - m w^2 + ..."""
-        square = np.asarray(w, float) ** 2
-        return np.asarray(
-            self.stiffness - (square if self.is_single else _wide(square) * self.mass) + self.dissipative(w)
-        )
+        return np.asarray(self.stiffness - _wide(np.asarray(w, float) ** 2) * self.mass + self.dissipative(w))
+
+    def response(self, w: FloatArray) -> NDArray[np.complex128]:
+        """Displacement over force, the inverse of D(w)."""
+        stiffness = self.dynamic_stiffness(w)
+        return np.asarray(1.0 / stiffness if stiffness.shape[-1] == 1 else np.linalg.inv(stiffness))
+
+    def displaced(self, w: FloatArray, forces: Any) -> NDArray[np.complex128]:
+        """Displacements of the coordinates under forces on them at frequencies w, shape (frequencies, coordinates).
+
+        Of the row of a point, they are what that point sees of forces on each.
+        """
+        stiffness = self.dynamic_stiffness(w)
+        if stiffness.shape[-1] == 1:
+            return np.asarray(forces / stiffness[..., 0])
+        wide = np.broadcast_to(forces, stiffness.shape[:-1])
+        return np.asarray(np.linalg.solve(stiffness, wide[..., None])[..., 0])
 
     def nearest(self, w: FloatArray) -> NDArray[np.complex128]:
         """The eigenvalue of D(w) per mass that is nearest to 0, which it passes at a resonance."""
-        if self.is_single:
-            return self.dynamic_stiffness(w)
-        values = np.linalg.eigvals(self.per_mass(self.dynamic_stiffness(w)))
+        stiffness = self.per_mass(self.dynamic_stiffness(w))
+        values = stiffness[..., 0] if stiffness.shape[-1] == 1 else np.linalg.eigvals(stiffness)
         place = np.abs(values).argmin(axis=-1)
         return np.asarray(np.take_along_axis(values, place[..., None], axis=-1)[..., 0])
 
     def per_mass(self, matrix: Any) -> Any:
         """A matrix divided by the masses from both sides, symmetric as before."""
-        root = np.linalg.inv(np.linalg.cholesky(np.atleast_2d(self.mass)))
-        return root @ np.atleast_2d(matrix) @ root.T
+        root = np.linalg.inv(np.linalg.cholesky(self.mass))
+        return root @ matrix @ root.T
 
-    def force_density(self, w: float) -> float:
-        """Two-sided spectral density of all noise that does not multiply x, per rad/s; of one coordinate."""
-        found = self.noise_density(w)
-        if self.temperature > 0.0 and w == 0.0:
-            return math.inf if any(map(_is_fractional, self.elements)) else self.force_density(1e-150)
-        if self.temperature > 0.0:
-            found += self.temperature / math.pi * float(self.dissipative(np.array([w]))[0].imag) / w
-        return found
-
-    def noise_density(self, w: float) -> float:
-        """The same without matched noise."""
-        return math.fsum(noise.density(w) for noise in self.noises)
-
-    def sources(self, w: float) -> list[tuple[FloatArray, float]]:
-        """Each noise of several masses: its push, and its two-sided spectral density per rad/s."""
-        found = [(push, density(w)) for push, density in self.groups]
+    def sources(self, w: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Each noise: its push, and its two-sided spectral density per rad/s at frequencies w >= 0."""
+        found = [(push, _at(density, w)) for push, density in self.groups]
         if not self.temperature > 0.0:
             return found
         hot = self.temperature / math.pi
         sizes, ways = np.linalg.eigh(self.damping)
-        found += [(way, hot * float(size)) for size, way in zip(sizes, ways.T, strict=True)]
+        found += [(way, np.full(w.shape, hot * float(size))) for size, way in zip(sizes, ways.T, strict=True)]
+        small = np.maximum(w, 1e-150)
         for element in (*self.elements, *self.circuits):
-            small = max(w, 1e-150)
-            loss = complex(element.modulus(1j * small)).imag / small
-            found.append((self.row(element), math.inf if w == 0.0 and _is_fractional(element) else hot * loss))
+            loss = hot * np.imag(element.modulus(1j * small)) / small
+            found.append((self.row(element), np.where((w == 0.0) & _is_fractional(element), math.inf, loss)))
         return found
 
     @property
     def groups(self) -> list[tuple[FloatArray, Density]]:
-        """The noises but matched noise: their pushes and densities, all in one of one coordinate."""
-        if self.is_single:
-            return [(np.ones(1), self.noise_density)] if self.noises else []
+        """The noises but matched noise: their pushes and densities."""
         white = [(row, _flat(intensity)) for row, intensity in self.multiplied]
         return [*((self.push(noise), noise.density) for noise in self.noises), *white]
 
@@ -203,20 +194,18 @@ class Companion:
         return [scale for scale in found if scale > 0.0]
 
     def _squares(self, matrix: Any) -> list[float]:
-        """Eigenvalues per mass; the number itself of one coordinate."""
-        if self.is_single:
-            return [matrix]
+        """Eigenvalues per mass."""
         values = np.linalg.eigvalsh(self.per_mass(matrix))
         return [float(value) for value in values if value > _LOOSE * np.abs(values).max()]
 
     def _share(self, part: Element) -> float:
         """One over the mass that moves where both ends of a part are free."""
-        return 1.0 if self.is_single else float(self.row(part) @ np.linalg.solve(self.mass, self.row(part)))
+        return float(self.row(part) @ np.linalg.solve(self.mass, self.row(part)))
 
     @property
     def dissipates(self) -> bool:
         """Whether anything takes energy from the motion."""
-        return bool(np.any(np.asarray(self.damping) > 0.0)) or bool(self.lossy)
+        return bool(np.any(self.damping > 0.0)) or bool(self.lossy)
 
     @property
     def lossy(self) -> list[Element]:
@@ -226,6 +215,10 @@ class Companion:
 
 def _flat(intensity: float) -> Density:
     return lambda w: intensity / (2.0 * math.pi)
+
+
+def _at(density: Density, w: FloatArray) -> FloatArray:
+    return np.array([density(each) for each in w.ravel().tolist()]).reshape(w.shape)
 
 
 def _wide(numbers: Any) -> Any:
@@ -269,7 +262,7 @@ class LinearResponse(Result):
 
     Notes
     -----
-    The parameters are those of `springpot.theory.result.Result`, and the linear system per unit mass.
+    The parameters are those of `springpot.theory.result.Result`, and the linear system.
     """
 
     companion: Companion = field(compare=False)
@@ -301,9 +294,7 @@ class LinearResponse(Result):
         """
         w = real_array(frequency, "frequency")
         row, push = self._row(of), self._push(on)
-        if self.companion.is_single:
-            return np.asarray(float(push[0]) / (self.system.inertia * self.companion.dynamic_stiffness(w)))
-        return np.asarray(np.linalg.inv(self.companion.dynamic_stiffness(w)) @ push @ row)
+        return np.asarray(self.companion.response(w) @ push @ row)
 
     def spectrum(self, frequency: ArrayLike, of: str = "", what: What = "displacement") -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
@@ -338,12 +329,7 @@ class LinearResponse(Result):
         w = np.abs(real_array(frequency, "frequency"))
         if _is_felt(what):
             return felt_spectrum(self.system, self.companion, w, of, what)
-        moments, row = self.moments, self._row(of)
-        if not self.companion.is_single:
-            return np.asarray(_quadratic(self.companion, w, row[None, :])[..., 0, 0].real)
-        force = np.vectorize(self.companion.force_density, otypes=[float])(w)
-        force = force + _intensity(self.companion) * moments.x_mean_square / (2.0 * math.pi)
-        return np.asarray(force / np.abs(self.companion.dynamic_stiffness(w)) ** 2)
+        return np.asarray(_quadratic(self.companion, w, self._row(of)[None, :])[..., 0, 0].real)
 
     def mean_square(self, of: str = "", what: What = "force") -> float:
         """The mean square of a part's force or a point's absolute acceleration; of a displacement it is in the moments.
@@ -413,8 +399,6 @@ class LinearResponse(Result):
         [[0.1592]]
         """
         w = real_array(frequency, "frequency")
-        if self.companion.is_single:
-            return _wide(self.spectrum(w)).astype(complex)  # type: ignore[no-any-return]
         _ = self.moments
         found = _quadratic(self.companion, np.abs(w), self.system.coordinates.rows)
         return np.asarray(np.where(_wide(w) < 0.0, found.conj(), found))
@@ -451,17 +435,16 @@ class LinearResponse(Result):
         if of not in ("x", "v"):
             raise ValueError(f"of must be 'x' or 'v', not {shown(of)}.")
         moments, points = self.moments, self.system.points
-        if self.companion.is_single:
-            square = moments.x_mean_square - moments.x_mean**2 if of == "x" else moments.v_mean_square
-            return np.array([[square]])
-        means = np.array([moments[f"{point}_x_mean"] if of == "x" else 0.0 for point in points])
-        squares = np.array([moments[f"{point}_{of}_mean_square"] for point in points]) - means**2
+        names = ["x_mean", f"{of}_mean_square"]
+        both = [[moments[name if len(points) == 1 else f"{point}_{name}"] for name in names] for point in points]
+        means, squares = np.array(both).T
+        squares = squares - means**2 * (of == "x")
         found, size = np.diag(squares), np.sqrt(squares)
-        both = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
+        pairs = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
         shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ self.system.coordinates.rows
-        rows = np.array([shares[one] + shares[other] for one, other in both])  # mean squares: (1 + correlation) / 2
-        motions = _Seen(self.companion).motions(rows, (1e-16, 1e-16), of == "v") if both else []
-        for (one, other), (mean, x_square, v_square) in zip(both, motions, strict=True):
+        rows = np.array([shares[one] + shares[other] for one, other in pairs])  # mean squares: (1 + correlation) / 2
+        motions = _Seen(self.companion).motions(rows, (1e-16, 1e-16), of == "v") if pairs else []
+        for (one, other), (mean, x_square, v_square) in zip(pairs, motions, strict=True):
             half = x_square - mean**2 if of == "x" else v_square
             found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
         return np.asarray(found)
@@ -493,15 +476,14 @@ def _is_felt(what: str) -> bool:
 
 
 def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray[np.complex128]:
-    """The spectral densities of what rows see, between each other, of several masses."""
+    """The spectral densities of what rows see, between each other."""
     found = np.zeros((*w.shape, len(rows), len(rows)), complex)
-    for place in np.ndindex(w.shape):
-        response = rows @ np.linalg.inv(companion.dynamic_stiffness(w[place]))
-        for push, density in companion.sources(float(w[place])):
-            seen = response @ push
-            both = np.outer(seen, seen.conj())
-            found[place] += both.real * np.where(both.real == 0.0, 0.0, density)  # not infinity times 0
-            found[place] += 1j * both.imag * (density if math.isfinite(density) else 0.0)
+    response = rows @ companion.response(w)
+    for push, density in companion.sources(w):
+        seen = response @ push
+        both, wide = seen[..., :, None] * seen[..., None, :].conj(), _wide(density)
+        found += both.real * np.where(both.real == 0.0, 0.0, wide)  # not infinity times 0
+        found += 1j * both.imag * np.where(np.isfinite(wide), wide, 0.0)
     return found
 
 
@@ -569,29 +551,24 @@ def companion_of(system: System) -> Companion:
     NotCoveredError
         If there is a wall, a contact or something nonlinear.
     """
-    several = len(system.points) > 1
-    unit = system if several else system.per_unit_mass
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
     sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
     kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
-    check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
-    at = unit.coordinates
-    elements = [(name, part) for name, part in unit.named() if isinstance(part, Element)]
-    force = sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.names)))
-    reduced: Any = (lambda matrix: matrix) if several else (lambda matrix: float(matrix[0, 0]))
+    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
+    at = system.coordinates
     return Companion(
         coordinates=at,
-        mass=reduced(at.mass),
-        stiffness=reduced(at.sum_of({name: part.linear_stiffness for name, part in elements})),
-        damping=reduced(at.sum_of({name: part.linear_damping for name, part in elements})),
-        elements=unit.of(Springpot, FractionalMaxwell, Maxwell),
-        circuits=unit.of(PiezoelectricCircuit),
-        noises=unit.of(*_NOISES),
-        temperature=sum(noise.temperature for noise in unit.of(ThermalNoise)),
-        harmonics=unit.of(Harmonic),
-        force=force if several else float(force[0]),
-        parametric=unit.of(ParametricNoise),
+        mass=at.mass,
+        stiffness=at.sum_of({name: part.linear_stiffness for name, part in system.elements.items()}),
+        damping=at.sum_of({name: part.linear_damping for name, part in system.elements.items()}),
+        elements=system.of(Springpot, FractionalMaxwell, Maxwell),
+        circuits=system.of(PiezoelectricCircuit),
+        noises=system.of(*_NOISES),
+        temperature=sum(noise.temperature for noise in system.of(ThermalNoise)),
+        harmonics=system.of(Harmonic),
+        force=system.constant_force,
+        parametric=system.of(ParametricNoise),
     )
 
 
@@ -609,36 +586,23 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
         power += seen.power(companion.groups)
     for force in companion.harmonics:
         power += seen.power_of_harmonic(force)
-    harvests = companion.circuits and companion.temperature == 0.0
-    if not companion.is_single:
-        return moments_of_points(system, _of_points(system, seen), harvested=power if harvests else None)
-    ((x_mean, x_square, v_square),) = seen.motions(np.ones((1, 1)))
-    if companion.parametric:
-        unit, intensity = [(np.ones(1), _flat(1.0))], _intensity(companion)
-        x_unit, v_unit = (float(seen.mean_squares(np.ones((1, 1)), unit, power)[0]) for power in (0, 1))
-        if not intensity * x_unit < 1.0:
-            return _GROWS
-        x_square = x_square / (1.0 - intensity * x_unit)
-        fed = intensity * x_square
-        v_square += fed * v_unit
-        power += fed * seen.power(unit)
-    return moments_of(system, x_mean, x_square, v_square, harvested=power * system.inertia if harvests else None)
-
-
-def _intensity(companion: Companion) -> float:
-    """Of the noise that multiplies x, of one mass."""
-    return sum(noise.intensity for noise in companion.parametric)
+    harvested = power if companion.circuits and companion.temperature == 0.0 else None
+    if len(system.points) > 1:
+        at, of_parts = system.coordinates, {} if harvested is None else {"harvested_power": harvested}
+        rows = np.array([*at.pairs.values()]).reshape(-1, len(at.masses))
+        return moments_of_points(system, seen.motions(at.rows), seen.motions_within(rows, velocity=False), of_parts)
+    return moments_of(system, *seen.motions(np.ones((1, 1)))[0], harvested=harvested)
 
 
 def _settled(companion: Companion) -> Companion | str:
     """The system with springpots of order 0 as the springs that they are; or why it has no stationary state.
 
-    Noise that multiplies elongations of several masses is then known white noise.
+    Noise that multiplies elongations is then known white noise.
     """
     companion = _sprung(companion)
     if statement := _endless(companion):
         return statement
-    return _known(companion) if companion.parametric and not companion.is_single else companion
+    return _known(companion) if companion.parametric else companion
 
 
 def _known(companion: Companion) -> Companion | str:
@@ -651,7 +615,7 @@ def _known(companion: Companion) -> Companion | str:
     unit = np.array([seen.mean_squares(rows, [(row, _flat(1.0))]) for row in rows]).T
     intensity = np.array([noise.intensity for noise in companion.parametric])
     added = unit * intensity
-    if not np.abs(np.linalg.eigvals(added)).max() < 1.0:
+    if not np.abs(np.linalg.eigvals(added)).max() < 1.0 - _LOOSE:
         return _GROWS
     squares = np.linalg.solve(np.eye(len(rows)) - added, alone)
     return replace(companion, parametric=(), multiplied=tuple(zip(rows, (intensity * squares).tolist(), strict=True)))
@@ -668,19 +632,6 @@ def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[floa
     return _Seen(settled).motions_within(np.array(rows)) if rows else []
 
 
-def _of_points(system: System, seen: _Seen) -> dict[str, float]:
-    """The results of several masses."""
-    at = system.coordinates
-    pairs = at.pairs
-    found: dict[str, float] = {}
-    for point, numbers in zip(system.points, seen.motions(at.rows), strict=True):
-        found |= {f"{point}_{what}": number for what, number in zip(OF_A_POINT, numbers, strict=True)}
-    rows = np.array([*pairs.values()]).reshape(-1, len(at.masses))
-    for pair, (mean, square, _) in zip(pairs, seen.motions_within(rows, velocity=False), strict=True):
-        found |= {f"{pair}_{what}": number for what, number in zip(OF_ENDS, (mean, square), strict=True)}
-    return found
-
-
 def _sprung(companion: Companion) -> Companion:
     """With a spring in place of each springpot of order 0."""
     springs = [e for e in companion.elements if isinstance(e, Springpot) and e.order == 0.0]
@@ -691,15 +642,12 @@ def _sprung(companion: Companion) -> Companion:
 
 def _endless(companion: Companion) -> str:
     """Why there is no stationary state, in one sentence; empty if there is one."""
-    static, end = companion.stiffness, "There is no stationary state: {}.".format
-    if companion.is_single:
-        if not static > 0.0:
-            return end("no spring pulls the mass back, so that it wanders without end")
-        return "" if companion.dissipates else end("nothing dissipates energy")
-    squares, shapes = free_motion(companion.mass, static)
+    end = "There is no stationary state: {}.".format
+    squares, shapes = free_motion(companion.mass, companion.stiffness)
     if loose := _loose(companion.coordinates, squares, shapes):
+        words = "the mass" if len(companion.coordinates.points) == 1 else listed(loose)
         fate = "it wanders" if len(loose) == 1 else "they wander"
-        return end(f"no spring pulls {listed(loose)} back, so that {fate} without end")
+        return end(f"no spring pulls {words} back, so that {fate} without end")
     if not companion.dissipates:
         return end("nothing dissipates energy")
     sizes, dashpots = np.linalg.eigh(companion.damping)
@@ -722,13 +670,11 @@ class _Seen:
         self.companion = companion
         self.cuts = resonances(companion.nearest, companion.scales)
 
-    def size(self, w: float, row: FloatArray, push: FloatArray) -> float:
-        """The size of a force per displacement that a row sees."""
-        stiffness = self.companion.dynamic_stiffness(np.array([w]))[0]
-        if self.companion.is_single:
-            return abs(complex(stiffness))
-        response = abs(complex(row @ np.linalg.solve(stiffness, push)))
-        return 1.0 / response if response > 0.0 else math.inf
+    def under(self, force: Harmonic, row: FloatArray) -> float:
+        """The mean square displacement that a row sees of a harmonic force."""
+        own = self.companion
+        response = complex(row @ own.response(np.array([force.frequency]))[0] @ own.push(force))
+        return 0.5 * force.amplitude**2 * abs(response) ** 2
 
     def mean_squares(
         self,
@@ -739,23 +685,13 @@ class _Seen:
     ) -> FloatArray:
         """Of what rows see of the displacement, or with ``power=1`` of the velocity, under noises."""
 
-        def alone(w: float) -> float:
-            found = 0.0
-            for push, density in groups:
-                factor = w**power / self.size(w, rows[0], push)
-                found += density(w) * factor * factor
-            return found
-
         def together(w: FloatArray) -> FloatArray:
-            response = rows @ np.linalg.inv(self.companion.dynamic_stiffness(w))
+            response = rows @ self.companion.response(w)
             found = np.zeros((len(w), len(rows)))
             for push, density in groups:
-                densities = np.array([density(each) for each in w.tolist()]) * w ** (2 * power)
-                found += densities[:, None] * np.abs(response @ push) ** 2
+                found += (_at(density, w) * w ** (2 * power))[:, None] * np.abs(response @ push) ** 2
             return found
 
-        if self.companion.is_single:
-            return np.array([integral(alone, self.cuts)])
         return integrals(together, self.cuts, np.broadcast_to(within, len(rows)))
 
     def motions(
@@ -767,14 +703,14 @@ class _Seen:
         """
         own = self.companion
         x_noise = v_noise = np.zeros(len(rows))
-        if own.noises:
+        if own.groups:
             x_noise = self.mean_squares(rows, own.groups, 0, within[0])
             v_noise = self.mean_squares(rows, own.groups, 1, within[1]) if velocity else v_noise
         return [self._motion(*each) for each in zip(rows, x_noise.tolist(), v_noise.tolist(), strict=True)]
 
     def motions_within(self, rows: FloatArray, velocity: bool = True) -> list[tuple[float, float, float]]:
         """The same, where an elongation that never happens is known within a share of the motion of its ends."""
-        if self.companion.is_single or not len(rows):
+        if rows.shape[1] == 1 or not len(rows):
             return self.motions(rows, velocity=velocity)
         sizes = np.sqrt(np.array(self.motions(np.eye(rows.shape[1]), velocity=velocity))[:, 1:])
         x, v = (_ELONGATION * (np.abs(rows) @ sizes) ** 2).T
@@ -782,18 +718,15 @@ class _Seen:
 
     def _motion(self, row: FloatArray, x_noise: float, v_noise: float) -> tuple[float, float, float]:
         own = self.companion
-        if own.is_single:
-            x_mean, x_square, v_square = own.force / own.stiffness, own.temperature / own.stiffness, own.temperature
-        else:  # matched noise shares its energy out evenly
-            soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
-            x_mean = float(soft @ own.force)
-            x_square, v_square = own.temperature * float(soft @ row), own.temperature * float(light @ row)
-        x_square, v_square = x_square + x_noise, v_square + v_noise
+        # matched noise shares its energy out evenly
+        soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
+        x_mean = float(soft @ own.force)
+        x_square = own.temperature * float(soft @ row) + x_noise
+        v_square = own.temperature * float(light @ row) + v_noise
         for force in own.harmonics:
-            nu = force.frequency
-            response = 0.5 * force.amplitude**2 / self.size(nu, row, own.push(force)) ** 2
+            response = self.under(force, row)
             x_square += response
-            v_square += response * nu**2
+            v_square += response * force.frequency**2
         return x_mean, x_square + x_mean**2, v_square
 
     def power(self, groups: list[tuple[FloatArray, Density]]) -> float:
@@ -810,11 +743,10 @@ class _Seen:
 
     def power_of_harmonic(self, force: Harmonic) -> float:
         """The same under a harmonic force."""
-        own, nu, found = self.companion, force.frequency, 0.0
-        for circuit in own.circuits:
-            response = 0.5 * force.amplitude**2 / self.size(nu, own.row(circuit), own.push(force)) ** 2
-            found += response * _voltage_square(circuit, nu) / circuit.resistance
-        return found
+        return sum(
+            self.under(force, self.companion.row(c)) * _voltage_square(c, force.frequency) / c.resistance
+            for c in self.companion.circuits
+        )
 
 
 def _voltage_square(circuit: PiezoelectricCircuit, w: float) -> float:

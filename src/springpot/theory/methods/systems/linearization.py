@@ -111,11 +111,9 @@ def linearization(system: System) -> Linearization:
     0.346
     """
     system = checked_system(system)
-    unit = _unit(system)
-    companion = check_covered(system)
-    own = _Nearest(companion, _rows(unit), _constant(unit))
-    companion, stationary, warnings = own.solved(system, unit)
-    size = system.inertia if companion.is_single else 1.0
+    own = _Nearest(check_covered(system), _rows(system), system.constant_force)
+    companion, stationary, warnings = own.solved(system)
+    one = len(own.force) == 1
     return Linearization(
         method="linearization",
         system=system,
@@ -123,36 +121,24 @@ def linearization(system: System) -> Linearization:
         assumptions=("x and v are Gaussian, and independent of each other at one time.",),
         warnings=warnings,
         is_exact=not any(row.is_bent for row in own.rows),
-        stiffness=companion.stiffness * size,
-        damping=companion.damping * size,
+        stiffness=float(companion.stiffness[0, 0]) if one else companion.stiffness,
+        damping=float(companion.damping[0, 0]) if one else companion.damping,
     )
 
 
 def check_covered(system: System) -> Companion:
     """The linear part of a system that is covered; otherwise `NotCoveredError`."""
-    unit = _unit(system)
-    for name, part in unit.named():
+    for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise):
             raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
-    companion = companion_of(_without_nonlinear(unit))
-    rows, force = _rows(unit), _constant(unit)
+    companion = companion_of(_without_nonlinear(system))
+    rows, force = _rows(system), system.constant_force
     stiffness = sum((row.along(row.forces[1]) for row in rows), np.zeros((len(force), len(force))))
     for row in rows:
         held, pushed = _condensed(stiffness - row.along(row.forces[1]), force, row.g)
         if _wells((row.forces[0] - pushed, row.forces[1] + held, *row.forces[2:])) > 1:
             raise NotCoveredError(f"{_REACH}, not two wells.")
     return companion
-
-
-def _unit(system: System) -> System:
-    """The system per unit mass of one coordinate, or as it is."""
-    return system.per_unit_mass if len(system.points) == 1 else system
-
-
-def _constant(unit: System) -> FloatArray:
-    """Constant forces on the points."""
-    at = unit.coordinates
-    return np.asarray(sum((part.force * at.push(part.on) for part in unit.of(Constant)), np.zeros(len(at.masses))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,12 +176,12 @@ class _Row:
         return found
 
 
-def _rows(unit: System) -> tuple[_Row, ...]:
+def _rows(system: System) -> tuple[_Row, ...]:
     """The springs and dampers, those with the same ends together."""
     found: dict[tuple[float, ...], tuple[FloatArray, list[Any]]] = {}
-    for name, part in unit.named():
+    for name, part in system.named():
         if isinstance(part, _REPLACED) or (isinstance(part, Springpot) and part.order == 0.0):
-            row = unit.coordinates.elongations[name]
+            row = system.coordinates.elongations[name]
             if tuple(-row) in found:
                 row = -row
             found.setdefault(tuple(row), (row, []))[1].append((name, part))
@@ -204,7 +190,7 @@ def _rows(unit: System) -> tuple[_Row, ...]:
         forces = np.zeros(10)
         for name, part in parts:
             own = part.force_coefficients()
-            turned = unit.coordinates.elongations[name] @ row < 0.0
+            turned = system.coordinates.elongations[name] @ row < 0.0
             forces[: len(own)] += [-k if turned and n % 2 == 0 else k for n, k in enumerate(own)]
         last = max([1, *np.flatnonzero(forces)])
         dampers = tuple(part for _, part in parts if isinstance(part, Dashpot | PolynomialDashpot | VanDerPol))
@@ -232,25 +218,25 @@ def _wells(forces: Sequence[float]) -> int:
     return int(np.count_nonzero((signs[1:] > 0.0) & (signs[:-1] < 0.0)))
 
 
-def _without_nonlinear(unit: System) -> System:
+def _without_nonlinear(system: System) -> System:
     """The parts that a linear system keeps; walls stay, and are refused there."""
     kept = {
         name: part
-        for name, part in unit.named()
+        for name, part in system.named()
         if not isinstance(part, _REPLACED) and not (isinstance(part, Springpot) and part.order == 0.0)
     }
     free = "held"
     while free in kept:
         free += "_"
-    return System(**kept, **{free: Spring(1.0, between=("ground", unit.points[0]))})
+    return System(**kept, **{free: Spring(1.0, between=("ground", system.points[0]))})
 
 
 @dataclass(frozen=True, eq=False)
 class _Nearest:
     """The search for the linear system whose own moments give its stiffness, damping and means.
 
-    Its state is the means of x, unless all are 0 by symmetry, and for each row that is bent (of one mass, the one row)
-    the logarithms of the standard deviations of elongation and velocity.
+    Its state is the means of x, unless all are 0 by symmetry, and for each row that is bent the logarithms of the
+    standard deviations of elongation and velocity.
     """
 
     companion: Companion
@@ -260,7 +246,7 @@ class _Nearest:
     @property
     def bent(self) -> list[_Row]:
         """The rows of the state."""
-        return [row for row in self.rows if row.is_bent or self.companion.is_single]
+        return [row for row in self.rows if row.is_bent]
 
     def split(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The means of a state, and the standard deviations of each row, shape (rows, 2)."""
@@ -278,7 +264,7 @@ class _Nearest:
 
         Where an elongation never happens, it is a share of the largest motion, so that its logarithm is no noise.
         """
-        axes = [] if here.is_single else [*np.eye(len(self.force))]
+        axes = np.eye(len(self.force))
         seen = motions(here, [*(row.g for row in self.bent), *axes])
         if isinstance(seen, str):
             return seen
@@ -286,10 +272,11 @@ class _Nearest:
         x, v = np.sqrt(np.maximum(squares, _NOTHING * squares.max(axis=0))).T[:, : len(self.bent)]
         return x, v
 
-    def solved(self, system: System, unit: System) -> tuple[Companion, Moments | str, tuple[str, ...]]:
+    def solved(self, system: System) -> tuple[Companion, Moments | str, tuple[str, ...]]:
         """The linear system, its moments or why there are none, and warnings."""
         own = self.companion
-        nothing = replace(own, stiffness=math.nan, damping=math.nan)
+        unknown = np.full_like(own.mass, math.nan)
+        nothing = replace(own, stiffness=unknown, damping=unknown)
         if own.temperature == 0.0 and all(isinstance(n, WhiteNoise) and n.intensity == 0.0 for n in own.noises):
             return nothing, "There is no random stationary state: nothing excites the motion.", ()
         if not own.dissipates and not any(row.damping(0.0, 1e20, 1e20) > 0.0 for row in self.rows):
@@ -304,9 +291,8 @@ class _Nearest:
         if not np.abs(self.missing(state)).max(initial=0.0) < 1e-7 or not _is_sound(here):
             raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
         mean, _ = self.split(state)
-        force = here.stiffness * float(mean[0]) if here.is_single else here.stiffness @ mean  # which gives that mean
-        found = linear_moments(system, replace(here, force=force))
-        warnings = () if isinstance(found, str) else tuple(self.doubts(unit, here, state))
+        found = linear_moments(system, replace(here, force=here.stiffness @ mean))  # which gives that mean
+        warnings = () if isinstance(found, str) else tuple(self.doubts(system, here, state))
         return here, found, warnings
 
     def at(self, state: FloatArray) -> tuple[Companion, FloatArray]:
@@ -320,10 +306,7 @@ class _Nearest:
             stiffness += row.along(stiff)
             damping += row.along(row.damping(place, x_spread, v_spread))
             left = left + pushed * row.g
-        if self.companion.is_single:
-            here = replace(self.companion, stiffness=float(stiffness[0, 0]), damping=float(damping[0, 0]), force=0.0)
-        else:
-            here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(size))
+        here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(size))
         return here, np.asarray(np.linalg.solve(stiffness, left))
 
     def missing(self, state: FloatArray) -> FloatArray:
@@ -343,7 +326,7 @@ class _Nearest:
         """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
         size, bent = len(self.force), self.bent
         mean = np.zeros(size)
-        if self.companion.is_single:
+        if size == 1:
             forces = sum(np.pad(row.forces, (0, 10 - len(row.forces))) for row in self.rows) - self.force * _FIRST
             roots = polynomial.polyroots(np.trim_zeros(forces, "b"))
             mean[0] = float(min(roots, key=lambda root: abs(root.imag)).real) if roots.size else 0.0
@@ -354,7 +337,7 @@ class _Nearest:
             ratio = math.inf
             if sizes is not None:
                 x, v = sizes
-                mean = mean if self.companion.is_single else mean - shift
+                mean = mean if size == 1 else mean - shift
                 own = float(x.max(initial=0.0)) or spread
                 ratio = own / spread
                 if abs(math.log(ratio)) < 0.1 or most < least * (1.0 + 1e-9):
@@ -376,9 +359,9 @@ class _Nearest:
             raise NoStationaryStateError(sizes)
         return shift, sizes
 
-    def doubts(self, unit: System, here: Companion, state: FloatArray) -> Iterator[str]:
+    def doubts(self, system: System, here: Companion, state: FloatArray) -> Iterator[str]:
         """Where x is far from Gaussian."""
-        thermal, (mean, spreads) = bool(unit.of(ThermalNoise)), self.split(state)
+        thermal, (mean, spreads) = bool(system.of(ThermalNoise)), self.split(state)
         sides = []
         for row, (x_spread, v_spread) in zip(self.bent, spreads, strict=True):
             if any(row.forces[2:]):
@@ -387,38 +370,37 @@ class _Nearest:
             yield f"The springs bend so much that x is far from Gaussian: its variance comes out too {told[0]}."
         if any(row.damping(float(row.g @ mean), 0.0, 0.0) < 0.0 for row in self.rows):
             yield "The dampers feed small motions: around a limit cycle <x^2> can come out small by a factor of 2."
-        if any(row.is_bent for row in self.rows) and _is_sparse(unit, here):
+        if any(row.is_bent for row in self.rows) and _is_sparse(system, here):
             yield (
                 "The impulses are so rare that x is far from Gaussian: here they act as white noise of equal intensity."
             )
 
 
-def _is_sparse(unit: System, here: Companion) -> bool:
+def _is_sparse(system: System, here: Companion) -> bool:
     """Whether an impulse alone feeds in more than a tenth of the energy."""
-    impulses, mass = unit.of(PoissonImpulses), np.atleast_2d(here.mass)
+    impulses, mass = system.of(PoissonImpulses), here.mass
     moving = motions(here, [*np.eye(len(mass))]) if impulses else ""
     if isinstance(moving, str):
         return False
     energy = float(np.diag(mass) @ [v_square for *_, v_square in moving])  # as much potential as kinetic
-    pushes = [np.ones(1) if here.is_single else here.push(part) for part in impulses]
+    pushes = map(here.push, impulses)
     fed = [0.5 * p.intensity * float(g @ np.linalg.solve(mass, g)) for p, g in zip(impulses, pushes, strict=True)]
     return any(each / energy > 0.1 * part.rate for each, part in zip(fed, impulses, strict=True))
 
 
 def _is_sound(here: Companion) -> bool:
     """Whether a linear system is held, and dampers do not feed it where nothing else takes energy."""
-    held = np.linalg.eigvalsh(np.atleast_2d(here.stiffness))
-    damped = np.linalg.eigvalsh(np.atleast_2d(here.damping))
+    held = np.linalg.eigvalsh(here.stiffness)
+    damped = np.linalg.eigvalsh(here.damping)
     damps = damped[-1] > 0.0 and damped[0] >= -_EVEN * damped[-1]
     return bool(held[0] > 0.0 and (damps or here.lossy))
 
 
 def _strained(row: _Row, here: Companion, mean: float, x_spread: float, v_spread: float, thermal: bool) -> str:
     """To which side the variance of an elongation is off in a bath, "small" or "large"; empty if it is not."""
-    held = np.atleast_2d(here.stiffness)
+    held = here.stiffness
     if not thermal:  # in a bath memory does not change the law of x
-        memory = here.dissipative(np.array([v_spread / x_spread]))[0].real
-        held = held + np.atleast_2d(memory)
+        held = held + here.dissipative(np.array([v_spread / x_spread]))[0].real
     whole = 1.0 / float(row.g @ np.linalg.solve(held, row.g))
     pushed, stiff = row.spring(mean, x_spread)
     beside = whole - stiff  # of all that is linear

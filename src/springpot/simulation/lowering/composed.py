@@ -1,0 +1,70 @@
+"""What the arguments of both kernels have, that of one mass and that of several."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from springpot.memory import ExponentialSum
+from springpot.simulation.kernel.questions import Start
+from springpot.simulation.lowering.felt import FeltInKernel
+from springpot.simulation.lowering.kernel_units import Units
+from springpot.simulation.lowering.parts import Arm, Named
+from springpot.simulation.lowering.readings import Reading
+
+__all__ = ["Composed"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Composed:
+    """The arguments of a kernel for one system and one step, and how its sums are read.
+
+    Attributes
+    ----------
+    start : Start
+        x and v at time 0, in the kernel's units.
+    units : Units
+    history : ExponentialSum
+        The memory without units.
+    expected_power : float
+        Mean input power of the noise whose increments are independent; per unit mass in a kernel of one mass.
+    named : tuple of Named
+        The forces with names, in the order of their works.
+    taps : tuple of Arm
+        Circuits whose voltage is observed.
+    law : BoltzmannLaw, BoltzmannOfSeveral or None
+        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
+    mass : float
+        By which energies of the columns are multiplied.
+    frequency : float
+        Of the spring that is followed exactly, in the kernel's units; NaN without one.
+    wall : NoWall, Rigid, Pair, Soft or None
+        Walls whose impacts are summed together; None where each has its own sums.
+    walls : tuple of str
+        Walls and contacts of which observers see the impacts alone.
+    struck : dict
+        The column with the impacts of each of them, by its name.
+    damped : dict
+        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
+    readings : tuple of Reading
+        The results that are read by the names of the columns.
+    felt : FeltInKernel
+    """
+
+    start: Start
+    units: Units
+    history: ExponentialSum
+    expected_power: float
+    named: tuple[Named, ...] = ()
+    taps: tuple[Arm, ...] = ()
+    law: Any = None
+    mass: float = 1.0
+    frequency: float = math.nan
+    wall: Any = None
+    walls: tuple[str, ...] = ()
+    struck: Mapping[str, str] = field(default_factory=dict)
+    damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
+    readings: tuple[Reading, ...] = ()
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
