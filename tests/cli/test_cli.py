@@ -91,7 +91,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 COMMANDS = ["explain", "theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore", "fit",
-            "sensitivity", "design"]  # fmt: skip
+            "sensitivity", "design", "exceedance"]  # fmt: skip
 STUDY_COMMANDS = [f"study {name}" for name in ("new", "schema", "check", "run", "status", "export", "plot")]
 
 

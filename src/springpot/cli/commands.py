@@ -339,6 +339,12 @@ def fit(
 
 # these modules are not imported here, so the list of commands needs the words of their help
 app.command(
+    "springpot.cli.exceeding:exceedance",
+    name="exceedance",
+    help="Rare events: the probability that a quantity exceeds levels within a time, and how often it does.\n\n"
+    "Example: springpot exceedance --order 0.5 --levels x 3.0 --levels x 4.0 --duration 20",
+)
+app.command(
     "springpot.cli.designing:sensitivity",
     name="sensitivity",
     help="Sensitivity: how much each result changes with each number, d ln(quantity) / d ln(number), with errors.\n\n"

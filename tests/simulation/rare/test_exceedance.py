@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot import cli
 from tests.sizes import validation
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
@@ -175,3 +177,22 @@ def test_bad_input_is_said_in_one_sentence(system: Any, levels: Any, given: dict
     with pytest.raises((TypeError, ValueError), match=re.escape(sentence)) as fault:
         sp.exceedance(system, levels, **{**SHORT, **given})
     assert str(fault.value).count("\n") == 0
+
+
+def test_the_command_prints_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    words = (
+        "exceedance --coefficient 0.2 --position -0.3 --restitution 0.8 --intensity 0.2 --levels x 1.0 --levels x 3.2"
+    )
+    words += " --duration 20 --step 0.05 --start rest --rtol 0.3"
+    problem = sp.Oscillator(
+        springpot=sp.Springpot(0.5, 0.2), barrier=sp.Barrier(-0.3, 0.8), excitation=sp.WhiteNoise(0.2)
+    )
+    found = sp.exceedance(problem, {"x": [1.0, 3.2]}, **SHORT, rtol=0.3)
+    assert cli.main(words.split()) == 0
+    assert capsys.readouterr().out == f"{found['x']}\n"
+    assert cli.main([*words.split(), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)["curves"]["x"]
+    assert shown["probability"] == found.probability["x"].tolist()
+    assert shown["method"] == "splitting"
+    assert cli.main(["exceedance", "--levels", "y", "1", "--duration", "1"]) == 2
+    assert "no quantity that can be asked" in capsys.readouterr().err

@@ -34,6 +34,9 @@ MANY = of_many_kinds(
     sp.PolynomialSpring((0.0, 0.0, 0.05)), sp.PoissonImpulses(0.5, 0.02), sp.Barrier(-1.0, 0.8),
 )  # fmt: skip
 WELLS = sp.System(sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(0.3), sp.WhiteNoise(0.1))
+QUAKE = sp.System(
+    sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.8, envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
+)
 SHAKEN = sp.System(sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(0.3), sp.ParametricNoise(0.1))
 
 
@@ -126,6 +129,7 @@ def test_without_splitting_paths_are_those_of_a_plain_run() -> None:
         validation(MANY, "energy", 1.0, {}, [2.0, 3.0], 2.0),
         validation(WELLS, "x", 1.0, {"initial_position": -1.0}, [1.0, 1.3, 1.6], 2.0),
         validation(SHAKEN, "distance", 1.0, {}, [2.0, 3.0], 2.0),
+        validation(QUAKE, "x", 1.0, {}, [1.0, 2.0, 3.0], 2.0),
         validation(SHAKEN, "speed", 1.0, {}, [2.0, 3.0], 2.0),
     ],
 )

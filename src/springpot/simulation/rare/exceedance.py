@@ -79,6 +79,15 @@ class Exceedance:
         """One sentence for each reason to doubt a number."""
         return tuple(sentence for curve in self.curves.values() for sentence in curve.warnings)
 
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as plain numbers, words, lists and dicts; what is not finite is None."""
+        return {
+            "curves": {name: curve.to_dict() for name, curve in self.curves.items()},
+            "system": self.system.to_dict(),
+            "settings": self.settings.to_dict(),
+            "warnings": [*map(str, self.warnings)],
+        }
+
     def __repr__(self) -> str:
         """What it holds; printed, it shows its numbers."""
         begin, end = self.settings.window

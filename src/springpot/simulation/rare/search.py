@@ -82,6 +82,12 @@ class ExceedanceCurve:
         with np.errstate(divide="ignore"):
             return np.asarray(np.where(self.rate > 0.0, 1.0 / self.rate, np.inf))
 
+    def to_dict(self) -> dict[str, Any]:
+        """Its numbers and words, but the warnings; what is not finite is None."""
+        own = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "warnings"}
+        own["return_period"] = self.return_period
+        return {name: _plain(value) for name, value in own.items()}
+
     def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> ExceedanceCurve:
         """The same with its levels in another order and shape."""
         numbers = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -269,6 +275,14 @@ class _Repetitions:
         if self.splits and self.last.any() and (self.spread > DOUBTFUL or largest > LARGEST_SHARE):
             said.append(say("uneven_repetitions", **of, spread=self.spread, most=per_cent(largest)))
         return said
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list):
+        return [*map(_plain, value)]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _error(samples: Floats) -> Floats:

@@ -1,0 +1,64 @@
+"""The command of `springpot.exceedance`."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from springpot.cli.commands import warn
+from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of
+from springpot.cli.terminal import Bar, Json, Whole, print_json
+from springpot.machine.interrupt import leave_at_once
+
+__all__ = ["exceedance"]
+
+_LEVELS = Parameter(
+    group=MONTE_CARLO,
+    negative="",
+    metavar="NAME LEVEL",
+    help="Level of x, distance (|x|) or amplitude in m, of v, speed (|v|) or impact_speed in m/s, or of energy in "
+    "m^2/s^2; can be repeated.",
+)
+
+
+def exceedance(
+    file: SystemFile = None,
+    /,
+    *,
+    flags: Flags = STANDARD,
+    levels: Annotated[list[tuple[str, float]], _LEVELS],
+    duration: Annotated[float, monte_carlo("The time, in s.")],
+    rtol: Annotated[float, monte_carlo("Standard error of each probability, relative to it.")] = 0.1,
+    start: Annotated[
+        Literal["stationary", "rest"] | None, monte_carlo("stationary where there is a stationary state, if not given.")
+    ] = None,
+    step: Annotated[float | None, monte_carlo("Time step, in s.")] = None,
+    seed: Annotated[Whole, monte_carlo("Seed of the random numbers.")] = 1,
+    threads: Threads = None,
+    max_time: Annotated[
+        float | None, monte_carlo("Seconds after which it ends; levels not reached then have an upper bound.")
+    ] = None,
+    json_: Json = False,
+) -> int:
+    """Probabilities of rare events; its help is in `springpot.cli.commands`."""
+    problem = problem_of(file, flags)
+    asked: dict[str, list[float]] = {}
+    for name, level in levels:
+        asked.setdefault(name, []).append(level)
+    with leave_at_once():
+        from springpot.simulation.rare.exceedance import exceedance as find
+
+    with Bar("splitting paths", first="simulating") as bar, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # they are in the result
+        found = find(
+            problem, asked, duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
+            max_time=max_time, progress=bar,
+        )  # fmt: skip
+    warn(*found.warnings)
+    if json_:
+        print_json(found.to_dict())
+    else:
+        print("\n".join(map(str, found.curves.values())))
+    return 1 if {"rare_not_known", "level_not_reached"} & {sentence.name for sentence in found.warnings} else 0
