@@ -250,6 +250,19 @@ class System:
         return {name: part for name, part in self.named() if isinstance(part, Element)}
 
     @property
+    def grounded(self) -> dict[str, float]:
+        """The parts between the ground and a point by name: 1, or -1 where the ground is the second end.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Mass, Spring, WhiteNoise
+        >>> System(Mass(2.0), Spring(8.0), WhiteNoise(1.0)).grounded
+        {'spring': 1.0}
+        """
+        ends = {name: part.between or ("ground", self.points[0]) for name, part in self.elements.items()}
+        return {name: 1.0 if pair[0] == "ground" else -1.0 for name, pair in ends.items() if "ground" in pair}
+
+    @property
     def with_functions(self) -> list[str]:
         """The names of parts that are or have functions of the user."""
         return [name for name, part in self.named() if part.has_function]

@@ -9,7 +9,10 @@ from typing import Any, ClassVar, Self
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["Checked", "check_names", "coefficients", "fields_of", "is_said", "plain", "put", "real", "signed"]
+__all__ = [
+    "Checked", "check_names", "coefficients", "fields_of", "is_said", "numbers_in", "plain", "put", "real", "signed",
+    "tabulated",
+]  # fmt: skip
 
 
 class Checked:
@@ -93,6 +96,35 @@ def put(part: object, **values: Any) -> None:
 def real(value: object, name: str, hint: str) -> float:
     """A number of either sign."""
     return finite_number(value, name, low=-LARGEST, high=LARGEST, hint=hint)
+
+
+def numbers_in(values: object, name: str, hint: str = "") -> tuple[float, ...]:
+    """The numbers of a list, one by one."""
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
+    return tuple(real(value, f"{name}[{place}]", hint) for place, value in enumerate(values))
+
+
+def tabulated(time: object, values: object, hint: str = "") -> dict[str, tuple[float, ...]]:
+    """The points of a function of time: as many times as values, two or more.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are not as many, or something is not a finite number.
+
+    Examples
+    --------
+    >>> tabulated([0, 1], [0.5, 2])
+    {'time': (0.0, 1.0), 'values': (0.5, 2.0)}
+    """
+    found = {"time": numbers_in(time, "time", hint), "values": numbers_in(values, "values", hint)}
+    times, heights = map(len, found.values())
+    if times != heights or times < 2:
+        raise ValueError(
+            f"time and values must have the same number of points, two or more, not {times} and {heights}."
+        )
+    return found
 
 
 def coefficients(values: object, most: int, hint: str) -> tuple[float, ...]:

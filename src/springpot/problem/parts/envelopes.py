@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from springpot.machine.faults import listed, shown
-from springpot.problem.parts.checks import Checked, put, real
+from springpot.machine.faults import listed
+from springpot.problem.parts.checks import Checked, put, tabulated
 from springpot.problem.parts.registration import Number, check, kind_of, stated_numbers
 
 if TYPE_CHECKING:
@@ -209,12 +209,7 @@ class TabulatedEnvelope(Envelope):
     values: Annotated[tuple[float, ...], Number("e", "values", "1", own=True)]
 
     def __post_init__(self) -> None:
-        put(self, time=_numbers(self.time, "time"), values=_numbers(self.values, "values"))
-        if len(self.time) != len(self.values) or len(self.time) < 2:
-            raise ValueError(
-                f"time and values must have the same number of points, two or more, not {len(self.time)} and "
-                f"{len(self.values)}."
-            )
+        put(self, **tabulated(self.time, self.values))
         if self.time[0] < 0.0 or any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
             raise ValueError("time must begin at 0 or later and increase from each point to the next.")
         if min(self.values) < 0.0 or not any(self.values):
@@ -240,9 +235,3 @@ class TabulatedEnvelope(Envelope):
     def words(self) -> str:
         """How many points it has."""
         return f"straight lines through {len(self.time)} points, up to {self.largest:.6g}, until {self.time[-1]:.6g} s"
-
-
-def _numbers(values: object, name: str) -> tuple[float, ...]:
-    if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be a sequence of numbers, not {shown(values)}.")
-    return tuple(real(value, f"{name}[{place}]", "") for place, value in enumerate(values))

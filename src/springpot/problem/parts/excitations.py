@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self, cast
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
-from springpot.problem.parts.checks import put, real
+from springpot.problem.parts.checks import numbers_in, put, tabulated
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
@@ -454,12 +454,7 @@ class RecordedExcitation(Excitation):
     on: On = "ground"
 
     def __post_init__(self) -> None:
-        put(self, time=_numbers(self.time, "time"), values=_numbers(self.values, "values"))
-        if len(self.time) != len(self.values) or len(self.time) < 2:
-            raise ValueError(
-                f"time and values must have the same number of points, two or more, not {len(self.time)} and "
-                f"{len(self.values)}."
-            )
+        put(self, **tabulated(self.time, self.values, "It is a point of the record."))
         if any(later <= earlier for earlier, later in zip(self.time, self.time[1:], strict=False)):
             raise ValueError("time must increase from each point to the next.")
         super().__post_init__()
@@ -617,7 +612,7 @@ class SpectralExcitation(Excitation):
         >>> SpectralExcitation.from_slopes((20, 80, 350, 2000), (3, 0, -3), 0.04, "g2/Hz", at=100).rms.__round__(2)
         59.47
         """
-        f, steep = _positive(frequency, "frequency"), _numbers(slopes, "slopes")
+        f, steep = _positive(frequency, "frequency"), numbers_in(slopes, "slopes", "It is in dB per octave.")
         level = finite_number(psd, "psd", low=0.0, high=LARGEST, open_low=True, hint=_A_DENSITY)
         there = finite_number(at, "at", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         cls(f, f)  # they increase
@@ -948,10 +943,3 @@ class ThermalNoise(Excitation):
 def _check_on_mass(on: str) -> None:
     if on == "ground":
         raise ValueError("on must be the name of a mass here, not 'ground': it is a force.")
-
-
-def _numbers(values: object, name: str) -> tuple[float, ...]:
-    """The numbers of a table, one by one."""
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
-    return tuple(real(value, f"{name}[{place}]", "It is a point of the record.") for place, value in enumerate(values))

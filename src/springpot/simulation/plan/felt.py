@@ -66,16 +66,14 @@ def felt_in(system: System) -> dict[str, Felt]:
     """
     at, parts = system.coordinates, dict(system.named())
     single = len(system.points) == 1
-    elements = {n: part for n, part in parts.items() if isinstance(part, Element) and not isinstance(part, Barrier)}
-    rows = {name: np.ones(1) if single else at.elongations[name] for name in elements}
+    elements = {n: part for n, part in system.elements.items() if not isinstance(part, Barrier)}
+    rows = at.elongations
     unseen = [name for name, part in elements.items() if not _is_felt(part)]
     found = {}
     for name in (name for name in elements if name not in unseen):
         alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
         found[f"{name}_force"] = Felt({name: 1.0}, reason=_alone(name, alike) or _hot(system, [name]))
-    below = {
-        n: 1.0 if single or at.ends[n][0] == "ground" else -1.0 for n in elements if single or "ground" in at.ends[n]
-    }
+    below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
         found["force_on_ground"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)

@@ -36,9 +36,7 @@ class _Felt:
         rows = {name: at.elongations[name] for name in system.elements}
         self.row = np.zeros(len(at.names))
         if self.force:
-            ends = {name: at.ends.get(name, ("ground", at.names[0])) for name in rows}
-            below = {n: 1.0 if ends[n][0] == "ground" else -1.0 for n in rows if "ground" in ends[n]}
-            chosen = below if of == "ground" else {of: 1.0}
+            chosen = system.grounded if of == "ground" else {of: 1.0}
             if of != "ground" and of not in rows:
                 raise ValueError(f"of must be one of {listed([*rows, 'ground'], 'or')}, not {shown(of)}.")
             self.parts = [(parts[n], sign * rows[n]) for n, sign in chosen.items()]
