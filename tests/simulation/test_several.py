@@ -431,16 +431,8 @@ def test_a_mass_too_heavy_to_move_is_the_ground_to_single_precision(stop: tuple[
         assert heavy[name].value == pytest.approx(ground[name].value, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("kind", "numbers"),
-    [
-        (sp.Friction, (0.2,)), (sp.PolynomialDashpot, ((0.1, 0.2, 0.1),)), (sp.VanDerPol, (0.3, 1.0)),
-        (sp.Contact, (-0.4, 30.0, 1.5, 0.2)), (sp.Maxwell, (1.0, 0.5)), (sp.FractionalMaxwell, (sp.Springpot(0.5, 1.0),
-        sp.Spring(2.0))),
-    ],
-)  # fmt: skip
-def test_parts_between_a_mass_and_one_that_is_held(kind: Any, numbers: tuple[Any, ...]) -> None:
-    """Scaled by a mass that is not 1, and with the same normals as one mass on the ground."""
+def alone_and_held(kind: Any, numbers: tuple[Any, ...]) -> tuple[Run, Run, dict[str, str]]:
+    """One mass on the ground, and one on a mass that is held, with the same normals; what names their results have."""
 
     def parts(**k: Any) -> list[Any]:
         return [sp.Spring(1.0, **k), sp.Dashpot(0.1, **k), kind(*numbers, **k)]
@@ -453,6 +445,20 @@ def test_parts_between_a_mass_and_one_that_is_held(kind: Any, numbers: tuple[Any
     alone, held = sp.simulate(one, **given), sp.simulate(two, **given)
     names = {f"a_{name}": name for name in ("x_mean_square", "v_mean_square")}
     names |= {name: name for name in alone if name in held and not name.startswith("energy_residual")}
+    return alone, held, names
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers"),
+    [
+        (sp.Friction, (0.2,)), (sp.PolynomialDashpot, ((0.1, 0.2, 0.1),)), (sp.VanDerPol, (0.3, 1.0)),
+        (sp.Contact, (-0.4, 30.0, 1.5, 0.2)), (sp.Maxwell, (1.0, 0.5)), (sp.FractionalMaxwell, (sp.Springpot(0.5, 1.0),
+        sp.Spring(2.0))),
+    ],
+)  # fmt: skip
+def test_parts_between_a_mass_and_one_that_is_held(kind: Any, numbers: tuple[Any, ...]) -> None:
+    """Scaled by a mass that is not 1, and with the same normals as one mass on the ground."""
+    alone, held, names = alone_and_held(kind, numbers)
     for name, other in names.items():
         assert abs(held[name].value - alone[other].value) <= alone[other].error + 0.003 * abs(alone[other].value), name
     assert abs(held["energy_residual"].value) < 4.0 * held["energy_residual"].error + 0.005

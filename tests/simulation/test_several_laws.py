@@ -16,7 +16,18 @@ from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.several import modes_of
 from springpot.theory.result import NoStationaryStateError
-from tests.simulation.test_several import A_B, FREE, GROUND_A, GROUND_B, START, M, check, linear_pair, masses
+from tests.simulation.test_several import (
+    A_B,
+    FREE,
+    GROUND_A,
+    GROUND_B,
+    START,
+    M,
+    alone_and_held,
+    check,
+    linear_pair,
+    masses,
+)
 from tests.sizes import validation
 
 pytestmark = pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -96,18 +107,7 @@ def test_functions_of_the_user_in_one_run() -> None:
 )  # fmt: skip
 def test_laws_between_a_mass_and_one_that_is_held(kind: Any, numbers: tuple[Any, ...]) -> None:
     """As one mass on the ground, with the same normals."""
-
-    def parts(**k: Any) -> list[Any]:
-        return [sp.Spring(1.0, **k), sp.Dashpot(0.1, **k), kind(*numbers, **k)]
-
-    one = sp.System(sp.Mass(1.5), *parts(), sp.WhiteNoise(1.0))
-    two = sp.System(
-        *masses(a=1.5, b=1e6), *parts(between=("b", "a")), sp.WhiteNoise(1.0, on="a"), sp.Spring(1e6, between=GROUND_B)
-    )
-    given: dict[str, Any] = {"paths": 512, "duration": 150.0, "window": (50.0, 150.0), "step": 0.02, "start": "rest"}
-    alone, held = sp.simulate(one, **given), sp.simulate(two, **given)
-    names = {f"a_{name}": name for name in ("x_mean_square", "v_mean_square")}
-    names |= {name: name for name in alone if name in held and not name.startswith("energy_residual")}
+    alone, held, names = alone_and_held(kind, numbers)
     assert len(names) > 4
     for name, other in names.items():
         assert abs(held[name].value - alone[other].value) <= 0.5 * alone[other].error + 5e-4 * abs(alone[other].value)
