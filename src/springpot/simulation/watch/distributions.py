@@ -64,7 +64,9 @@ def observer_of(
 ) -> Observer:  # fmt: skip
     """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
     steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
-    return Observer(steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block)
+    return Observer(
+        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels
+    )
 
 
 @njit(**INLINE)
