@@ -16,9 +16,8 @@ from springpot import figures
 from springpot.evidence.reliability import PAPER_MAP
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-PAGES = sorted(
-    page for pattern in ("*.md", "api/*.rst", "theory/*.md") for page in DOCS.glob(pattern) if page.is_file()
-)
+FOLDERS = ("*.md", "api/*.rst", "how_to/*.md", "theory/*.md")
+PAGES = sorted(page for pattern in FOLDERS for page in DOCS.glob(pattern) if page.is_file())
 EXAMPLES = sorted((DOCS / "gallery").glob("*.py"))
 PUBLIC = (
     "springpot", "springpot.problem.spectral_density", "springpot.simulation", "springpot.theory",
