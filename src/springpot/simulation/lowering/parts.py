@@ -19,6 +19,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.memory import power_law_sum
 from springpot.problem.parts import (
     Barrier,
+    BoucWen,
     CloughPenzienNoise,
     ColoredNoise,
     Constant,
@@ -28,6 +29,7 @@ from springpot.problem.parts import (
     FractionalMaxwell,
     Friction,
     Harmonic,
+    Jenkins,
     KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
@@ -43,7 +45,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.simulation.kernel import forces, sources
+from springpot.simulation.kernel import forces, hysteresis, sources
 from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
 from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.user_forces import user_force
@@ -213,6 +215,17 @@ def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
 def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
     law = forces.CoulombDamper(0.5 * step * part.force / units.length * units.time**2)
     return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: BoucWen | Jenkins, name: str, units: Units, step: float) -> Lowered:
+    impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
+    law: Any = hysteresis.Plastic(limit)
+    if isinstance(part, BoucWen):
+        law = hysteresis.FirstPower(limit, part.beta)
+        law = law if part.exponent == 1.0 else hysteresis.AnyPower(*law, part.exponent)
+    make = lambda word, place, parts: hysteresis.Hysteresis(impulse, step, place, law)  # noqa: E731
+    return Lowered(forces=(Named(name, make, hysteresis.STATES, "dissipates"),))
 
 
 @lower.register

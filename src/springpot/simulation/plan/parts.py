@@ -6,10 +6,12 @@ import math
 from typing import Any
 
 from springpot.problem.parts import (
+    BoucWen,
     CloughPenzienNoise,
     ColoredNoise,
     Dashpot,
     FractionalMaxwell,
+    Jenkins,
     KanaiTajimiNoise,
     Maxwell,
     PiezoelectricCircuit,
@@ -19,7 +21,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 
-__all__ = ["fed_at", "slow_springpot", "stiffness_at_once"]
+__all__ = ["fed_at", "slow_springpot", "stiffness_at_once", "taken_by_yielding"]
 
 
 def fed_at(part: Any, frequency: float) -> float:
@@ -41,7 +43,7 @@ def fed_at(part: Any, frequency: float) -> float:
 
 
 def stiffness_at_once(part: Any) -> float:
-    """Of an arm or circuit, before it gives way; 0 of other parts.
+    """Of an arm, a circuit or what yields, before it gives way; 0 of other parts.
 
     Examples
     --------
@@ -49,13 +51,34 @@ def stiffness_at_once(part: Any) -> float:
     2.0
     """
     match part:
-        case Maxwell():
+        case Maxwell() | BoucWen() | Jenkins():
             return part.stiffness
         case FractionalMaxwell():
             return part.spring.stiffness
         case PiezoelectricCircuit():
             return part.coupling**2 / part.capacitance
     return 0.0
+
+
+def taken_by_yielding(part: Any, theta: float, square: float) -> float:
+    """Power that a part which yields takes of a unit mass at a temperature; 0 of other parts.
+
+    That of dry friction, less where the motion hardly reaches the yield displacement.  ``square`` is the stiffness
+    beside it.
+
+    Examples
+    --------
+    >>> round(taken_by_yielding(Jenkins(0.9, 0.9), 0.379, 0.1), 3)  # by simulation 0.035
+    0.046
+    """
+    if not isinstance(part, BoucWen | Jenkins):
+        return 0.0
+    reached = math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
+    if isinstance(part, Jenkins):
+        share = math.erfc(math.sqrt(0.5) / max(reached, 1e-100))
+    else:
+        share = 1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0))
+    return share * part.yield_force * math.sqrt(2.0 * theta / math.pi)
 
 
 def slow_springpot(part: Any) -> tuple[float, float]:
