@@ -39,7 +39,7 @@ from springpot.simulation.kernel.lanes import (
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
-from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
+from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch, wake_dampers
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
     HITS,
@@ -66,7 +66,7 @@ __all__ = [
 MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
 MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
-MOST_STATES = 480  # of sources
+MOST_STATES = 480  # of sources, and of parts that yield
 FILTERED, HARMONIC, TABLE, POISSON, MODULATED = 0, 1, 2, 3, 4  # kinds of sources
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
@@ -569,6 +569,7 @@ def several(
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
         _wake_sources(size, sources, who, stream, k0, k1, forcing)
+        wake_dampers(size, q, forcing)
         for t in range(0, steps, GROUP):
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
