@@ -113,7 +113,7 @@ def _is_soft(part: Part) -> bool:
 
 
 def _has_force(part: Part) -> bool:
-    return _has_spring(part) or "damping" in part.powers
+    return _has_spring(part) or "damping" in part.powers or part.remembers
 
 
 _ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"

@@ -1,7 +1,7 @@
 """Forces of parts, and what they add up to, in the middle of a step: observers see them beside the displacements.
 
-In a kick the springs have the elongation of that time, dashpots the mean of the velocities before and after it, and
-memory its mean force over the step around it.
+In a kick the springs have the elongation of that time, and what yields its z; dashpots the mean of the velocities before
+and after it, and memory its mean force over the step around it.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 __all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
 
 MOST_FELT = 40
-NUMBERS = 12
-"""Of a term: ten coefficients of springs, and the weights of the force of dampers and memory and of the velocity."""
+NUMBERS = 14
+"""Of a term: ten coefficients of springs, the weights of the force of dampers and memory, of the velocity and of the z
+of a part that yields, and the place of that among the states of all forces.
+"""
 
 
 @njit(**INLINE)
-def feel(observers, number, u, pull, middle, to):
+def feel(observers, number, u, pull, middle, state, to):
     """What is felt in one step of all lanes, from lane arrays of each row at the kick: the elongation, the force of
-    dampers and memory, and the mean velocity.
+    dampers and memory, and the mean velocity; and from the states of forces.
     """
     for lane in range(LANES):
         to[lane] = 0.0
@@ -38,6 +40,11 @@ def feel(observers, number, u, pull, middle, to):
                     for _ in range(power):
                         product *= u[i + lane]
                     to[lane] += product
+        share = observers.felt[k + 12]
+        if share != 0.0:
+            i = int(observers.felt[k + 13]) * LANES
+            for lane in range(LANES):
+                to[lane] += share * state[i + lane]
 
 
 @njit(**INLINE)

@@ -12,7 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.lowering.parts import Lowered
+from springpot.simulation.kernel.hysteresis import STATES
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.lowering.parts import Lowered, Named
 from springpot.simulation.plan.felt import Felt
 
 __all__ = ["FeltInKernel", "lowered_felt"]
@@ -42,7 +44,7 @@ class FeltInKernel:
 
 def lowered_felt(
     felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
-    length: float, step: float, lags: int,
+    length: float, step: float, lags: int, named: Sequence[Named],
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -60,7 +62,10 @@ def lowered_felt(
         In the kernel's units.
     lags : int
         Steps within which the motion changes.
+    named : sequence of Named
+        The forces with names: of those that yield, the places of their states.
     """
+    yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
@@ -76,6 +81,11 @@ def lowered_felt(
                 term[11] += share * _dashpots(part)
                 rough += [(order, share * c * g[e]) for order, c in part.springpots]
             term[11] -= term[10] * sum(map(_dashpots, parts.values()))
+            for n in (n for n in own if n in yields):
+                yielding = np.zeros(NUMBERS)
+                yielding[12:] = 2.0 * unit * each.shares[n] * yields[n].impulse / step, yields[n].place + STATES - GROUP
+                row.append(e)
+                numbers.append(yielding)
             row.append(e)
             numbers.append(term)
         if each.constant and len(row) > begin[-1]:

@@ -104,6 +104,8 @@ class Named:
         expected of noise that multiplies x, or not at all.
     join : callable, optional
         As ``make``, with the variance of the impulses of white noise last: a part that is both.
+    place : int
+        Of its first number among those of all forces.
     """
 
     name: str
@@ -111,6 +113,7 @@ class Named:
     states: int
     does: str
     join: Callable[[int, int, int, float], Any] | None = None
+    place: int = 0
 
 
 @dataclass(frozen=True)
@@ -515,7 +518,7 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
             named.insert(0, force)
         else:
             parts.append(force.make(word, place, parts_of_step))
-            named.append(force)
+            named.append(replace(force, place=place))
         word, place = word + sources.WORDS, place + force.states
     if len(named) > MOST_FORCES or place > MOST_STATES:
         raise ValueError(

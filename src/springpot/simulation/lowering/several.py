@@ -279,7 +279,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     ]  # fmt: skip
     felt = lowered_felt(
         plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)), whole.named,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -470,7 +470,8 @@ def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: 
                 case forces.VanDerPolDamper():
                     yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
                 case hysteresis.Hysteresis(impulse, _, _, inner):
-                    yield _Damper(named, n, kinds[type(inner)], (impulse / mass, float(place), *inner, mass))
+                    law = impulse / mass, float(place), *inner, mass
+                    yield _Damper(replace(named, place=place), n, kinds[type(inner)], law)
                     place += named.states
                 case _:
                     force, own = law._replace(half=law.half / mass), own + 1

@@ -10,9 +10,11 @@ import numpy as np
 from springpot.machine.faults import listed
 from springpot.problem.parts import (
     Barrier,
+    BoucWen,
     Constant,
     Dashpot,
     FractionalMaxwell,
+    Jenkins,
     Maxwell,
     PiezoelectricCircuit,
     PolynomialDashpot,
@@ -28,6 +30,7 @@ __all__ = ["Felt", "felt_in"]
 
 _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
+    BoucWen, Jenkins,
 )  # fmt: skip
 
 
@@ -71,7 +74,7 @@ def felt_in(system: System) -> dict[str, Felt]:
     unseen = [name for name, part in elements.items() if not _is_felt(part)]
     found = {}
     for name in (name for name in elements if name not in unseen):
-        alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
+        alike = [n for n, each in elements.items() if each.remembers and each.is_linear and np.array_equal(rows[n], rows[name])]
         found[f"{name}_force"] = Felt({name: 1.0}, reason=_alone(name, alike) or _hot(system, [name]))
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:

@@ -40,7 +40,7 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.parts import fed_at, stiffness_at_once, taken_by_yielding
+from springpot.simulation.plan.parts import fed_at, share_yielding, stiffness_at_once, taken_by_yielding
 from springpot.simulation.plan.scales import Scales, creep_time
 
 __all__ = ["BoltzmannLaw", "boltzmann_law", "dissipated", "guessed_law", "guessed_scales"]
@@ -51,6 +51,7 @@ _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
 _GUESSED = 1.5  # factor on the forgetting time
+_HARDLY = 1e-3  # share of its yielding below which a part is a spring
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 
 
@@ -359,7 +360,8 @@ def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
     """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
     damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
     # for slow displacements the fast motion makes a dashpot of dry friction in series with a spring
-    damping += sum(part.yield_force for part in unit.of(BoucWen, Jenkins)) * math.sqrt(2.0 / math.pi / law.temperature)
+    soft = [part for part in unit.of(BoucWen, Jenkins) if share_yielding(part, law.temperature, w * w) > _HARDLY]
+    damping += sum(part.yield_force for part in soft) * math.sqrt(2.0 / math.pi / law.temperature)
     return damping / w**2 if damping > w else 0.0
 
 

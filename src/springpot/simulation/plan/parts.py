@@ -21,7 +21,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 
-__all__ = ["fed_at", "slow_springpot", "stiffness_at_once", "taken_by_yielding"]
+__all__ = ["fed_at", "share_yielding", "slow_springpot", "stiffness_at_once", "taken_by_yielding"]
 
 
 def fed_at(part: Any, frequency: float) -> float:
@@ -60,11 +60,22 @@ def stiffness_at_once(part: Any) -> float:
     return 0.0
 
 
-def taken_by_yielding(part: Any, theta: float, square: float) -> float:
-    """Power that a part which yields takes of a unit mass at a temperature; 0 of other parts.
+def share_yielding(part: Any, theta: float, square: float) -> float:
+    """How much of its yielding a part has at a temperature, of 1; ``square`` is the stiffness beside it.
 
-    That of dry friction, less where the motion hardly reaches the yield displacement.  ``square`` is the stiffness
-    beside it.
+    Examples
+    --------
+    >>> share_yielding(Jenkins(1.0, 1.0), 0.01, 0.0) < 1e-20
+    True
+    """
+    reached = math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
+    if isinstance(part, Jenkins):
+        return math.erfc(math.sqrt(0.5) / max(reached, 1e-100))
+    return 1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0))
+
+
+def taken_by_yielding(part: Any, theta: float, square: float) -> float:
+    """Power that a part which yields takes of a unit mass: that of dry friction times a share; 0 of other parts.
 
     Examples
     --------
@@ -73,12 +84,7 @@ def taken_by_yielding(part: Any, theta: float, square: float) -> float:
     """
     if not isinstance(part, BoucWen | Jenkins):
         return 0.0
-    reached = math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
-    if isinstance(part, Jenkins):
-        share = math.erfc(math.sqrt(0.5) / max(reached, 1e-100))
-    else:
-        share = 1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0))
-    return share * part.yield_force * math.sqrt(2.0 * theta / math.pi)
+    return share_yielding(part, theta, square) * part.yield_force * math.sqrt(2.0 * theta / math.pi)
 
 
 def slow_springpot(part: Any) -> tuple[float, float]:
