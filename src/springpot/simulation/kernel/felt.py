@@ -1,7 +1,7 @@
 """Forces of parts, and what they add up to, in the middle of a step: observers see them beside the displacements.
 
-In a kick the springs have the elongation of that time, and what yields its z; dashpots the mean of the velocities before
-and after it, and memory its mean force over the step around it.
+In a kick the springs have the elongation of that time, and parts that yield their z then; dashpots the mean of the
+velocities before and after it, and memory its mean force over the step around it.
 """
 
 from __future__ import annotations

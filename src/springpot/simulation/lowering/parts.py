@@ -29,7 +29,6 @@ from springpot.problem.parts import (
     FractionalMaxwell,
     Friction,
     Harmonic,
-    Jenkins,
     KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
@@ -45,6 +44,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.simulation.kernel import forces, hysteresis, sources
 from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
 from springpot.simulation.kernel.restitution import rule_of
@@ -221,12 +221,12 @@ def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
 
 
 @lower.register
-def _(part: BoucWen | Jenkins, name: str, units: Units, step: float) -> Lowered:
+def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
     impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
     law: Any = hysteresis.Plastic(limit)
     if isinstance(part, BoucWen):
-        law = hysteresis.FirstPower(limit, part.beta)
-        law = law if part.exponent == 1.0 else hysteresis.AnyPower(*law, part.exponent)
+        first = hysteresis.FirstPower(limit, part.beta)
+        law = first if part.exponent == 1.0 else hysteresis.AnyPower(limit, part.beta, part.exponent)
     make = lambda word, place, parts: hysteresis.Hysteresis(impulse, step, place, law)  # noqa: E731
     return Lowered(forces=(Named(name, make, hysteresis.STATES, "dissipates"),))
 

@@ -19,14 +19,12 @@ from numpy.typing import NDArray
 
 from springpot.problem.parts import (
     Barrier,
-    BoucWen,
     ColoredNoise,
     Contact,
     Dashpot,
     FractionalMaxwell,
     Friction,
     Harmonic,
-    Jenkins,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
@@ -36,6 +34,7 @@ from springpot.problem.parts import (
     ThermalNoise,
     VanDerPol,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
@@ -360,7 +359,7 @@ def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
     """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
     damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
     # for slow displacements the fast motion makes a dashpot of dry friction in series with a spring
-    soft = [part for part in unit.of(BoucWen, Jenkins) if share_yielding(part, law.temperature, w * w) > _HARDLY]
+    soft = [part for part in unit.of(Yielding) if share_yielding(part, law.temperature, w * w) > _HARDLY]
     damping += sum(part.yield_force for part in soft) * math.sqrt(2.0 / math.pi / law.temperature)
     return damping / w**2 if damping > w else 0.0
 

@@ -11,7 +11,6 @@ from springpot.problem.parts import (
     ColoredNoise,
     Dashpot,
     FractionalMaxwell,
-    Jenkins,
     KanaiTajimiNoise,
     Maxwell,
     PiezoelectricCircuit,
@@ -20,6 +19,7 @@ from springpot.problem.parts import (
     Springpot,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 
 __all__ = ["fed_at", "share_yielding", "slow_springpot", "stiffness_at_once", "taken_by_yielding"]
 
@@ -51,7 +51,7 @@ def stiffness_at_once(part: Any) -> float:
     2.0
     """
     match part:
-        case Maxwell() | BoucWen() | Jenkins():
+        case Maxwell() | Yielding():
             return part.stiffness
         case FractionalMaxwell():
             return part.spring.stiffness
@@ -60,18 +60,19 @@ def stiffness_at_once(part: Any) -> float:
     return 0.0
 
 
-def share_yielding(part: Any, theta: float, square: float) -> float:
+def share_yielding(part: Yielding, theta: float, square: float) -> float:
     """How much of its yielding a part has at a temperature, of 1; ``square`` is the stiffness beside it.
 
     Examples
     --------
+    >>> from springpot.problem.parts import Jenkins
     >>> share_yielding(Jenkins(1.0, 1.0), 0.01, 0.0) < 1e-20
     True
     """
     reached = math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
-    if isinstance(part, Jenkins):
+    if not isinstance(part, BoucWen):
         return math.erfc(math.sqrt(0.5) / max(reached, 1e-100))
-    return 1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0))
+    return float(1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0)))
 
 
 def taken_by_yielding(part: Any, theta: float, square: float) -> float:
@@ -79,10 +80,11 @@ def taken_by_yielding(part: Any, theta: float, square: float) -> float:
 
     Examples
     --------
+    >>> from springpot.problem.parts import Jenkins
     >>> round(taken_by_yielding(Jenkins(0.9, 0.9), 0.379, 0.1), 3)  # by simulation 0.035
     0.046
     """
-    if not isinstance(part, BoucWen | Jenkins):
+    if not isinstance(part, Yielding):
         return 0.0
     return share_yielding(part, theta, square) * part.yield_force * math.sqrt(2.0 * theta / math.pi)
 

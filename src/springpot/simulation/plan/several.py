@@ -20,14 +20,12 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
-    BoucWen,
     Contact,
     Dashpot,
     Force,
     FractionalMaxwell,
     Friction,
     Harmonic,
-    Jenkins,
     ParametricNoise,
     PolynomialDashpot,
     SpectralExcitation,
@@ -36,6 +34,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
@@ -144,7 +143,9 @@ def _stiffness_at(part: Any, spread: float) -> float:
 
 
 def _is_rough(part: Any) -> bool:
-    return isinstance(part, Friction | VanDerPol | BoucWen | Jenkins) or (isinstance(part, PolynomialDashpot) and not part.is_linear)
+    if isinstance(part, PolynomialDashpot):
+        return not part.is_linear
+    return isinstance(part, Friction | VanDerPol | Yielding)
 
 
 def _damping_at(part: Any, spread: float, speed: float, reduced: float = 1.0) -> float:
@@ -160,7 +161,7 @@ def _damping_at(part: Any, spread: float, speed: float, reduced: float = 1.0) ->
         case PolynomialDashpot():
             _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
             return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
-        case BoucWen() | Jenkins() if speed > 0.0:
+        case Yielding() if speed > 0.0:
             return taken_by_yielding(part, reduced * speed**2, 0.0) / math.sqrt(reduced) / speed**2
     return 0.0
 
