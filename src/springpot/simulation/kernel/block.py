@@ -183,7 +183,7 @@ def block(
         for lane in range(LANES):
             accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
             accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
-            for k in range(extras(wall)):
+            for k in range(MOST_EXTRAS):
                 accumulators.extras[k * LANES + lane] = 0.0
             for k in range(slots(load)):
                 works[k * LANES + lane] = 0.0

@@ -83,7 +83,7 @@ _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
 _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
-_hits = stack_array(HITS * MOST_WALLS * LANES)
+_hits = stack_array((HITS + 1) * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
@@ -541,6 +541,7 @@ def several(
         _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
         _of_sources(0.0),
     )  # fmt: skip
+    peaks = HITS * MOST_WALLS * LANES if observers.on_impacts.size > 0 else 0  # where they begin in the hits
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
@@ -551,7 +552,7 @@ def several(
     for number in range(blocks):
         number_lanes(first + number * LANES, who)
         _clear(size, sums, 0.0)
-        _set(hits, HITS * (size.walls + size.contacts), 0.0)
+        _set(hits, (HITS + 1) * MOST_WALLS, 0.0)
         _set(limits, 2, 0.0)
         _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
@@ -596,7 +597,7 @@ def several(
                 _shake(size, q, j, g, forcing, s, weight)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
-                press(size, q, s, hits, f64(weight))
+                press(size, q, s, hits, peaks, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
@@ -617,7 +618,7 @@ def several(
                                 size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
-                touch(size, q, s, d, j, hits, f64(weight), observers)
+                touch(size, q, s, d, j, hits, peaks, f64(weight), observers)
                 if watched:
                     _show(size, exact, j, now_x, s, shown_x, shown_v)
                 if within:

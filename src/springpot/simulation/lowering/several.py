@@ -119,7 +119,9 @@ class PartsOfSeveral(Composed):
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else 1.0
-        return [*self.units.state, self.units.time, frequency, observer.place / self.units.length, LANES]
+        length, speed = self.units.state
+        speed = self.felt.force if observer.peaks else speed
+        return [length, speed, self.units.time, frequency, observer.place / length, LANES]
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -266,6 +268,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(totals))),
         walls=names,
+        contacts=tuple(name for _, name, _ in touched),
         struck={name: f"{name} impacts" for name in names},
     )  # fmt: skip
     _check_sizes(whole)
