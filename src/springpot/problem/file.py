@@ -336,7 +336,11 @@ def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
         "type": "object",
         "description": described,
         "properties": tag
-        | {name: _schema_of(hint) for name, hint in _hints(kind).items() if not (within and name in ("between", "count"))},
+        | {
+            name: _schema_of(hint)
+            for name, hint in _hints(kind).items()
+            if not (within and name in ("between", "count"))
+        },
         "required": [*tag, *needed],
         "additionalProperties": False,
     }

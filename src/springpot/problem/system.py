@@ -258,6 +258,11 @@ class System:
         return {name: part for name, part in self.named() if isinstance(part, Element)}
 
     @property
+    def counts(self) -> dict[str, int]:
+        """How many equal ones there are of each part of which there are several, by name."""
+        return {name: part.count for name, part in self.stated() if getattr(part, "count", 1) > 1}
+
+    @property
     def grounded(self) -> dict[str, float]:
         """The parts between the ground and a point by name: 1, or -1 where the ground is the second end.
 
