@@ -28,9 +28,11 @@ def test_equal_parts_act_as_one_with_their_sum(counted: sp.Spring, one: sp.Sprin
     """Numbers are those of one; what acts is the sum."""
     several = sp.System(*LOOSE, sp.Spring(10.0), part=counted)
     alone = sp.System(*LOOSE, sp.Spring(10.0), part=one)
-    assert dict(several.named()) == dict(alone.named()) and several != alone
+    assert dict(several.named()) == dict(alone.named())
+    assert several != alone
     assert several.per_unit_mass == alone.per_unit_mass
-    assert several.potential == alone.potential and several.inertia == alone.inertia
+    assert several.potential == alone.potential
+    assert several.inertia == alone.inertia
     if one.is_linear and one.inertia == 0.0:
         p = 3.0 + 40.0j
         modulus = counted.count * type(one).modulus(counted, p)
