@@ -16,9 +16,8 @@ from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Count", "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends", "in_words",
-    "kind_of",
-    "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
+    "Count", "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends",
+    "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]

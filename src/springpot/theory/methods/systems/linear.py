@@ -307,8 +307,8 @@ class LinearResponse(Result):
             The point whose displacement it is, or the part with two ends whose elongation it is; needed where there
             are several masses.
         what : {"displacement", "force", "force of one", "acceleration"}
-            Or the force of the part, of one of several equal ones, or of all on ``"ground"``, in N^2 s per rad; or the absolute acceleration of the
-            point, that relative to the ground and that of the ground together.
+            Or the force of the part, of one of several equal ones, or of all on ``"ground"``, in N^2 s per rad; or the
+            absolute acceleration of the point, that relative to the ground and that of the ground together.
 
         Raises
         ------
