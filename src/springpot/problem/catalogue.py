@@ -188,15 +188,21 @@ def _felt(
     # of the mean force of a wall ``rtol`` controls the error
     yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
     yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
-    for size in ("minimum", "maximum"):
-        yield Quantity(
-            f"{name}_{size}_quantile", unit, f"quantiles over the paths of the {size} of the {said}",
-            when=f"{asked} with `distributions=`", controlled=False, dimensions=("probability",), **given,
-        )  # fmt: skip
-    yield Quantity(
-        f"{name}_spectrum", unit_times(square, "s rad-1", 1), f"two-sided spectral density of the {said}",
-        when=f"{asked} with `spectrum=`", controlled=False, dimensions=("frequency",), **given,
+    others = (
+        ("density", unit_times("1", unit, -1), "probability density of the", "distributions", (f"{name}_bin",)),
+        ("quantile", unit, "quantiles of the", "distributions", ("probability",)),
+        ("minimum_quantile", unit, "quantiles over the paths of the minimum of the", "distributions", ("probability",)),
+        ("maximum_quantile", unit, "quantiles over the paths of the maximum of the", "distributions", ("probability",)),
+        ("spectrum", unit_times(square, "s rad-1", 1), "two-sided spectral density of the", "spectrum", ("frequency",)),
+        ("mean_profile", unit, "mean in each bin of time of the", "profile", ("time_bin",)),
+        ("mean_square_profile", square, "mean square in each bin of time of the", "profile", ("time_bin",)),
+        ("", unit, "of the first paths, the", "record", ("path", "time")),
     )  # fmt: skip
+    for ending, own, words, option, dimensions in others:
+        yield Quantity(
+            f"{name}_{ending}".removesuffix("_"), own, f"{words} {said}", when=f"{asked} with `{option}=`",
+            controlled=False, dimensions=dimensions, **given,
+        )  # fmt: skip
 
 
 CATALOGUE = (
