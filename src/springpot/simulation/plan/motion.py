@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import NotCoveredError, few, meant, shown
 from springpot.problem.parts import (
     Barrier,
     CloughPenzienNoise,
@@ -28,6 +29,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System
+from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.felt import Felt, felt_in
@@ -127,6 +129,46 @@ class Motion:
     def felt(self) -> dict[str, Felt]:
         """Forces of parts and accelerations, in the order in which the kernel shows them."""
         return felt_in(self.system)
+
+    def number_felt(self, name: str) -> int:
+        """Of a force or acceleration among all.
+
+        Raises
+        ------
+        NotCoveredError
+            With the reason, if it cannot be seen.
+        """
+        if reason := self.felt[name].reason:
+            raise NotCoveredError(f"{name} cannot be seen: {reason}.")
+        number = [*self.felt].index(name)
+        if number >= MOST_FELT:
+            raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_FELT} forces and accelerations can.")
+        return number
+
+    def seen_by_name(self, name: Any, argument: str, *, forces_only: bool = False) -> Seen:
+        """A displacement, a force or an absolute acceleration, as observers see it; ``argument`` asks for it.
+
+        Raises
+        ------
+        ValueError, NotCoveredError
+            If there is none of that name, or it cannot be seen.
+
+        Examples
+        --------
+        >>> from springpot.simulation.plan.motions import motion_of
+        >>> from springpot.problem.parts import Spring
+        >>> motion_of(System(Spring(1.0), WhiteNoise(1.0))).seen_by_name("spring_force", "forces").names
+        {'x': 'spring_force'}
+        """
+        moving = {} if forces_only else {own: seen for own, (kind, seen) in self.levels.items() if kind == "x"}
+        if isinstance(name, str) and name in moving:
+            return replace(moving[name], names={"x": name})
+        if not isinstance(name, str) or name not in self.felt:
+            what = "force or acceleration" if forces_only else "displacement, force or acceleration"
+            near = meant(str(name), known := [*moving, *self.felt]) or f"; there are {few(known)}."
+            raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")
+        number = self.number_felt(name)
+        return Seen({"x": name}, self.displacements_shown + number, feels=(number,))
 
     @property
     def displacements_shown(self) -> int:

@@ -22,7 +22,7 @@ LEVELS = {"x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude"
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A displacement and its velocity.
+    """A displacement and its velocity; or a force or an absolute acceleration, which has the place of x.
 
     Attributes
     ----------
@@ -39,6 +39,8 @@ class Seen:
         Of this wall: its position, and 1 if the displacement stays above it, -1 below.
     low, high : float
         Between which rigid walls keep it.
+    feels : tuple of int
+        The number of a force or an acceleration among all that are felt; empty of a displacement.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
@@ -49,6 +51,7 @@ class Seen:
     side: float = 1.0
     low: float = -math.inf
     high: float = math.inf
+    feels: tuple[int, ...] = ()
 
 
 def seen_of_several(system: System) -> tuple[Seen, ...]:

@@ -18,11 +18,10 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.faults import NotCoveredError, cause_of, few, meant, shown
+from springpot.machine.faults import cause_of, few, meant, shown
 from springpot.problem.catalogue import possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.plan.motion import Motion
@@ -99,7 +98,7 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
         felt = {word: ("x", first + number) for number, word in enumerate(motion.felt)}
         known = (motion.arguments or {word: (word, 0) for word in "txv"}) | felt
         words = _arguments(name, own, known)
-        takes, feels = tuple(known[word] for word in words), numbers_of_felt(motion, [w for w in words if w in felt])
+        takes, feels = tuple(known[word] for word in words), tuple(motion.number_felt(w) for w in words if w in felt)
     elif motion.arguments:
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
         stop = stops[_arguments(name, own, stops, most=1)[0]]
@@ -114,29 +113,9 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
     return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True, stop=stop, feels=feels)
 
 
-def numbers_of_felt(motion: Motion, names: Iterable[str]) -> tuple[int, ...]:
-    """The numbers of forces and accelerations, if they can be seen.
-
-    Raises
-    ------
-    NotCoveredError
-        With the reason.
-    """
-    found, numbers = [*motion.felt], []
-    for name in names:
-        if reason := motion.felt[name].reason:
-            raise NotCoveredError(f"{name} cannot be seen: {reason}.")
-        numbers.append(found.index(name))
-        if numbers[-1] >= MOST_FELT:
-            raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_FELT} forces and accelerations can.")
-    return tuple(numbers)
-
-
-def squares(motion: Motion, name: str) -> Observer:
+def squares(seen: Seen) -> Observer:
     """The sums of a force or acceleration and of its square."""
-    (number,) = numbers_of_felt(motion, [name])
-    of = motion.displacements_shown + number
-    return Observer(_on_felt(), None, np.zeros(2 * LANES), per_path=True, of=of, feels=(number,))
+    return observer_of(seen, _on_felt(), None, np.zeros(2 * LANES))
 
 
 @cache
