@@ -76,7 +76,7 @@ ERRORS = {
         StoreError, "Do what the sentence says: another folder, or the study to which the store belongs."
     ),
     "springpot.machine.extras.MissingExtraError": (
-        MissingExtraError, "Run the command that the message states; `all` in place of the extra's name adds everything."
+        MissingExtraError, "Run the command in the message; `all` in place of the extra's name adds everything."
     ),
     "springpot.machine.faults.Stopped": (Stopped, "Nothing: a fit was ended by `stop=` before it had a result."),
     "springpot.machine.trusted.CacheWarning": (
