@@ -31,8 +31,8 @@ def diagnose() -> dict[str, Any]:
     Returns
     -------
     dict
-        ``versions``, ``extras`` (those that are complete), ``processor``, ``threads``, ``cache`` and ``self_check``; JSON
-        can hold all of it.
+        ``versions``, ``extras`` (those that are complete), ``processor``, ``threads``, ``cache`` and ``self_check``;
+        JSON can hold all of it.
 
     Examples
     --------
