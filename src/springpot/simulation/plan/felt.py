@@ -75,7 +75,10 @@ def felt_in(system: System) -> dict[str, Felt]:
     for name in (name for name in elements if name not in unseen):
         alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
         own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
-        found[f"{name}_force"] = Felt({name: own}, reason=_alone(name, alike) or _hot(system, [name]))
+        reason = _alone(name, alike) or _hot(system, [name])
+        found[f"{name}_force"] = Felt({name: own}, reason=reason)
+        if count := system.counts.get(name):
+            found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
