@@ -182,12 +182,12 @@ def _felt(
     name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
-    given: dict[str, Any] = {"of": _is_counted if name.endswith("_of_one") else _has_force, "where": where,
-                             "asked": True}  # fmt: skip
-    asked = f"`forces=`{when}"
+    has = _is_counted if name.endswith("_of_one") else _has_force
+    given: dict[str, Any] = {"of": has, "where": where, "asked": True}
+    asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
     # the mean force of a stop is in every run, and ``rtol`` controls its error
-    mean: dict[str, Any] = {**given, "of": lambda part: _has_force(part) and not _is_soft(part)}
-    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **mean)
+    mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)
     yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
     others = (
         ("density", unit_times("1", unit, -1), "probability density of the", "distributions", (f"{name}_bin",)),
