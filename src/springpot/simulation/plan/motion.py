@@ -187,7 +187,7 @@ class Motion:
         """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
         return self.position_of_rest if x is None else x, v
 
-    def modes_near(self, seen: Seen, *, of_speed: bool, own: bool) -> tuple[Any, Any, Any] | None:
+    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Any, Any, Any] | None:
         """By which splitting tells how near several masses are to a large value; of one mass it is its energy."""
         return None
 

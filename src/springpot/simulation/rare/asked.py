@@ -3,7 +3,7 @@
 The coordinate is the energy of mass and springs: how far a path could go if noise and losses stopped.  Where a wall
 behind the motion takes energy, a path that moves towards it counts with what the next impact will leave.  Of several
 masses it is the largest value of the quantity that the modes could make together if all of them came to be in phase; of
-a function of the user their energy.  Any coordinate gives the right mean; a good one a small spread.
+impacts and functions of the user their energy.  Any coordinate gives the right mean; a good one a small spread.
 
 Between two kicks one mass moves exactly as the linear spring makes it, so that the extremes of x are those of circular
 arcs, and several masses on straight lines, so that they are at the kicks.  Velocities jump at kicks: between two
@@ -36,7 +36,7 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.first_passage import SHIFT
-from springpot.simulation.watch.observables import mean_of
+from springpot.simulation.watch.observables import is_taken, mean_of
 
 __all__ = ["Asked", "Quantity", "asked_of", "quantity_of"]
 
@@ -101,6 +101,8 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
         In one sentence.
     """
     if function is not None:
+        if name in motion.levels or is_taken(motion.system, str(name)):
+            raise ValueError(f"levels cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
         return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
     known = dict(motion.levels)
@@ -190,7 +192,6 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     """
     motion, units, (low, high) = plan.motion, parts.units, plan.settings.window_steps
     kind, seen, up = quantity.kind, quantity.seen, sign * units.sign if quantity.has_sides else 0.0
-    root = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
     scale = {"own": 1.0, "energy": units.speed**2}.get(kind, units.speed if quantity.unit == "m s-1" else units.length)
     kernels = np.asarray(levels, float) * (sign if quantity.has_sides else 1.0) / scale
     constants = np.zeros(_MARKS - _FIRST)
@@ -198,22 +199,27 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     def put(at: int, value: Any) -> None:
         constants[at - _FIRST : at - _FIRST + np.size(value)] = value
 
+    def root() -> float:
+        """By which noise lets velocities exceed the observed ones."""
+        return SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
+
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
     put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
-        kernels = kernels - root
+        kernels = kernels - root()
     if kind in ("energy", "amplitude"):
         frequency = motion.system.natural_frequency if kind == "energy" else motion.system.resonance
         put(_SQUARES, (frequency * units.time) ** 2)
-        put(_PUSH, root)
+        put(_PUSH, root())
         if kind == "amplitude":
             kernels = 0.5 * (frequency * units.time * kernels) ** 2
     put(_BEGIN, low)
     put(_HALF, low + (high - low) // (2 * GROUP) * GROUP)
-    modes = motion.modes_near(seen, of_speed=quantity.unit == "m s-1", own=kind == "own")
+    by_energy = kind in ("own", "impact_speed")  # of impacts as good, and better than the speed without the place
+    modes = motion.modes_near(seen, of_speed=quantity.unit == "m s-1", by_energy=by_energy)
     shapes, spacing, target = np.zeros(3), SPACING, math.nan
     if modes is None:
         _put_energy(put, motion, parts, quantity, sign)
@@ -223,7 +229,7 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     else:
         placed, moved, rest = modes
         rows = np.hstack([-(placed @ rest)[:, None], units.length * placed, units.speed * moved])
-        shapes = np.concatenate([[rest.size, len(rows), float(kind != "own")], rows.ravel()])
+        shapes = np.concatenate([[rest.size, len(rows), float(not by_energy)], rows.ravel()])
         put(_STRUCK, -math.inf)
     initial = np.concatenate([constants, np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
     on_energy, on_modes, on_steps, on_impacts = _compiled()

@@ -105,12 +105,16 @@ def repetitions(
     ------
     OutOfTimeError
         If the time is over before the first paths have ended.
+    ValueError
+        If a function of the user gives no number.
     """
     run = _Paths(simulation, asked, first * paths, count * paths, stream, splits, clock, tell)
     size, levels = count * paths, asked.levels
     ends = np.full((count, paths, MARKS), -np.inf)
     flat = ends.reshape(size, MARKS)
     head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0)
+    if np.isnan(flat).any():
+        raise ValueError(f"levels: {asked.name} gives no number at some place that the motion comes to.")
     work = float(size) * run.steps
     weights, going = np.ones(count), np.full(count, splits)
     gone, iterations = np.zeros((count, 2, levels.size)), np.zeros(count, np.int64)
