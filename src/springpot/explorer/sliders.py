@@ -105,7 +105,7 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     other = with_numbers(system, {ROOT + name.replace("-", "."): value for name, value in others.items()})
     if not (scaled := records.keys() & given.keys()):
         return other
-    parts: dict[str, Any] = dict(other.named())
+    parts: dict[str, Any] = dict(other.stated())
     for name in scaled:
         record = parts[records[name]]
         parts[records[name]] = replace(record, values=tuple(given[name] * value for value in record.values))
@@ -273,13 +273,15 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "side": getattr(part, "side", ""),
             "on": getattr(part, "on", ""),
         }
-        for name, part in system.named()
+        for name, part in system.stated()
     ]
 
 
 def _note(system: System, name: str, part: Part) -> str:
     kind, several = kind_of(part), len(system.points) > 1
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
+    if (count := getattr(part, "count", 1)) > 1:
+        words.append(f"{count} of them")
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
     if several and (between := getattr(part, "between", None)):
