@@ -99,7 +99,7 @@ def test_a_system_file_names_its_records(tmp_path: Path) -> None:
         sp.read_system({"parts": [{"kind": "recorded_excitation", "path": "ground.csv"}]})
     with pytest.raises(ValueError, match=r"parts\[1\] \(recorded_excitation\): There is no file '.*other.csv'"):
         sp.read_system(put(tmp_path, f'{text}path = "other.csv"\n', "device.toml"))
+    put(tmp_path, "acceleration_g\n0\n1\n", "bare.csv")
     with pytest.raises(ValueError, match="has no column of the time"):
-        put(tmp_path, "acceleration_g\n0\n1\n", "bare.csv")
         sp.read_system(put(tmp_path, f'{text}path = "bare.csv"\n', "device.toml"))
     assert math.isclose(record.mean_square, 4.0 * sp.RecordedExcitation(*record.records[0]).mean_square)

@@ -74,8 +74,8 @@ def test_a_record_and_an_envelope_in_a_study(tmp_path) -> None:
     )
     (tmp_path / "device.toml").write_text(
         sp.to_toml(of_pair()) + '[[parts]]\nkind = "recorded_excitation"\npath = "ground.csv"\n'
-        '[[parts]]\nkind = "white_noise"\non = "b"\nintensity = 1.0\nenvelope = { form = "jennings_housner", rise = 1.0, '
-        "fall = 3.0, decay = 1.0 }\n"
+        '[[parts]]\nkind = "white_noise"\non = "b"\nintensity = 1.0\nenvelope = { form = "jennings_housner", '
+        "rise = 1.0, fall = 3.0, decay = 1.0 }\n"
     )
     (tmp_path / "study.toml").write_text(
         'name = "scales"\nsystem = "device.toml"\nmethods = ["monte_carlo"]\n[axes]\n'

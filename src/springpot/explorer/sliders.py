@@ -258,13 +258,15 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "side": getattr(part, "side", ""),
             "on": getattr(part, "on", ""),
         }
-        for name, part in system.named()
+        for name, part in system.stated()
     ]
 
 
 def _note(system: System, name: str, part: Part) -> str:
     kind, several = kind_of(part), len(system.points) > 1
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
+    if (count := getattr(part, "count", 1)) > 1:
+        words.append(f"{count} of them")
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
     if several and (between := getattr(part, "between", None)):

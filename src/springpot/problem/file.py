@@ -163,7 +163,7 @@ def to_toml(system: System) -> str:
     <BLANKLINE>
     """
     check_writable(checked_system(system))
-    tables = ({"name": name, "kind": kind_of(part), **plain(part, free=True)} for name, part in system.named())
+    tables = ({"name": name, "kind": kind_of(part), **plain(part, free=True)} for name, part in system.stated())
     return "\n".join("\n".join(["[[parts]]", *map(_line, table.items()), ""]) for table in tables)
 
 
@@ -363,7 +363,11 @@ def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
         "type": "object",
         "description": described,
         "properties": tag
-        | {name: _schema_of(hint) for name, hint in _hints(kind).items() if not (within and hint == Ends)},
+        | {
+            name: _schema_of(hint)
+            for name, hint in _hints(kind).items()
+            if not (within and name in ("between", "count"))
+        },
         "required": [*tag, *needed],
         "additionalProperties": False,
     }
@@ -376,6 +380,8 @@ def _schema_of(hint: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
     if hint is str:
         return {"type": "string"}
+    if hint is int:
+        return {"type": "integer", "minimum": 1}
     for family, _, known in _FAMILIES:
         if any(_is_a(one, family) for one in get_args(hint)):
             return {"anyOf": [*([_A_NUMBER] if float in get_args(hint) else []), *map(_schema, known.values())]}

@@ -193,3 +193,60 @@ def test_peaks_of_a_force_in_a_system_of_several_masses() -> None:
     run = simulated(system, paths=128, duration=60.0, forces=("storey_force",), distributions=True)
     spring = 4.0 * run.extremes["base_top_elongation_maximum"]
     assert run.extremes["storey_force_maximum"] == pytest.approx(spring, rel=0.05)
+
+
+# --- distributions, profiles and records ------------------------------------------------------------------------------
+
+
+def test_a_force_has_a_distribution_a_profile_and_a_record() -> None:
+    system, names = device(0.5), ("mount_force", "spring_force", "force_on_ground")
+    run = simulated(
+        system, paths=640, duration=200.0, window=(40.0, 200.0), step=0.02, start="rest", forces=names, record=2,
+        distributions=True, profile=4,
+    )  # fmt: skip
+    spring = run.distributions["spring_force"]
+    assert (spring.unit, spring.density_unit) == ("N", "N-1")
+    at, error = spring.quantile([0.05, 0.95])
+    root = linear(system).mean_square("spring", "force") ** 0.5
+    assert np.all(np.abs(at / root - [-1.6449, 1.6449]) < 4.0 * error / root)
+    assert np.all(error < 0.02 * root)
+    inside = run.profiles["mount_force_mean_square_profile"]
+    assert inside.value.mean() == pytest.approx(run["mount_force_mean_square"].value, rel=2e-3)
+    assert np.allclose(run.forces["mount_force"] + run.forces["spring_force"], run.forces["force_on_ground"])
+    x = run.record[..., 0]
+    # a kick is in the middle of a step: the mean of both ends lacks a quarter of its change of the velocity
+    between = run.forces["spring_force"][:, 1:] - 4.0 * (x[:, 1:] + x[:, :-1])
+    assert between.std() == pytest.approx(8.0 * 0.02 / 4.0 * 0.02**0.5, rel=0.05)
+    assert run.to_xarray()["spring_force"].dims == ("path", "time")
+
+
+def test_forces_in_a_record_of_several_masses_are_those_of_the_parts(tmp_path: Any) -> None:
+    system = isolated(DAMPERS[1])
+    run = simulated(system, paths=64, duration=20.0, forces=("storey_force",), record=3, record_every=2)
+    stretched = run.record[:, :, 1, 0] - run.record[:, :, 0, 0]
+    assert run.forces["storey_force"].shape == (3, len(run.time))
+    assert np.corrcoef(4.0 * stretched.ravel(), run.forces["storey_force"].ravel())[0, 1] > 0.999
+    again = sp.load_run(run.save(tmp_path / "run.nc"))
+    assert np.array_equal(again.forces["storey_force"], run.forces["storey_force"])
+    header = run.save(tmp_path / "run.csv").with_name("run_paths.csv").read_text().splitlines()[0]
+    assert header.endswith("storey force of path 2 (N)")
+
+
+def test_forces_have_the_same_bits_for_any_threads() -> None:
+    runs = [
+        simulated(
+            device(0.5, stop=sp.Barrier(-0.1, 0.8)), paths=640, duration=20.0, step=0.02, start="rest", threads=threads,
+            forces=("mount_force", "acceleration"), record=1, distributions=True, profile=5,
+        )
+        for threads in (1, 2)
+    ]  # fmt: skip
+    one, two = (run.to_xarray().drop_attrs() for run in runs)
+    assert one.identical(two)
+
+
+def test_forces_of_too_many_recorded_points_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"60,000,030 points of forces.*larger record_every"):
+        simulated(
+            device(0.5), paths=10, duration=1e5, step=0.05, record=10,
+            forces=("mount_force", "spring_force", "acceleration"),
+        )  # fmt: skip

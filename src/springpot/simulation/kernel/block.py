@@ -17,7 +17,7 @@ from numba import njit
 
 from springpot.simulation.kernel.branches import birth, closed, keep, may_be_crowded, name_paths, opened
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.felt import MOST_FELT, feel
+from springpot.simulation.kernel.felt import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.lanes import (
     ENTRY,
     GROUP,
@@ -262,17 +262,17 @@ def block(
                         tapped[k * LANES + lane] += mode * mode
             for lane in range(LANES):
                 d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
+            for k in range(observers.feels.size if shown else 0):
+                which = observers.feels[k]
+                for i in range(0, GROUP * LANES, LANES):
+                    to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
+                    feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)
                     for k in range(slots(load)):
                         works[k * LANES + lane] += forcing.works[k * LANES + lane]
                 if shown:
-                    for k in range(observers.feels.size):
-                        which = observers.feels[k]
-                        for i in range(0, GROUP * LANES, LANES):
-                            to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                            feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
                     show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
             for j in range(GROUP if marked else 0):
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
@@ -286,6 +286,8 @@ def block(
                     if n + j < steps and (n + j + 1) % every == 0:
                         record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
                         record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
+                    if n + j < steps:
+                        record_felt(observers, 1, seen.x, n, j, every, lane)
             keep(branches, n + GROUP, no(), row, steps, lanes)
         closed(branches, row)
         for lane in range(LANES):

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import INLINE, LANES
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 
-__all__ = ["MOST_FELT", "NUMBERS", "feel"]
+__all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
 
 MOST_FELT = 40
 NUMBERS = 12
@@ -38,3 +38,17 @@ def feel(observers, number, u, pull, middle, to):
                     for _ in range(power):
                         product *= u[i + lane]
                     to[lane] += product
+
+
+@njit(**INLINE)
+def record_felt(observers, before, shown, n, j, every, lane):
+    """Store what is felt in step n + j of a lane; ``before`` displacements are shown before it.
+
+    At time 0 nothing is felt yet: there stands what the first kick has.
+    """
+    for k in range(observers.record.shape[2]):
+        here = shown[(GROUP * (before + observers.feels[k]) + j) * LANES + lane]
+        if (n + j + 1) % every == 0:
+            observers.record[lane, (n + j + 1) // every, k] = here
+        if n + j == 0:
+            observers.record[lane, 0, k] = here

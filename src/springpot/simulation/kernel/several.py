@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.felt import MOST_FELT, feel
+from springpot.simulation.kernel.felt import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.forces import Parametric, cubic, nonic
 from springpot.simulation.kernel.lanes import (
     ENTRY,
@@ -609,7 +609,7 @@ def several(
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
-                felt = watched and observers.feels.size > 0
+                felt = (watched or record.shape[0] > 0) and observers.feels.size > 0
                 for i in range(size.rows * LANES if felt else 0):
                     s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
@@ -647,6 +647,8 @@ def several(
                                 s.seen[i * LANES + lane]
                             )
                             record[lane, (step + 1) // every, i, 1] = s.seen_v[i * LANES + lane]
+                for lane in range(record.shape[0] if step < steps else 0):
+                    record_felt(observers, n + size.rows, shown_x, t, j, every, lane)
             for i in range(n * LANES):
                 now_x[i] += s.moved[i]
             for i in range(n * LANES):

@@ -33,7 +33,7 @@ HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 
 ``length`` and ``speed`` are negative for a wall above the motion, which is mirrored in the kernel; ``frequency`` is
 Omega and ``wall`` the position of the wall (0 without one), both in the kernel's units; only the first ``lanes`` lanes
-are paths of the run.
+are paths of the run.  Of a force or an acceleration, which has the place of x, ``frequency`` is what brings it near 1.
 """
 
 _numbers = types.CPointer(types.float64)
@@ -100,9 +100,10 @@ class Observers(NamedTuple):
     felt_begin: npt.NDArray[np.int64]  # of the terms of each
     felt_row: npt.NDArray[np.int64]  # (terms,)
     felt: Floats  # (terms, NUMBERS)
+    record: Floats  # (paths, points in time, seen): of the first paths, at the kicks before those points
 
 
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0))
+NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0), np.zeros((0, 0, 0)))
 
 
 class Accumulators(NamedTuple):

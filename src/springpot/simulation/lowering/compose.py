@@ -115,8 +115,9 @@ class Parts(Composed):
         return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
     def header_of(self, observer: Observer) -> list[float]:
-        """Of an observer's array: the same for all."""
-        return [*self.units.state, self.units.time, self.frequency, self.wall_position, LANES]
+        """Of an observer's array."""
+        frequency = self.felt.scale if observer.feels else self.frequency
+        return [*self.units.state, self.units.time, frequency, self.wall_position, LANES]
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:

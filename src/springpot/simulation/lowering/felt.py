@@ -29,12 +29,15 @@ class FeltInKernel:
     begin, row, numbers : ndarray
     lacking : dict of float
         What the mean square of each lacks by name, because the kernel sees the mean force of a step.
+    scale : float
+        A power of two that brings what the kernel shows near 1.
     """
 
     begin: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
     row: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     lacking: Mapping[str, float] = field(default_factory=dict)
+    scale: float = 1.0
 
 
 def lowered_felt(
@@ -82,7 +85,8 @@ def lowered_felt(
             float(one @ jumps @ other) * _lack(a, b, step, lags)
             for (a, one), (b, other) in itertools.product(rough, rough)
         )
-    return FeltInKernel(np.array(begin), np.array(row, np.int64), np.concatenate([np.zeros(0), *numbers]), lacking)
+    whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
+    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale)
 
 
 def _remembers(part: Lowered) -> bool:

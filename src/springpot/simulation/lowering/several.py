@@ -118,7 +118,8 @@ class PartsOfSeveral(Composed):
 
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
-        return [*self.units.state, self.units.time, 1.0, observer.place / self.units.length, LANES]
+        frequency = self.felt.scale if observer.feels else 1.0
+        return [*self.units.state, self.units.time, frequency, observer.place / self.units.length, LANES]
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""

@@ -72,7 +72,10 @@ def felt_in(system: System) -> dict[str, Felt]:
     found = {}
     for name in (name for name in elements if name not in unseen):
         alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
-        found[f"{name}_force"] = Felt({name: 1.0}, reason=_alone(name, alike) or _hot(system, [name]))
+        reason = _alone(name, alike) or _hot(system, [name])
+        found[f"{name}_force"] = Felt({name: 1.0}, reason=reason)
+        if count := system.counts.get(name):
+            found[f"{name}_force_of_one"] = Felt({name: 1.0 / count}, reason=reason)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)

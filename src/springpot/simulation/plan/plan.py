@@ -26,7 +26,7 @@ from springpot.simulation.plan.settings import (
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.result import NoStationaryStateError
 
-__all__ = ["TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
+__all__ = ["MOST_RECORDED", "TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
 
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps

@@ -35,6 +35,7 @@ import numpy.typing as npt
 
 from springpot.machine.files import netcdf_of, write
 from springpot.machine.places import place_for
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.file import check_writable
 from springpot.problem.messages import Message
 from springpot.problem.system import System
@@ -245,12 +246,15 @@ def _table(run: Run) -> bytes:
 
 
 def _paths_table(run: Run) -> bytes:
-    """Time, then x and v of each recorded path, of several masses those of each point, in columns."""
+    """Time, then x and v of each recorded path, of several masses those of each point, and forces, in columns."""
     points = [f"{point}, " for point in run.system.points] if run.record.ndim > 3 else [""]
     header = ["time (s)"]
     for path, point in itertools.product(range(len(run.record)), points):
         header += [f"x of {point}path {path} (m)", f"v of {point}path {path} (m/s)"]
-    numbers = np.column_stack([run.time, np.moveaxis(run.record, 0, 1).reshape(run.time.size, -1)])
+    for name, path in itertools.product(run.forces, range(len(run.record))):
+        header.append(f"{name.replace('_', ' ')} of path {path} ({unit_of_result(run.system, name)})")
+    moved = np.moveaxis(run.record, 0, 1).reshape(run.time.size, -1)
+    numbers = np.column_stack([run.time, moved, *(column.T for column in run.forces.values())])
     return _csv(header, ([repr(number) for number in row] for row in numbers.tolist()))
 
 

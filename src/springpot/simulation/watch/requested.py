@@ -16,9 +16,8 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
-from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Observable
-from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.plan import MOST_RECORDED, Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
@@ -116,7 +115,8 @@ class Requested:
             profiles |= {
                 name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
             }
-        return Observed(means, distributions, largest, spectra, passed, counted, profiles)
+        recorded = {seen.names["x"]: ensemble.felt[seen.feels[0]] for seen, _ in self.felt if settings.record}
+        return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
 
 
 def _moments(name: str, means: Floats, lacking: float) -> dict[str, tuple[float, Floats]]:
@@ -154,7 +154,7 @@ class Observed:
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
         wall, and of the mean and mean square of forces and accelerations, if they were asked for.
-    profiles : dict
+    profiles, forces : dict
         As in `springpot.simulation.Run`.
     """
 
@@ -165,6 +165,7 @@ class Observed:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
+    forces: dict[str, Floats] = field(default_factory=dict)
 
 
 def requested(
@@ -198,22 +199,23 @@ def requested(
     if not isinstance(distributions, bool):
         raise TypeError(f"distributions must be True or False, not {shown(distributions)}.")
     settings, motion, fastest = plan.settings, plan.motion, plan.motion.scales.fastest_rate
-    counted = motion.seen if distributions else ()
-    felt = () if forces is None else _felt(motion, forces)
+    felt = () if forces is None else _felt(plan, forces)
+    counted = (*motion.seen, *felt) if distributions else ()
     moving = () if spectrum is None else (*(seen for seen in motion.seen if "x" in seen.names), *felt)
-    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(motion.seen))
+    moved = () if profile is None else (*motion.seen, *felt)
+    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved))
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
         impact_observables={name: mean_of(motion, name, function, "impact") for name, function in impact.items()},
         sketches=tuple((seen, sketches(seen, GROUP * settings.step * fastest)) for seen in counted),
-        extremes=tuple((seen, extremes(seen)) for seen in (*counted, *(felt if counted else ()))),
+        extremes=tuple((seen, extremes(seen)) for seen in counted),
         frequencies=frequencies,
         spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
-        profiles=() if profile is None else tuple((seen, profile_of(seen, edges, settings)) for seen in motion.seen),
+        profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
         felt=tuple((seen, squares(seen)) for seen in felt),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
@@ -221,11 +223,18 @@ def requested(
     return wanted
 
 
-def _felt(motion: Motion, names: Sequence[str]) -> tuple[Seen, ...]:
+def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:
+    motion, settings = plan.motion, plan.settings
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
     found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
-    return tuple({seen.feels: seen for seen in found}.values())
+    found = [*{seen.feels: seen for seen in found}.values()]
+    if (points := settings.record * settings.recorded_points * len(found)) > MOST_RECORDED:
+        raise ValueError(
+            f"record asks for {points:,} points of forces, but at most {MOST_RECORDED:,} are stored: use a larger "
+            "record_every."
+        )
+    return tuple(found)
 
 
 def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:
