@@ -113,7 +113,7 @@ class Sources(NamedTuple):
     newest: Any  # (4 sources,)
     start_begin: Any  # (sources + 1,)
     start: Any  # (all, most)
-    wave: Any  # (2 sources,) impulse and turn, or rate and size, or states and steps
+    wave: Any  # (2 sources,) impulse and turn, or rate and size, or states and steps, or records and whether drawn
     table_begin: Any  # (sources + 1,)
     table: Any  # of modulated noise: roots, gains, changes and what is seen, one after another
 
@@ -246,6 +246,13 @@ def _modulated(f, i):
 
 
 @njit(**INLINE)
+def _table(f, i):
+    begin, end, records = f.table_begin[i], f.table_begin[i + 1], int(f.wave[2 * i])
+    impulses = f.table[begin:end].reshape((records, (end - begin) // records))
+    return Table(f.word[i], f.place[i], f.wave[2 * i + 1] > 0.0, impulses)
+
+
+@njit(**INLINE)
 def _wake_sources(size, f, who, stream, k0, k1, forcing):
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
@@ -254,6 +261,8 @@ def _wake_sources(size, f, who, stream, k0, k1, forcing):
             wake(_harmonic(f, i), i, who, stream, k0, k1, forcing)
         elif f.kind[i] == MODULATED:
             wake(_modulated(f, i), i, who, stream, k0, k1, forcing)
+        elif f.kind[i] == TABLE:
+            wake(_table(f, i), i, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -269,7 +278,7 @@ def _supply_sources(size, f, group, who, stream, k0, k1, forcing):
         elif f.kind[i] == MODULATED:
             supply(_modulated(f, i), i, group, who, stream, k0, k1, forcing)
         else:
-            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, who, stream, k0, k1, forcing)
+            supply(_table(f, i), i, group, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)

@@ -609,7 +609,7 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
 def _table_of(law: Any) -> Floats:
     match law:
         case sources.Table():
-            return np.asarray(law.impulses)
+            return np.asarray(law.impulses).ravel()
         case sources.ModulatedWhite():
             return np.asarray(law.roots)
         case sources.Modulated():
@@ -625,6 +625,8 @@ def _wave_of(law: Any) -> tuple[float, float]:
             return float(law.seen.size), float(law.roots.size)
         case sources.ModulatedWhite():
             return 0.0, float(law.roots.size)
+        case sources.Table():
+            return float(len(law.impulses)), float(law.drawn)
     return 0.0, 0.0
 
 
