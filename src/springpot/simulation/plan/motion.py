@@ -198,6 +198,10 @@ class Motion:
         """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
         return self.position_of_rest if x is None else x, v
 
+    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Any, Any, Any] | None:
+        """By which splitting tells how near several masses are to a large value; of one mass it is its energy."""
+        return None
+
     def intensity_of(self, seen: Seen) -> float:
         """Of the white noise in the acceleration of a displacement, in m^2 s^-3."""
         return self.intensity
@@ -302,8 +306,14 @@ class Motion:
 
     @property
     def is_random(self) -> bool:
-        """Whether its paths differ; without noise, and random phases, all are alike."""
-        return self.is_noisy or bool(self.system.of(Harmonic))
+        """Whether its paths differ by chance; without noise, random phases and drawn records they do not."""
+        drawn = any(record.is_drawn for record in self.system.of(RecordedExcitation))
+        return self.is_noisy or drawn or bool(self.system.of(Harmonic))
+
+    @property
+    def different_paths(self) -> int:
+        """How many paths differ where chance has no part in them: one for each record; 0 where it has."""
+        return 0 if self.is_random else math.lcm(*(record.count for record in self.system.of(RecordedExcitation)))
 
     @property
     def is_noisy(self) -> bool:
@@ -313,8 +323,7 @@ class Motion:
     @property
     def recorded(self) -> float:
         """The length of the longest recorded excitation or envelope, in s; 0 without one."""
-        envelopes = [noise.envelope.duration for noise in self.system.of(Excitation) if noise.envelope is not None]
-        return max([*envelopes, *(record.duration for record in self.system.of(RecordedExcitation))], default=0.0)
+        return max((part.duration for part in self.system.of(Excitation)), default=0.0)
 
     @property
     def ends(self) -> str:
