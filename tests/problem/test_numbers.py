@@ -96,7 +96,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     assert found["parts.barrier.restitution"] == ("1", "1")
     # what has no unit is known to have none
     assert {name.rpartition(".")[2] for name, (unit, _) in found.items() if unit == "1"} == {
-        "order", "base_damping", "damping", "restitution", "scale",
+        "order", "base_damping", "damping", "restitution", "scale", "exponent", "beta",
     }  # fmt: skip
     assert unit_of(SOFT, "parts.contact_1.exponent") == "1"
     assert label_of("parts.fractional_maxwell.springpot.order") == "fractional_maxwell_springpot_order"
@@ -111,7 +111,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
         ("parts.barrier.positin", "barrier (barrier) has no number 'positin'; did you mean position?"),
         (
             "parts.recorded_excitation.values",
-            "recorded_excitation (recorded_excitation) has no number 'values', nor any other.",
+            "recorded_excitation (recorded_excitation) has no number 'values'; its numbers are scale.",
         ),
         ("restitution", "'restitution' must be parts.<name>.<number>; did you mean parts.barrier.restitution?"),
         ("parts.barrier", "'parts.barrier' must be parts.<name>.<number>; did you mean parts.barrier."),

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, f64
+from springpot.simulation.kernel.soft_contacts import force_of_contact
 
 __all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
 
 MOST_FELT = 40
-NUMBERS = 14
-"""Of a term: ten coefficients of springs, the weights of the force of dampers and memory, of the velocity and of the z
-of a part that yields, and the place of that among the states of all forces.
+NUMBERS = 20
+"""Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity, of a contact
+and of the z of a part that yields; the place of this z among the states of all forces; from the 16th on the contact,
+as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
 """
 
 
@@ -40,9 +42,14 @@ def feel(observers, number, u, pull, middle, state, to):
                     for _ in range(power):
                         product *= u[i + lane]
                     to[lane] += product
-        share = observers.felt[k + 12]
+        share, away, loss = observers.felt[k + 12], observers.felt[k + 16], observers.felt[k + 19]
         if share != 0.0:
-            i = int(observers.felt[k + 13]) * LANES
+            for lane in range(LANES):
+                _, force = force_of_contact(observers.felt, (k + 15) // 5, f64(u[i + lane]), 1.0)
+                to[lane] += share * force * (1.0 - away * loss * middle[i + lane])
+        share = observers.felt[k + 13]
+        if share != 0.0:
+            i = int(observers.felt[k + 14]) * LANES
             for lane in range(LANES):
                 to[lane] += share * state[i + lane]
 

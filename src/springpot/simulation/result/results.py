@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
 from springpot.problem.catalogue import possible_results, results_on_request, unit_of_result
 from springpot.problem.system import System
@@ -299,6 +300,7 @@ class Run:
         >>> simulate(Oscillator(), paths=8, duration=1.0).to_xarray()["impact_rate"].units
         's-1'
         """
+        need("files", "run.to_xarray()")
         import json
 
         import pandas
