@@ -443,17 +443,11 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False) -> tup
                     break
                 array[times + LANES * number + lane] = at
                 number += 1
-                level = array[_LEVELS + number] if number < count else math.inf
+                level = array[_LEVELS + number] if number < count else sign * math.inf
             if turned:
                 array[_STRUCK + lane] = 0.0
             array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
         array[_NEXT + lane], array[_LEVEL + lane] = number, level
-
-    @njit(**INLINE)
-    def nearest(t, x, v, level, sign, reference, root, omega, h):
-        """More than the largest value around a state."""
-        more = 0.51 * h * abs(v) if smooth else shift(t, x, v, sign, omega, root)
-        return value(t, x, v, level, sign, reference, omega) + more
 
     @cfunc(ON_STEPS, **FAST)
     def on_steps(x, v, step, n, low, high, array):
@@ -468,15 +462,21 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False) -> tup
         slack, wall, away = -array[_SLACK], length * array[_WALL], array[_SIDE] * scale
         near = 0
         for lane in range(LANES):
-            level = array[_LEVEL + lane]
-            most = nearest(0.0, array[_X + lane], array[_V + lane], level, sign, reference, root, omega, h)
+            before, fastest = array[_X + lane], abs(array[_V + lane])
+            most = value(0.0, before, 0.0, 0.0, sign, reference, omega) if smooth else -math.inf
             for j in range(GROUP):
-                here, speed = length * x[j * LANES + lane], scale * v[j * LANES + lane]
-                one = nearest(h * (n + j + 1), here, speed, level, sign, reference, root, omega, h)
+                t, here, speed = h * (n + j + 1), length * x[j * LANES + lane], scale * v[j * LANES + lane]
+                one = value(t, here, speed, 0.0, sign, reference, omega)
+                one += shift(t, here, speed, sign, omega, root) if timed else 0.0
                 most = one if one > most else most
+                fastest = abs(speed) if abs(speed) > fastest else fastest
+            # of x the most that the cubic of a step exceeds its ends by
+            most += 0.0 if timed else 0.51 * h * fastest if smooth else shift(0.0, 0.0, fastest, sign, omega, root)
             struck = array[_STRUCK + lane]
-            one = 0.0 if timed else value(0.0, wall, -away * struck, level, sign, reference, omega)
+            one = value(0.0, wall, -away * struck, 0.0, sign, reference, omega)
             most = one if struck > 0.0 and one > most else most
+            most -= sign * array[_LEVEL + lane]
+            most = 0.0 if timed and struck > 0.0 else most
             array[_NEAR + lane] = most
             near += 1 if most >= slack else 0
         if near > 0:
