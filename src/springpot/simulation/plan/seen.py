@@ -22,7 +22,7 @@ LEVELS = {"x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude"
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A displacement and its velocity.
+    """A displacement and its velocity; or a force or an absolute acceleration, which has the place of x.
 
     Attributes
     ----------
@@ -39,6 +39,10 @@ class Seen:
         Of this wall: its position, and 1 if the displacement stays above it, -1 below.
     low, high : float
         Between which rigid walls keep it.
+    feels : tuple of int
+        The number of a force or an acceleration among all that are felt; empty of a displacement.
+    peaks : bool
+        Whether the impacts are the touches of a contact, with their largest forces in place of speeds.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
@@ -49,6 +53,8 @@ class Seen:
     side: float = 1.0
     low: float = -math.inf
     high: float = math.inf
+    feels: tuple[int, ...] = ()
+    peaks: bool = False
 
 
 def seen_of_several(system: System) -> tuple[Seen, ...]:

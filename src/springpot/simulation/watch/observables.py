@@ -18,11 +18,10 @@ import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.faults import NotCoveredError, cause_of, few, meant, shown
+from springpot.machine.faults import cause_of, few, meant, shown
 from springpot.problem.catalogue import possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.plan.motion import Motion
@@ -40,6 +39,7 @@ __all__ = [
     "faster_than",
     "is_taken",
     "mean_of",
+    "peaks",
     "squares",
 ]
 
@@ -73,8 +73,12 @@ They are taken at the ends of the steps and at the impacts.
 # --- a user's own ---------------------------------------------------------------------------------------------------
 
 
-def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
+def mean_of(
+    motion: Motion, name: str, function: Callable[..., float], kind: Literal["state", "impact"], *, most: int = 0
+) -> Observer:
     """Sum of a user's function: of the state over the steps of the window, or of the speed over its impacts.
+
+    With ``most`` it is the largest value of a function of the state instead, from this place of the array on.
 
     Of one mass the state is (t, x, v), and the speed one argument; of several, and with forces or accelerations among
     them, the names of the arguments say what they are.  Variables that the function captures have their values at the
@@ -99,12 +103,12 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
         felt = {word: ("x", first + number) for number, word in enumerate(motion.felt)}
         known = (motion.arguments or {word: (word, 0) for word in "txv"}) | felt
         words = _arguments(name, own, known)
-        takes, feels = tuple(known[word] for word in words), numbers_of_felt(motion, [w for w in words if w in felt])
+        takes, feels = tuple(known[word] for word in words), tuple(motion.number_felt(w) for w in words if w in felt)
     elif motion.arguments:
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
         stop = stops[_arguments(name, own, stops, most=1)[0]]
     try:
-        compiled = _on_steps_of(own, takes) if kind == "state" else _on_impacts_of(own)
+        compiled = _on_steps_of(own, takes, most or FIRST, most > 0) if kind == "state" else _on_impacts_of(own)
     except (NumbaError, TypeError) as reason:
         raise ValueError(
             f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
@@ -114,29 +118,9 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
     return Observer(on_steps, on_impacts, np.zeros(LANES), per_path=True, stop=stop, feels=feels)
 
 
-def numbers_of_felt(motion: Motion, names: Iterable[str]) -> tuple[int, ...]:
-    """The numbers of forces and accelerations, if they can be seen.
-
-    Raises
-    ------
-    NotCoveredError
-        With the reason.
-    """
-    found, numbers = [*motion.felt], []
-    for name in names:
-        if reason := motion.felt[name].reason:
-            raise NotCoveredError(f"{name} cannot be seen: {reason}.")
-        numbers.append(found.index(name))
-        if numbers[-1] >= MOST_FELT:
-            raise NotCoveredError(f"{name} cannot be seen: only the first {MOST_FELT} forces and accelerations can.")
-    return tuple(numbers)
-
-
-def squares(motion: Motion, name: str) -> Observer:
+def squares(seen: Seen) -> Observer:
     """The sums of a force or acceleration and of its square."""
-    (number,) = numbers_of_felt(motion, [name])
-    of = motion.displacements_shown + number
-    return Observer(_on_felt(), None, np.zeros(2 * LANES), per_path=True, of=of, feels=(number,))
+    return observer_of(seen, _on_felt(), None, np.zeros(2 * LANES))
 
 
 @cache
@@ -217,8 +201,12 @@ def _with(rest: Any, kind: str, begin: int) -> Any:
     return value
 
 
-def _on_steps_of(function: Callable[..., float], takes: Sequence[tuple[str, int]]) -> Any:
-    """``takes`` says for each argument whether it is t, x or v, and the number of the displacement."""
+def _on_steps_of(
+    function: Callable[..., float], takes: Sequence[tuple[str, int]], place: int = FIRST, most: bool = False
+) -> Any:
+    """The sum, or the most, at this place; ``takes`` says of each argument if it is t, x or v, and the number of the
+    displacement.
+    """
     inner = njit(**INLINE)(function)
 
     @njit(**INLINE)
@@ -236,9 +224,10 @@ def _on_steps_of(function: Callable[..., float], takes: Sequence[tuple[str, int]
                 t = time * step * (n + j + 1)
                 for lane in range(LANES):
                     at = j * LANES + lane
-                    so_far = array[FIRST + lane]
-                    array[FIRST + lane] = np.nan  # stays if the function raises
-                    array[FIRST + lane] = so_far + value(t, length, speed, x, v, at, ())
+                    so_far = array[place + lane]
+                    array[place + lane] = np.nan  # stays if the function raises
+                    found = value(t, length, speed, x, v, at, ())
+                    array[place + lane] = (found if found > so_far else so_far) if most else so_far + found
 
     return on_steps
 
@@ -256,6 +245,11 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
 
 
 # --- impacts that are not slow ---------------------------------------------------------------------------------------
+
+
+def peaks(seen: Seen) -> Observer:
+    """The largest forces of the touches of a contact: their number, sum and the sum of their squares."""
+    return observer_of(seen, None, _on_fast_impacts(), np.zeros(4 * LANES))
 
 
 def faster_than(speed: float, stop: str) -> Observer:
