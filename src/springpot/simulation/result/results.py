@@ -346,7 +346,8 @@ class Run:
         for name, (column, attributes) in self._spectral().items():
             (coordinates if name == "frequency" else data)[name] = ("frequency", column, attributes)
         for name, (axes, values, words) in self._passed().items():
-            (coordinates if (name,) == axes else data)[name] = (name if (name,) == axes else axes, values, words)
+            axis = axes[0] if len(axes) == 1 else axes
+            (coordinates if name == axis else data)[name] = (axis, values, words)
         for name, (column, unit) in self._in_bins().items():
             (coordinates if name.startswith("time_bin") else data)[name] = ("time_bin", column, {"units": unit})
         for name, sketch in self.distributions.items():
