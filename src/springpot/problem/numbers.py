@@ -164,7 +164,7 @@ def _split(system: System, name: str) -> tuple[str, tuple[str, ...]]:
         raise ValueError(f"the system has no part {shown(owner)}{near}")
     known = [found for found, *_ in _numbers(part)]
     if ".".join(path) not in known:
-        its = f"; its numbers are {listed(known)}." if known else ", nor any other."
+        its = f"; its numbers are {listed(known)}."
         near = meant(".".join(path), known) or its
         raise ValueError(f"{owner} ({kind_of(part)}) has no number {shown('.'.join(path))}{near}")
     return owner, tuple(path)

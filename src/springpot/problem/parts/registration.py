@@ -412,7 +412,7 @@ class Part(Checked):
                 changes[name] = value.per_mass(mass, share)
             elif isinstance(number, Number) and number.mass_power:
                 change = self._change(number, mass, share)
-                changes[name] = tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+                changes[name] = _each(change, value)
         if self.of_ground:
             changes["on"] = "mass"
         return replace(self, **changes) if changes else self  # type: ignore[type-var]
@@ -426,6 +426,10 @@ class Part(Checked):
             return lambda value: value * share**power
         divisor = mass**power
         return lambda value: value / divisor
+
+
+def _each(change: Callable[[float], float], value: Any) -> Any:
+    return tuple(_each(change, one) for one in value) if isinstance(value, tuple) else change(value)
 
 
 @dataclass(frozen=True, kw_only=True)

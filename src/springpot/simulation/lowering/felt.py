@@ -12,7 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.lowering.parts import Lowered
+from springpot.simulation.kernel.hysteresis import STATES
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.felt import Felt
 
 __all__ = ["FeltInKernel", "lowered_felt"]
@@ -31,6 +33,8 @@ class FeltInKernel:
         What the mean square of each lacks by name, because the kernel sees the mean force of a step.
     scale : float
         A power of two that brings what the kernel shows near 1.
+    force : float
+        The kernel's unit of the forces of contacts.
     """
 
     begin: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
@@ -38,11 +42,12 @@ class FeltInKernel:
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     lacking: Mapping[str, float] = field(default_factory=dict)
     scale: float = 1.0
+    force: float = 1.0
 
 
 def lowered_felt(
     felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
-    length: float, step: float, lags: int,
+    length: float, step: float, lags: int, named: Sequence[Named],
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -60,7 +65,10 @@ def lowered_felt(
         In the kernel's units.
     lags : int
         Steps within which the motion changes.
+    named : sequence of Named
+        The forces with names: of those that yield, the places of their states.
     """
+    yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
@@ -78,6 +86,15 @@ def lowered_felt(
             term[11] -= term[10] * sum(map(_dashpots, parts.values()))
             row.append(e)
             numbers.append(term)
+            for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][12], numbers[-1][15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
+            for n in (n for n in own if n in yields):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
+                numbers[-1][14] = yields[n].place + STATES - GROUP
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         begin.append(len(row))
@@ -86,7 +103,7 @@ def lowered_felt(
             for (a, one), (b, other) in itertools.product(rough, rough)
         )
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
-    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale)
+    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length)
 
 
 def _remembers(part: Lowered) -> bool:

@@ -18,8 +18,9 @@ from springpot.memory import ExponentialSum
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
+from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
+from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
@@ -119,7 +120,20 @@ class PartsOfSeveral(Composed):
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else 1.0
-        return [*self.units.state, self.units.time, frequency, observer.place / self.units.length, LANES]
+        length, speed = self.units.state
+        speed = self.felt.force if observer.peaks else speed
+        return [length, speed, self.units.time, frequency, observer.place / length, LANES]
+
+    @property
+    def half_drift(self) -> tuple[float, float, float]:
+        """Of a straight line."""
+        return 1.0, 0.5 * self.exact.step, 0.0
+
+    @property
+    def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
+        """All in the precision of the sweep."""
+        kind, states = np.dtype(type(self.sweep.zero)), sum(named.states for named in self.named)
+        return self.size.points, self.size.rows, self.size.modes, kind, states, kind
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -136,12 +150,12 @@ class PartsOfSeveral(Composed):
         """The kernel, with all arguments that are the same for all blocks."""
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows = given
+            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
                 first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows,
+                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
             )  # fmt: skip
             record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 
@@ -226,7 +240,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     noises, given, constant = _excitation(plan, frame, parts_of_step)
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(frame, touched)]
+    dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
     shaken = [(n, frame.step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
               for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
     exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
@@ -256,7 +270,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.law if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
-        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
+        moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
             **{f"work of {named.name}": (1.0 - keep[n] * frame.reduced[n]) / settings.step for n, _, named in shaken},
@@ -266,6 +280,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(totals))),
         walls=names,
+        contacts=tuple(name for _, name, _ in touched),
         struck={name: f"{name} impacts" for name in names},
     )  # fmt: skip
     _check_sizes(whole)
@@ -279,7 +294,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     ]  # fmt: skip
     felt = lowered_felt(
         plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)), whole.named,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -316,7 +331,7 @@ def _numbers(
         *_restitutions(rules), jump.ravel(), (jump @ frame.rows.T).ravel(),
         frame.reduced[struck], (at.mass / frame.unit_mass).ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
-        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
+        np.array([each.padded for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
         np.array([n for n, _, _ in shaken], np.int64),
@@ -335,7 +350,7 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
         ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
         ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
-        ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
+        ("states of noise and of what yields", sum(named.states for named in parts.named), kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
             raise ValueError(f"the system has {count} {what}, but the kernel of several masses holds at most {most}.")
@@ -426,7 +441,7 @@ def _no_law(word: int, place: int, parts: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Damper:
-    """A nonlinear damper, the dissipation of a contact, or a force of the user.
+    """A nonlinear damper, a part that yields, the dissipation of a contact, or a force of the user.
 
     Attributes
     ----------
@@ -434,7 +449,7 @@ class _Damper:
     row, kind : int
         The number of its elongation, and the kind of its law.
     numbers : tuple of float
-        As the kernel has them.
+        Of its law per unit of the reduced mass, and that.
     law : NamedTuple or None
         Of the user's force.
     """
@@ -442,22 +457,37 @@ class _Damper:
     named: Named
     row: int
     kind: int
-    numbers: tuple[float, float, float]
+    numbers: tuple[float, ...]
     law: Any = None
 
+    @property
+    def padded(self) -> list[float]:
+        """As the kernel has them, the reduced mass last."""
+        *own, mass = self.numbers
+        return [*own, *(0.0,) * (several_dampers.DAMPER - len(self.numbers)), mass]
 
-def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]]) -> Iterator[_Damper]:
+
+def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: int) -> Iterator[_Damper]:
+    """With the first place of their states."""
+    kinds = {
+        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.FirstPower: several_dampers.WEN,
+        hysteresis.AnyPower: several_dampers.BOUC_WEN,
+    }  # fmt: skip
     own = 0
     for n, total in enumerate(frame.totals):
         mass = float(frame.reduced[n])
         for named in total.forces:
-            match law := named.make(0, 0, 1):
+            match law := named.make(0, place, 1):
                 case forces.CoulombDamper():
                     yield _Damper(named, n, several_dampers.COULOMB, (law.impulse / mass, 0.0, mass))
                 case forces.PowerDamper():
                     yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
                 case forces.VanDerPolDamper():
                     yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                case hysteresis.Hysteresis(impulse, _, _, inner):
+                    law = impulse / mass, float(place), *inner, mass
+                    yield _Damper(replace(named, place=place), n, kinds[type(inner)], law)
+                    place += named.states
                 case _:
                     force, own = law._replace(half=law.half / mass), own + 1
                     yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)
@@ -597,7 +627,7 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
 def _table_of(law: Any) -> Floats:
     match law:
         case sources.Table():
-            return np.asarray(law.impulses)
+            return np.asarray(law.impulses).ravel()
         case sources.ModulatedWhite():
             return np.asarray(law.roots)
         case sources.Modulated():
@@ -613,6 +643,8 @@ def _wave_of(law: Any) -> tuple[float, float]:
             return float(law.seen.size), float(law.roots.size)
         case sources.ModulatedWhite():
             return 0.0, float(law.roots.size)
+        case sources.Table():
+            return float(len(law.impulses)), float(law.drawn)
     return 0.0, 0.0
 
 

@@ -117,7 +117,8 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     if start is None:
         start, _ = default_start(motion, options)
     _one_of(start, "start", get_args(StartKind))
-    paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
+    usual = motion.different_paths if "paths" not in given and motion.different_paths else options["paths"]
+    paths = whole_number(usual, "paths", 1, MOST_PATHS)
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
     whole = motion.recorded
