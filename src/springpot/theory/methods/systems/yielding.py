@@ -43,9 +43,9 @@ def nearest_arm(part: BoucWen, speed: float, correlation: float) -> tuple[Maxwel
 
     Examples
     --------
-    >>> arm, force = nearest_arm(BoucWen(0.5, 0.5), 0.66244, 0.4846)  # of the first system of the documentation
+    >>> arm, force = nearest_arm(BoucWen(0.5, 0.5), 0.66244, 0.3514)  # of the first system of the documentation
     >>> round(arm.stiffness, 3), round(arm.stiffness / arm.coefficient, 3), round(force**2 / 0.25, 3)
-    (0.357, 0.392, 0.233)
+    (0.37, 0.357, 0.233)
     """
     n, beta, rho = part.exponent, part.beta, correlation
     size = 2.0 ** (0.5 * n) / math.pi
