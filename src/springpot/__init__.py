@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         fit,
         read_data,
     )
+    from springpot.problem.basquin import Basquin
     from springpot.problem.beams import beam
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
@@ -71,6 +72,7 @@ _LATER = {
         "explorer.commands": ("explore",),
         "figures": ("figures",),
         "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.basquin": ("Basquin",),
         "problem.beams": ("beam",),
         "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),

@@ -72,6 +72,9 @@ class Observer:
         blocks matters.
     feels : tuple of int
         Which forces and accelerations ``on_steps`` sees.
+    counts, forgotten : int
+        Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
+        not kept.
     """
 
     on_steps: Any
@@ -84,6 +87,13 @@ class Observer:
     place: float = 0.0
     per_block: bool = False
     feels: tuple[int, ...] = ()
+    counts: int = 0
+    forgotten: int = 0
+
+    @property
+    def own(self) -> int:
+        """How many numbers of the array are those of lanes."""
+        return self.initial.size - self.counts - self.forgotten if self.per_path else 0
 
 
 class Observers(NamedTuple):
