@@ -17,7 +17,7 @@ $(UV):
 
 # without --compile-bytecode: of all that is installed a tenth is ever imported, and its bytecode is kept then
 .venv/.made: pyproject.toml uv.lock | $(UV)
-	$(UV) sync --quiet --locked
+	$(UV) sync --quiet --locked --all-extras
 	@touch $@
 
 setup: .venv/.made  ## make the environment
@@ -55,7 +55,7 @@ validate: setup  ## the tests that take longer
 # an environment of its own, for the programs to compare with are large
 bench: export UV_PROJECT_ENVIRONMENT := .tools/bench
 bench: | $(UV)  ## measure the speed, and write docs/performance.md
-	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group bench
+	$(UV) sync --quiet --locked --all-extras --compile-bytecode --no-default-groups --group bench
 	.tools/bench/bin/python -m benchmarks
 
 # an environment of its own, so that the everyday one stays small
@@ -63,7 +63,7 @@ bench: | $(UV)  ## measure the speed, and write docs/performance.md
 ATLAS := .atlas
 atlas: export UV_PROJECT_ENVIRONMENT := .tools/atlas
 atlas: | $(UV)  ## simulate and fit the atlas anew, into src/springpot/evidence/atlases/atlas.npz
-	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group atlas
+	$(UV) sync --quiet --locked --all-extras --compile-bytecode --no-default-groups --group atlas
 	for part in elastic lossy losses; do \
 		.tools/atlas/bin/springpot study run atlas/$$part.toml --store $(ATLAS)/$$part.zarr || exit; \
 	done
@@ -71,7 +71,7 @@ atlas: | $(UV)  ## simulate and fit the atlas anew, into src/springpot/evidence/
 
 docs: export UV_PROJECT_ENVIRONMENT := .tools/docs
 docs: | $(UV)  ## build the documentation into docs/_build/html, running every example; a warning is an error
-	$(UV) sync --quiet --locked --compile-bytecode --no-default-groups --group docs
+	$(UV) sync --quiet --locked --all-extras --compile-bytecode --no-default-groups --group docs
 	rm -rf docs/_build docs/api/generated docs/auto_gallery
 	.tools/docs/bin/sphinx-build -W --keep-going -n -b html docs docs/_build/html
 

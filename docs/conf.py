@@ -49,7 +49,7 @@ html_sidebars: dict[str, list[str]] = {
     page: []
     for page in (
         "tutorial", "tutorial_device", "device", "results", "questions", "glossary", "memory", "explorer",
-        "performance", "users_of", "design", "citing", "changelog",
+        "install", "performance", "users_of", "design", "citing", "changelog",
     )
 }  # fmt: skip
 html_show_sourcelink = False

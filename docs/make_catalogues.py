@@ -6,6 +6,7 @@ import inspect
 import re
 from pathlib import Path
 
+from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError, NotCoveredError, Stopped
 from springpot.machine.trusted import CacheWarning
 from springpot.problem import messages
@@ -73,6 +74,9 @@ ERRORS = {
     "springpot.machine.faults.FileError": (FileError, "Correct the file at the place that the sentence names."),
     "springpot.studies.StoreError": (
         StoreError, "Do what the sentence says: another folder, or the study to which the store belongs."
+    ),
+    "springpot.machine.extras.MissingExtraError": (
+        MissingExtraError, "Run the command in the message; `all` in place of the extra's name adds everything."
     ),
     "springpot.machine.faults.Stopped": (Stopped, "Nothing: a fit was ended by `stop=` before it had a result."),
     "springpot.machine.trusted.CacheWarning": (

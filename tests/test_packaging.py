@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+
+from springpot.machine.extras import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[1]
 NETWORK_TROUBLE = ("failed to fetch", "error sending request", "dns error", "network connectivity is disabled")
@@ -108,15 +111,82 @@ def test_the_package_in_the_wheel_answers_in_an_empty_folder(wheel: Path, tmp_pa
     assert list(empty.iterdir()) == []
 
 
+def test_each_extra_installs_what_it_is_said_to_bring() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    declared = project["optional-dependencies"]
+
+    def brought(extra: str) -> set[str]:
+        found: set[str] = set()
+        for line in declared[extra]:
+            name, others = re.fullmatch(r"([\w-]+)(?:\[(.*)\])?.*", line).groups("")  # type: ignore[union-attr]
+            if name == "springpot":
+                found = found.union(*map(brought, others.split(",")))
+            else:
+                found |= {name, *filter(None, [others])}
+        return found
+
+    assert {extra: brought(extra) for extra in EXTRAS} == {extra: set(names) for extra, names in EXTRAS.items()}
+    assert brought("all") == set().union(*EXTRAS.values())
+    assert declared.keys() == {*EXTRAS, "all"}
+
+
+WITHOUT_EXTRAS = """
+import sys
+from importlib.machinery import PathFinder
+from springpot.machine.extras import EXTRAS, MissingExtraError
+class Core(PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        return None if name in set().union(*EXTRAS.values()) else PathFinder.find_spec(name, path, target)
+sys.meta_path[sys.meta_path.index(PathFinder)] = Core
+import springpot as sp
+from springpot import cli
+assert cli.main(["theory", "--restitution", "0.8"]) == cli.main(["atlas"]) == 0
+words = ["simulate", "--paths", "64", "--duration", "1", "--out"]
+assert cli.main([*words, "run.json"]) == cli.main([*words, "run.csv"]) == 0
+run = sp.load_run("run.json")
+assert cli.main([*words, "run.nc"]) == cli.main(["study", "new", "a.toml"]) == cli.main(["explore"]) == 1
+assert cli.main(["compare", "--plot", "a.png"]) == 1
+for use in (run.to_xarray, lambda: run.save("run.nc"), lambda: sp.figures, lambda: sp.study, lambda: sp.explore):
+    try:
+        use()
+    except MissingExtraError as error:
+        print(error)
+"""
+
+
+def test_the_core_works_without_any_extra(tmp_path: Path) -> None:
+    """Theory, atlas, simulation, files of text; each use that needs more says which command adds it."""
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_EXTRAS], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    files = "h5netcdf, h5py, pandas and xarray"
+    expected = [
+        ("run.to_xarray()", files, "files"),
+        ("a netCDF file (.nc)", files, "files"),
+        ("a picture", "matplotlib, h5netcdf, h5py, pandas and xarray", "plots"),
+        ("a study", "pydantic, zarr, h5netcdf, h5py, pandas and xarray", "studies"),
+        ("the page in the browser", "pydantic, starlette, uvicorn and websockets", "page"),
+    ]
+    sentences = [
+        f'{what} needs {missing}, not installed here: python3 -m pip install "springpot[{extra}]" adds what is missing.'
+        for what, missing, extra in expected
+    ]
+    assert done.stdout.splitlines()[-len(sentences) :] == sentences
+    told = [line for line in done.stderr.splitlines() if "not installed" in line]
+    assert told == [f"springpot: {sentences[i]}" for i in (1, 3, 4, 2)]
+
+
 @pytest.mark.validation
 def test_the_installed_command_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
     """In an environment that holds only the wheel and what it asks for; with and without the widest vectors."""
     locked = tmp_path / "locked.txt"
-    locked.write_text(uv("export", "--frozen", "--no-dev", "--no-emit-project", "--no-hashes"))
+    locked.write_text(uv("export", "--frozen", "--all-extras", "--no-dev", "--no-emit-project", "--no-hashes"))
     environment = tmp_path / "environment"
     uv("venv", "--python", sys.executable, str(environment))
     python = environment / "bin" / "python"
-    uv("pip", "install", "--python", str(python), "--constraints", str(locked), str(wheel))
+    uv("pip", "install", "--python", str(python), "--constraints", str(locked), f"{wheel}[page]")
     empty = tmp_path / "empty"
     empty.mkdir()
 

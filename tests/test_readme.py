@@ -67,7 +67,7 @@ def test_it_installs_as_it_says() -> None:
     """Its own test installs the wheel; here: the words are pip's for this folder, and the Python asked for is the one
     that the package asks for."""
     (block,) = blocks("sh")
-    assert block == "python3 -m pip install .\n"
+    assert block == 'python3 -m pip install ".[all]"\n'
     package = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert package["name"] == "springpot"
     assert package["requires-python"] == f">={re.findall(r'Python (3[.][0-9]+) or later', TEXT)[0]}"
@@ -83,7 +83,7 @@ def test_the_first_screen() -> None:
     """What it is, a picture, the installation and an example with its output come before anything else."""
     assert "docs/images/first.png" in TEXT
     assert "first.png" in blocks("python")[0]
-    order = ["Random vibration", "![", "## Install", "python3 -m pip install .", "```python", "```text", "make figures"]
+    order = ["Random vibration", "![", "## Install", "python3 -m pip install", "```python", "```text", "make figures"]
     places = [TEXT.index(word) for word in order]
     assert places == sorted(places)
     assert TEXT[: places[5]].count("\n") < 60

@@ -108,7 +108,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
         ("parts.barrier.positin", "barrier (barrier) has no number 'positin'; did you mean position?"),
         (
             "parts.recorded_excitation.values",
-            "recorded_excitation (recorded_excitation) has no number 'values', nor any other.",
+            "recorded_excitation (recorded_excitation) has no number 'values'; its numbers are scale.",
         ),
         ("restitution", "'restitution' must be parts.<name>.<number>; did you mean parts.barrier.restitution?"),
         ("parts.barrier", "'parts.barrier' must be parts.<name>.<number>; did you mean parts.barrier."),

@@ -20,6 +20,7 @@ from springpot.cli.commands import app
 from springpot.cli.flags import in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
 from springpot.cli.terminal import say, warnings_as_sentences
+from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError
 
 __all__ = ["main"]
@@ -81,6 +82,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FileNotFoundError as error:  # a file to be read: bad input
         say(f"There is no file {os.fspath(error.filename)!r}." if error.filename is not None else one_sentence(error))
         return 2
+    except MissingExtraError as error:
+        say(str(error))
+        return 1
     except OSError as error:
         _drop_output()
         say(of_the_system(error))

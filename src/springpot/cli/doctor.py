@@ -7,9 +7,11 @@ import platform
 import tempfile
 import time
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from springpot.machine.extras import EXTRAS
 from springpot.machine.processors import control_group_quota, threads_available
 from springpot.machine.trusted import UntrustedFolderError, make_folder
 from springpot.problem.oscillator import Oscillator
@@ -17,7 +19,7 @@ from springpot.problem.parts import Springpot
 
 __all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
 
-_PACKAGES = ("springpot", "numpy", "numba", "llvmlite", "scipy", "xarray")
+_PACKAGES = ("springpot", "numpy", "numba", "llvmlite", "scipy")
 # The vector extensions that decide the speed of the compiled step, widest last; the full list runs to a hundred.
 _VECTOR_FEATURES = ("sse2", "avx", "fma", "avx2", "avx512f", "neon", "sve")
 _TOLERANCE = 0.01
@@ -29,7 +31,8 @@ def diagnose() -> dict[str, Any]:
     Returns
     -------
     dict
-        ``versions``, ``processor``, ``threads``, ``cache`` and ``self_check``; JSON can hold all of it.
+        ``versions``, ``extras`` (those that are complete), ``processor``, ``threads``, ``cache`` and ``self_check``;
+        JSON can hold all of it.
 
     Examples
     --------
@@ -38,6 +41,7 @@ def diagnose() -> dict[str, Any]:
     """
     return {
         "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        "extras": [name for name, modules in EXTRAS.items() if all(map(find_spec, modules))],
         "processor": processor(),
         "threads": threads(),
         "cache": cache_folder(),

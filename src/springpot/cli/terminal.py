@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import CoercionError, Parameter, Token
 
+from springpot.machine.extras import need
 from springpot.machine.plain import plain
 from springpot.machine.trusted import CacheWarning
 
@@ -120,6 +121,7 @@ def check_picture(path: str | None, name: str = "plot") -> None:
     """Raise an error, before any work, if a picture that is asked for cannot be written to this path."""
     if path is None:
         return
+    need("plots", "a picture")
     if not path.endswith(".png"):
         raise ValueError(f"{name} must end in .png, but it is {path!r}.")
     if not Path(path).resolve().parent.is_dir():

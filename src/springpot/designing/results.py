@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
+from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, per_cent
 from springpot.machine.plain import plain
 from springpot.problem.catalogue import unit_of_result
@@ -298,6 +299,7 @@ class Design:
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset over ``number`` (values), ``quantity`` (with errors) and ``limit`` (probabilities)."""
+        need("files", "to_xarray()")
         import xarray
 
         return xarray.Dataset(

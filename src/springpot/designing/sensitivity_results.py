@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from springpot.designing.quantities import MONTE_CARLO
+from springpot.machine.extras import need
 from springpot.machine.faults import name_results
 from springpot.machine.plain import plain
 from springpot.problem.system import System
@@ -119,6 +120,7 @@ class Sensitivity:
         >>> dict(sp.sensitivity(linear, ["x_mean_square", "v_mean_square"]).to_xarray().sizes)
         {'quantity': 2, 'number': 3}
         """
+        need("files", "to_xarray()")
         import xarray
 
         tables = {"sensitivity": self.values, "error": self.errors, "gain": self.gains}

@@ -71,6 +71,8 @@ def equation(system: System) -> Iterator[str]:
             yield f"{symbol.removeprefix('-').removeprefix('m ').removeprefix('x ')}: {words}"
     for name, part in system.named():
         preload = _preload(system, part) if isinstance(part, Stop) and len(system.points) == 1 else ""
+        if count := system.counts.get(name):
+            yield f"{name}: {count} equal ones, written as one part"
         if line := part.line(name) or (preload and f"{part.said} ({name})"):
             yield _with_ends(line, _elongation(system, name)) + preload
 

@@ -3,3 +3,7 @@
 `springpot.explorer.commands` opens it; `server` serves the browser, one `session` computes for one tab, `protocol`
 defines the messages of a tab; `gathering`, `motion` and `answers` compute the numbers.
 """
+
+from springpot.machine.extras import need
+
+need("page", "the page in the browser")

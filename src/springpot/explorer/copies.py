@@ -58,7 +58,7 @@ def python_of(system: System, file: str, asked: Problem) -> str:
     elif system.of(RecordedExcitation) or any(len(each.psd) > MOST_WRITTEN for each in system.of(SpectralExcitation)):
         made = f'system = sp.read_system("{file}")'
     else:
-        written = "\n".join(f"    {name}={part!r}," for name, part in system.named())
+        written = "\n".join(f"    {name}={part!r}," for name, part in system.stated())
         parts = re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", written)  # parts of a part too
         made = f"system = sp.System(\n{parts}\n)"
     said = "<x^2> = {answer.x_mean_square:.5g} m2" if len(system.points) == 1 else "{answer.numbers}"

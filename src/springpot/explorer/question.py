@@ -131,7 +131,7 @@ def question_of(message: Problem, opened: Opened) -> Question:
     """
     system = changed(opened.system, message.numbers)
     if message.without:
-        system = System(**{name: part for name, part in system.named() if name not in message.without})
+        system = System(**{name: part for name, part in system.stated() if name not in message.without})
     file, papers = opened.name_of(system), papers_of(system)
     command = command_of(opened.file and file, papers, message)
     return Question(message, system, papers, command, python_of(system, file, message), file)

@@ -8,13 +8,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from springpot.explorer.ends import ends_of
 from springpot.machine.arguments import Free
 from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
-from springpot.problem.parts import RecordedExcitation
 from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
@@ -64,12 +63,11 @@ class Slider:
 
 
 _UNITS_TO_CHOOSE = {"m": "length", "rad s-1": "frequency", "N2 s": "force_noise", "m2 s-3": "excitation"}
-_SCALE = "scale"  # of a record
 _LINEAR = {"order": (0.0, 1.0, 100), "share": (0.05, 1.0, 95), "exponent": (1.0, 3.0, 80)}
 
 
 def numbers(system: System) -> dict[str, float]:
-    """Every number of a system by the name of its slider; a record has one, the factor on its values.
+    """Every number of a system by the name of its slider.
 
     Examples
     --------
@@ -77,9 +75,7 @@ def numbers(system: System) -> dict[str, float]:
     >>> numbers(System(Spring(80.0), PolynomialSpring((0.0, 0.0, 5.0))))["polynomial_spring-coefficients-3"]
     5.0
     """
-    found = {name.removeprefix(ROOT).replace(".", "-"): value for name, value in numbers_of(system).items()}
-    found |= {f"{name}-{_SCALE}": 1.0 for name, part in system.named() if isinstance(part, RecordedExcitation)}
-    return {name: found[name] for part in system.names for name in found if name.startswith(f"{part}-")}
+    return {name.removeprefix(ROOT).replace(".", "-"): value for name, value in numbers_of(system).items()}
 
 
 def changed(system: System, given: Mapping[str, float]) -> System:
@@ -100,16 +96,9 @@ def changed(system: System, given: Mapping[str, float]) -> System:
     for name in given:
         if name not in known:
             raise ValueError(f"numbers: this system has no number {name[:60]!r}.")
-    records = {f"{name}-{_SCALE}": name for name, part in system.named() if isinstance(part, RecordedExcitation)}
-    others = {name: _as_free(known[name], value) for name, value in given.items() if name not in records}
-    other = with_numbers(system, {ROOT + name.replace("-", "."): value for name, value in others.items()})
-    if not (scaled := records.keys() & given.keys()):
-        return other
-    parts: dict[str, Any] = dict(other.named())
-    for name in scaled:
-        record = parts[records[name]]
-        parts[records[name]] = replace(record, values=tuple(given[name] * value for value in record.values))
-    return System(**parts)
+    return with_numbers(
+        system, {ROOT + name.replace("-", "."): _as_free(known[name], value) for name, value in given.items()}
+    )
 
 
 def _as_free(old: object, new: float) -> float:
@@ -134,12 +123,8 @@ def sliders(system: System, size: Mapping[str, float]) -> tuple[Slider, ...]:
 
 
 def _slider(system: System, name: str, value: float, size: Mapping[str, float]) -> Slider:
-    part = dict(system.named())[name.partition("-")[0]]
-    if isinstance(part, RecordedExcitation):
-        number, place, plain = part.numbers["values"], 0, "1"
-    else:
-        part, number, place = number_of(system, ROOT + name.replace("-", "."))
-        plain = number.unit_of(system.has_mass and not part.of_ground, place)
+    part, number, place = number_of(system, ROOT + name.replace("-", "."))
+    plain = number.unit_of(system.has_mass and not part.of_ground, place)
     kind = "stiffness" if _is_the_spring(system, part, place) and plain == "s-2" else _UNITS_TO_CHOOSE.get(plain, "")
     unit = "" if kind else written(plain)
     symbol = number.symbol + ("₀₁₂₃₄₅₆₇₈₉"[place] if place else "")
@@ -273,13 +258,15 @@ def described_parts(system: System) -> list[dict[str, Any]]:
             "side": getattr(part, "side", ""),
             "on": getattr(part, "on", ""),
         }
-        for name, part in system.named()
+        for name, part in system.stated()
     ]
 
 
 def _note(system: System, name: str, part: Part) -> str:
     kind, several = kind_of(part), len(system.points) > 1
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
+    if (count := getattr(part, "count", 1)) > 1:
+        words.append(f"{count} of them")
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
     if several and (between := getattr(part, "between", None)):

@@ -20,6 +20,9 @@ from springpot.figures.studies import plot_study
 from springpot.figures.style import COLORS, METHOD_LINES, bars, new_figure, new_grid, save
 from springpot.figures.sweeps import plot_against
 from springpot.figures.validity import plot_gaps, plot_gaps_of_methods, plot_system_gaps, plot_system_gaps_of_methods
+from springpot.machine.extras import need
+
+need("plots", "a picture")
 
 __all__ = [
     "COLORS",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import FloatArray, Likelihood, Table
 from springpot.machine.arguments import finite_number
+from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, shown
 from springpot.machine.plain import plain
 
@@ -379,6 +380,7 @@ class Fit:
         >>> dict(sp.fit(sp.Barrier(0.0, sp.free("r", 0.5, (0.1, 1.0))), impacts).to_xarray().sizes)
         {'parameter': 1, 'parameter_2': 1, 'point': 4}
         """
+        need("files", "to_xarray()")
         import xarray
 
         names, own = [*self.values], self.table

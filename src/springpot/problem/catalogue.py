@@ -71,7 +71,7 @@ class Quantity:
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
-        owners = [name for name, part in system.named() if self.of(part)] if self.where(system) else []
+        owners = [name for name, part in system.stated() if self.of(part)] if self.where(system) else []
         if self.name.startswith(_ANY):
             for quantity in _quantities(system):
                 whole = quantity + self.name[len(_ANY) - 1 :]
@@ -135,7 +135,11 @@ def _is_soft(part: Part) -> bool:
 
 
 def _has_force(part: Part) -> bool:
-    return _has_spring(part) or "damping" in part.powers
+    return _has_spring(part) or "damping" in part.powers or _is_soft(part)
+
+
+def _is_counted(part: Part) -> bool:
+    return getattr(part, "count", 1) > 1 and _has_force(part)
 
 
 _ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"
@@ -190,6 +194,7 @@ def _owner(name: str) -> Callable[[Part], bool]:
 
 _FELT = (
     (f"{_OF}force", "N", "N2", "force of the part", "", _is_any),
+    (f"{_OF}force_of_one", "N", "N2", "force of one of several equal parts", ", with `count=`", _is_any),
     ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _is_any),
     ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
     (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _is_several),
@@ -200,20 +205,28 @@ def _felt(
     name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
-    given: dict[str, Any] = {"of": _has_force, "where": where, "asked": True}
-    asked = f"`forces=`{when}"
-    # of the mean force of a wall ``rtol`` controls the error
-    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
+    has = _is_counted if name.endswith("_of_one") else _has_force
+    given: dict[str, Any] = {"of": has, "where": where, "asked": True}
+    asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
+    # the mean force of a stop is in every run, and ``rtol`` controls its error
+    mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)
     yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
-    for size in ("minimum", "maximum"):
-        yield Quantity(
-            f"{name}_{size}_quantile", unit, f"quantiles over the paths of the {size} of the {said}",
-            when=f"{asked} with `distributions=`", controlled=False, dimensions=("probability",), **given,
-        )  # fmt: skip
-    yield Quantity(
-        f"{name}_spectrum", unit_times(square, "s rad-1", 1), f"two-sided spectral density of the {said}",
-        when=f"{asked} with `spectrum=`", controlled=False, dimensions=("frequency",), **given,
+    others = (
+        ("density", unit_times("1", unit, -1), "probability density of the", "distributions", (f"{name}_bin",)),
+        ("quantile", unit, "quantiles of the", "distributions", ("probability",)),
+        ("minimum_quantile", unit, "quantiles over the paths of the minimum of the", "distributions", ("probability",)),
+        ("maximum_quantile", unit, "quantiles over the paths of the maximum of the", "distributions", ("probability",)),
+        ("spectrum", unit_times(square, "s rad-1", 1), "two-sided spectral density of the", "spectrum", ("frequency",)),
+        ("mean_profile", unit, "mean in each bin of time of the", "profile", ("time_bin",)),
+        ("mean_square_profile", square, "mean square in each bin of time of the", "profile", ("time_bin",)),
+        ("", unit, "of the first paths, the", "record", ("path", "time")),
     )  # fmt: skip
+    for ending, own, words, option, dimensions in others:
+        yield Quantity(
+            f"{name}_{ending}".removesuffix("_"), own, f"{words} {said}", when=f"{asked} with `{option}=`",
+            controlled=False, dimensions=dimensions, **given,
+        )  # fmt: skip
 
 
 CATALOGUE = (
@@ -310,6 +323,14 @@ CATALOGUE = (
                    dimensions=(f"<quantity>_{name}_bin",), **_CYCLES),
           Quantity(f"<quantity>_{name}_quantile", "q", f"quantiles of the {said} in the window",
                    dimensions=("probability",), **_CYCLES))),
+    *(Quantity(f"{_OF}peak_force_{ending}", unit, f"{words} the largest force of each touch of a soft contact",
+               when=f"`forces=`{more}", dimensions=dimensions, of=_is_soft, **_ASKED)
+      for ending, unit, words, more, dimensions in (
+          ("mean", "N", "mean of", "", ()), ("mean_square", "N2", "mean square of", "", ()),
+          ("density", "N-1", "probability density of", " with `distributions=`", (f"{_OF}peak_force_bin",)),
+          ("quantile", "N", "quantiles of", " with `distributions=`", ("probability",)),
+          ("largest_quantile", "N", "quantiles over the paths of the largest of", " with `distributions=`",
+           ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",

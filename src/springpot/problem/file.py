@@ -11,15 +11,17 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING
 from pathlib import Path
+from types import UnionType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import Free, free
-from springpot.problem.parts import SpectralExcitation, WhiteNoise
+from springpot.problem.parts import RecordedExcitation, SpectralExcitation, WhiteNoise
 from springpot.problem.parts.checks import Checked, fields_of, plain
 from springpot.problem.parts.envelopes import Envelope
+from springpot.problem.parts.records import Taken
 from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
@@ -71,11 +73,16 @@ _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], s
         {"frequency": _TABLE, "psd": float | _TABLE, **_UNIT, "frequency_unit": FrequencyUnit, "scale": float},
         {"frequency", "psd", "psd_unit"},
     ),
+    (
+        RecordedExcitation.from_csv, "recorded_excitation", "path", "Records in CSV files, beside the system's own.",
+        {"path": str | tuple[str, ...], "rate": float, "scale": float, "on": str, "taken": Taken}, {"path"},
+    ),
 )  # fmt: skip
-"""Noises by their densities: what makes them, the kind, the key that marks this form, its words, keys and needs."""
+"""Noises by their densities, and records by their files: what makes them, the kind, the key that marks this form, its
+words, keys and needs."""
 
 
-def read_system(source: str | Path | Mapping[str, Any]) -> System:
+def read_system(source: str | Path | Mapping[str, Any], folder: str | Path | None = None) -> System:
     """A system from a TOML file, or from the same content as a mapping.
 
     Parameters
@@ -84,7 +91,10 @@ def read_system(source: str | Path | Mapping[str, Any]) -> System:
         The file's place, or its content: a table ``[[parts]]`` for each part, with its ``kind`` (the name of the class
         in small letters, such as ``polynomial_spring``), its numbers under their names in Python and, if you like, a
         ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``; a
-        ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too.
+        ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too; a
+        ``recorded_excitation`` takes ``path``, the place of a CSV file or of several, and ``rate``.
+    folder : str or Path, optional
+        Where such places begin; that of the file if left out.
 
     Returns
     -------
@@ -104,9 +114,11 @@ def read_system(source: str | Path | Mapping[str, Any]) -> System:
     """
     if isinstance(source, Mapping):
         title, content = "the system", dict(source)
+        folder = None if folder is None else Path(folder)
     else:
         title = f"system file {str(source)!r}"
         content = read_toml(source, title)
+        folder = Path(source).parent if folder is None else Path(folder)
     try:
         for key in content:
             if key != "parts":
@@ -114,7 +126,7 @@ def read_system(source: str | Path | Mapping[str, Any]) -> System:
         tables = content.get("parts")
         if not isinstance(tables, list) or not tables:
             raise ValueError('it must have a table [[parts]] for each part, such as kind = "spring", stiffness = 80.0.')
-        return System(**_named_parts(tables))
+        return System(**_named_parts(tables, folder))
     except (TypeError, ValueError) as fault:
         raise FileError(f"{title} is not right: {fault}") from None
 
@@ -151,7 +163,7 @@ def to_toml(system: System) -> str:
     <BLANKLINE>
     """
     check_writable(checked_system(system))
-    tables = ({"name": name, "kind": kind_of(part), **plain(part, free=True)} for name, part in system.named())
+    tables = ({"name": name, "kind": kind_of(part), **plain(part, free=True)} for name, part in system.stated())
     return "\n".join("\n".join(["[[parts]]", *map(_line, table.items()), ""]) for table in tables)
 
 
@@ -187,9 +199,9 @@ def schema() -> dict[str, Any]:
     }
 
 
-def _named_parts(tables: list[Any]) -> dict[str, object]:
+def _named_parts(tables: list[Any], folder: Path | None) -> dict[str, object]:
     """The parts by name: that in the file, or the kind with a number where there are several."""
-    made = [(table, *_part(table, f"parts[{place}]")) for place, table in enumerate(tables)]
+    made = [(table, *_part(table, f"parts[{place}]", folder)) for place, table in enumerate(tables)]
     usual = usual_names([kind for _, kind, _ in made])
     parts: dict[str, object] = {}
     for place, (table, _, part) in enumerate(made):
@@ -202,7 +214,7 @@ def _named_parts(tables: list[Any]) -> dict[str, object]:
     return parts
 
 
-def _part(table: object, place: str) -> tuple[str, object]:
+def _part(table: object, place: str, folder: Path | None) -> tuple[str, object]:
     """The kind of a table, and the part that it states."""
     if not isinstance(table, Mapping):
         raise ValueError(f"{place} must be a table with a kind, not {shown(table)}.")
@@ -215,8 +227,21 @@ def _part(table: object, place: str) -> tuple[str, object]:
     for make, own, mark, _, keys, needed in _BY_DENSITY:
         if kind == own and mark in numbers:
             _check_keys(numbers, keys, needed, where)
-            return kind, _made(make, _all_read(keys, numbers, where), where)
+            read = _all_read(keys, numbers, where)
+            if mark == "path":
+                read["path"] = _places(read["path"], folder, where)
+            return kind, _made(make, read, where)
     return kind, _build(_KINDS[kind], numbers, where)
+
+
+def _places(given: Any, folder: Path | None, where: str) -> list[Path]:
+    """The places of files beside that of the system; what has no place, as a text of the page, reads no others."""
+    if folder is None:
+        raise ValueError(f"{where}.path is read from a system's file only: give the points of the record.")
+    paths = given if isinstance(given, list) else [given]
+    if not all(isinstance(path, str) for path in paths):
+        raise ValueError(f"{where}.path must be the place of a file, or a list of them, not {shown(given)}.")
+    return [folder / path for path in paths]
 
 
 def _build(kind: type[Checked], numbers: Mapping[str, Any], where: str) -> object:
@@ -282,6 +307,8 @@ def _free(table: Mapping[str, Any], where: str) -> Free:
 def _made(make: Any, values: Mapping[str, Any], where: str) -> object:
     try:
         return make(**values)
+    except (FileNotFoundError, FileError) as fault:
+        raise FileError(f"{where}: {fault}") from None
     except (TypeError, ValueError) as fault:
         raise ValueError(f"{where}.{fault}") from None
 
@@ -336,7 +363,11 @@ def _schema(kind: type[Checked], within: bool = False) -> dict[str, Any]:
         "type": "object",
         "description": described,
         "properties": tag
-        | {name: _schema_of(hint) for name, hint in _hints(kind).items() if not (within and hint == Ends)},
+        | {
+            name: _schema_of(hint)
+            for name, hint in _hints(kind).items()
+            if not (within and name in ("between", "count"))
+        },
         "required": [*tag, *needed],
         "additionalProperties": False,
     }
@@ -349,13 +380,15 @@ def _schema_of(hint: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
     if hint is str:
         return {"type": "string"}
+    if hint is int:
+        return {"type": "integer", "minimum": 1}
     for family, _, known in _FAMILIES:
         if any(_is_a(one, family) for one in get_args(hint)):
             return {"anyOf": [*([_A_NUMBER] if float in get_args(hint) else []), *map(_schema, known.values())]}
-    if hint == float | _TABLE:
-        return {"anyOf": [_A_NUMBER, _schema_of(_TABLE)]}
+    if get_origin(hint) is UnionType:
+        return {"anyOf": [*map(_schema_of, get_args(hint))]}
     if get_origin(hint) is Literal:
         return {"enum": [*get_args(hint)]}
     if get_origin(hint) is tuple:
-        return {"type": "array", "items": {"type": "string"} if str in get_args(hint) else _A_NUMBER, "minItems": 1}
+        return {"type": "array", "items": _schema_of(get_args(hint)[0]), "minItems": 1}
     return _A_NUMBER

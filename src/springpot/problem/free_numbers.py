@@ -200,7 +200,7 @@ def _mapped(thing: Any, change: Callable[[Free], float]) -> Any:
     if isinstance(thing, tuple):
         return tuple(_mapped(item, change) for item in thing)
     if isinstance(thing, System):
-        return System(**{name: _part(name, part, change) for name, part in thing.named()})
+        return System(**{name: _part(name, part, change) for name, part in thing.stated()})
     return replace(thing, **{
         field.name: _mapped(getattr(thing, field.name), change) for field in fields(thing) if field.init
     })  # fmt: skip

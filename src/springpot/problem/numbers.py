@@ -28,7 +28,7 @@ def numbers_of(system: System) -> dict[str, float]:
     >>> numbers_of(System(Spring(80.0), stop=Barrier(-0.003, 0.7)))
     {'parts.spring.stiffness': 80.0, 'parts.stop.position': -0.003, 'parts.stop.restitution': 0.7}
     """
-    return {f"{ROOT}{name}.{path}": value for name, part in system.named() for path, value, _, _ in _numbers(part)}
+    return {f"{ROOT}{name}.{path}": value for name, part in system.stated() for path, value, _, _ in _numbers(part)}
 
 
 def with_numbers(system: System, values: Mapping[str, float]) -> System:
@@ -64,7 +64,7 @@ def with_numbers(system: System, values: Mapping[str, float]) -> System:
         owner, path = _split(system, name)
         changes.setdefault(owner, {})[path] = value
     parts = {}
-    for name, part in system.named():
+    for name, part in system.stated():
         if name not in changes:
             parts[name] = part
         elif (changed := _changed(part, changes[name], name)) is not None:
@@ -127,7 +127,7 @@ def number_of(system: System, name: str) -> tuple[Part, Number, int]:
     (Spring(stiffness=80.0), 'k')
     """
     owner, path = _split(system, name)
-    part = dict(system.named())[owner]
+    part = dict(system.stated())[owner]
     number, place = next((number, place) for found, _, number, place in _numbers(part) if found == ".".join(path))
     return part, number, place
 
@@ -158,13 +158,13 @@ def _split(system: System, name: str) -> tuple[str, tuple[str, ...]]:
         near = meant(ending[0] if ending else name, known) or f", such as {known[0] if known else 'parts.mass.value'}."
         raise ValueError(f"{shown(name)} must be parts.<name>.<number>{near}")
     _, owner, *path = name.split(".")
-    part = dict(system.named()).get(owner)
+    part = dict(system.stated()).get(owner)
     if part is None:
         near = meant(owner, system.names) or f": its parts are {listed(system.names)}."
         raise ValueError(f"the system has no part {shown(owner)}{near}")
     known = [found for found, *_ in _numbers(part)]
     if ".".join(path) not in known:
-        its = f"; its numbers are {listed(known)}." if known else ", nor any other."
+        its = f"; its numbers are {listed(known)}."
         near = meant(".".join(path), known) or its
         raise ValueError(f"{owner} ({kind_of(part)}) has no number {shown('.'.join(path))}{near}")
     return owner, tuple(path)

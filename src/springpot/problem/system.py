@@ -136,7 +136,7 @@ class System:
         kinds, count = [kind_of(part) for part in self.parts], len(self.parts)
         while [*self.names[:count]] != usual_names(kinds[:count]):
             count -= 1
-        named = (f"{name}={part!r}" for name, part in [*self.named()][count:])
+        named = (f"{name}={part!r}" for name, part in [*self.stated()][count:])
         return f"System({', '.join([*map(repr, self.parts[:count]), *named])})"
 
     @classmethod
@@ -234,20 +234,33 @@ class System:
 
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds, in the order given."""
-        return tuple(part for part in self.parts if isinstance(part, kinds))
+        return tuple(part for part in self._acting if isinstance(part, kinds))
+
+    @cached_property
+    def _acting(self) -> tuple[Any, ...]:
+        return tuple(getattr(part, "together", part) for part in self.parts)
 
     def named(self) -> Iterator[tuple[str, Any]]:
-        """Each part with its name."""
+        """Each part with its name, as it acts: several equal ones as the one that does what they do together."""
+        return zip(self.names, self._acting, strict=True)
+
+    def stated(self) -> Iterator[tuple[str, Any]]:
+        """Each part with its name, as it was given."""
         return zip(self.names, self.parts, strict=True)
 
     def name_of(self, part: object) -> str:
         """The name of one of its parts."""
-        return next(name for name, own in self.named() if own is part)
+        return next(name for name, own in (*self.named(), *self.stated()) if own is part)
 
     @cached_property
     def elements(self) -> dict[str, Element]:
         """Its parts with two ends by name, in the order given."""
         return {name: part for name, part in self.named() if isinstance(part, Element)}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many equal ones there are of each part of which there are several, by name."""
+        return {name: part.count for name, part in self.stated() if getattr(part, "count", 1) > 1}
 
     @property
     def grounded(self) -> dict[str, float]:
@@ -338,7 +351,7 @@ class System:
     @property
     def inertia(self) -> float:
         """The mass, and what other parts add to the inertia of the motion, in kg; in units of the mass without one."""
-        whole: float = self.mass + sum(part.inertia for part in self.parts if not isinstance(part, Mass))
+        whole: float = self.mass + sum(part.inertia for part in self._acting if not isinstance(part, Mass))
         return whole
 
     @cached_property
@@ -354,14 +367,14 @@ class System:
     @cached_property
     def potential(self) -> Potential:
         """The potential energy per unit of inertia, with the walls."""
-        forces = [part.force_coefficients() for part in self.parts]
+        forces = [part.force_coefficients() for part in self._acting]
         size = max(1, *map(len, forces))
         coefficients = [sum(force[n] / self.inertia for force in forces if n < len(force)) + 0.0 for n in range(size)]
         last = max((n for n, c in enumerate(coefficients) if c != 0.0), default=0)
         walls = [stop for stop in self.of(Stop) if not isinstance(stop, SoftStop)]
         return Potential(
             tuple(coefficients[: last + 1]),
-            tuple(part.soft_stop.per_mass(self.inertia) for part in self.parts if part.soft_stop is not None),
+            tuple(part.soft_stop.per_mass(self.inertia) for part in self._acting if part.soft_stop is not None),
             max((wall.position for wall in walls if wall.side == "above"), default=-math.inf),
             min((wall.position for wall in walls if wall.side == "below"), default=math.inf),
         )
@@ -369,13 +382,13 @@ class System:
     @property
     def stiffness(self) -> float:
         """Of the linear springs, in N/m."""
-        linear: float = sum((part.linear_stiffness for part in self.parts), 0.0)
+        linear: float = sum((part.linear_stiffness for part in self._acting), 0.0)
         return linear
 
     @property
     def damping(self) -> float:
         """Coefficient of the linear dampers, without springpots of order 1, in N s/m."""
-        linear: float = sum((part.linear_damping for part in self.parts), 0.0)
+        linear: float = sum((part.linear_damping for part in self._acting), 0.0)
         return linear
 
     @property
@@ -411,7 +424,7 @@ class System:
         >>> System(Spring(80.0)).to_dict()
         {'parts': [{'name': 'spring', 'kind': 'spring', 'stiffness': 80.0}]}
         """
-        return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.named()]}
+        return {"parts": [{"name": name, "kind": kind_of(part), **plain(part)} for name, part in self.stated()]}
 
 
 def checked_system(given: object, name: str = "system", wanted: str = "a System") -> System:

@@ -117,6 +117,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         spectra=observed.spectra,
         first_passages=observed.first_passages,
         profiles=observed.profiles,
+        forces=observed.forces,
         path_sums=ensemble.rows,
         adapted=plan.adapted,
         step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},

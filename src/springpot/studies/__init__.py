@@ -8,11 +8,15 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from springpot.machine.extras import need
+
 if TYPE_CHECKING:
     from springpot.studies.ask import open_study, study
     from springpot.studies.question import Study, read_study
     from springpot.studies.running import Outcome, run_study
     from springpot.studies.store import Store, StoreError, open_store
+
+need("studies", "a study")
 
 __all__ = ["Outcome", "Store", "StoreError", "Study", "open_store", "open_study", "read_study", "run_study", "study"]
 _PLACES = {

@@ -319,7 +319,9 @@ def _read_system(given: object, folder: Path, title: str) -> System:
     """The system of a study, from a file of its own or a table; an error of that file is said as its own."""
     place: Any = folder / given if isinstance(given, str | Path) else given
     try:
-        return read_system(place) if isinstance(place, Path | Mapping) else checked_system(place)
+        if isinstance(place, Mapping):
+            return read_system(place, folder)
+        return read_system(place) if isinstance(place, Path) else checked_system(place)
     except FileNotFoundError:
         raise FileError(f"{title} is not right: system: there is no file {str(place)!r}.") from None
     except TypeError as fault:

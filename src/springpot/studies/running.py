@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.crew import work_together
+from springpot.machine.extras import need
 from springpot.machine.faults import Stopped
 from springpot.machine.interrupt import Terminated, sigterm_as_ctrl_c
 from springpot.machine.processors import threads_available
@@ -330,14 +331,9 @@ def _take(future: Any, task: Task, count: _Count) -> None:
 
 @contextmanager
 def _client(workers: int | None, scheduler: str | None) -> Iterator[tuple[Any, Workers | None]]:
-    try:
-        import distributed
-    except ImportError:
-        raise ValueError(
-            "workers and scheduler need Dask: install it with python3 -m pip install distributed, or, in a clone of "
-            'springpot, with python3 -m pip install ".[cluster]".'
-        ) from None
+    need("cluster", "a study with workers or a scheduler")
     import dask
+    import distributed
 
     if scheduler is not None:
         try:

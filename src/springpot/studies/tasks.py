@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from springpot.machine.faults import FileError
-from springpot.problem.parts import RecordedExcitation
+from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
@@ -146,11 +146,11 @@ def _maker(study: Study, method: str) -> Callable[[Point], Task]:
 def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
     """The settings of Monte Carlo in the study file, with the default start made explicit.
 
-    So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record is run
-    from its beginning.
+    So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record or
+    an envelope is run from its beginning.
     """
     given = monte_carlo.given()
-    if base.of(RecordedExcitation):
+    if any(each.duration for each in base.of(Excitation)):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":

@@ -11,6 +11,7 @@ import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import linear
+from tests.simulation.systems import of_many_kinds
 
 SHAKING = sp.WhiteNoise(1.0, on="ground")
 
@@ -193,3 +194,125 @@ def test_peaks_of_a_force_in_a_system_of_several_masses() -> None:
     run = simulated(system, paths=128, duration=60.0, forces=("storey_force",), distributions=True)
     spring = 4.0 * run.extremes["base_top_elongation_maximum"]
     assert run.extremes["storey_force_maximum"] == pytest.approx(spring, rel=0.05)
+
+
+# --- distributions, profiles and records ------------------------------------------------------------------------------
+
+
+def test_a_force_has_a_distribution_a_profile_and_a_record() -> None:
+    system, names = device(0.5), ("mount_force", "spring_force", "force_on_ground")
+    run = simulated(
+        system, paths=640, duration=200.0, window=(40.0, 200.0), step=0.02, start="rest", forces=names, record=2,
+        distributions=True, profile=4,
+    )  # fmt: skip
+    spring = run.distributions["spring_force"]
+    assert (spring.unit, spring.density_unit) == ("N", "N-1")
+    at, error = spring.quantile([0.05, 0.95])
+    root = linear(system).mean_square("spring", "force") ** 0.5
+    assert np.all(np.abs(at / root - [-1.6449, 1.6449]) < 4.0 * error / root)
+    assert np.all(error < 0.02 * root)
+    inside = run.profiles["mount_force_mean_square_profile"]
+    assert inside.value.mean() == pytest.approx(run["mount_force_mean_square"].value, rel=2e-3)
+    assert np.allclose(run.forces["mount_force"] + run.forces["spring_force"], run.forces["force_on_ground"])
+    x = run.record[..., 0]
+    # a kick is in the middle of a step: the mean of both ends lacks a quarter of its change of the velocity
+    between = run.forces["spring_force"][:, 1:] - 4.0 * (x[:, 1:] + x[:, :-1])
+    assert between.std() == pytest.approx(8.0 * 0.02 / 4.0 * 0.02**0.5, rel=0.05)
+    assert run.to_xarray()["spring_force"].dims == ("path", "time")
+
+
+def test_forces_in_a_record_of_several_masses_are_those_of_the_parts(tmp_path: Any) -> None:
+    system = isolated(DAMPERS[1])
+    run = simulated(system, paths=64, duration=20.0, forces=("storey_force",), record=3, record_every=2)
+    stretched = run.record[:, :, 1, 0] - run.record[:, :, 0, 0]
+    assert run.forces["storey_force"].shape == (3, len(run.time))
+    assert np.corrcoef(4.0 * stretched.ravel(), run.forces["storey_force"].ravel())[0, 1] > 0.999
+    again = sp.load_run(run.save(tmp_path / "run.nc"))
+    assert np.array_equal(again.forces["storey_force"], run.forces["storey_force"])
+    header = run.save(tmp_path / "run.csv").with_name("run_paths.csv").read_text().splitlines()[0]
+    assert header.endswith("storey force of path 2 (N)")
+
+
+def test_forces_have_the_same_bits_for_any_threads() -> None:
+    runs = [
+        simulated(
+            device(0.5, stop=sp.Barrier(-0.1, 0.8)), paths=640, duration=20.0, step=0.02, start="rest", threads=threads,
+            forces=("mount_force", "acceleration"), record=1, distributions=True, profile=5,
+        )
+        for threads in (1, 2)
+    ]  # fmt: skip
+    one, two = (run.to_xarray().drop_attrs() for run in runs)
+    assert one.identical(two)
+
+
+def test_forces_of_too_many_recorded_points_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"60,000,030 points of forces.*larger record_every"):
+        simulated(
+            device(0.5), paths=10, duration=1e5, step=0.05, record=10,
+            forces=("mount_force", "spring_force", "acceleration"),
+        )  # fmt: skip
+
+
+# --- soft stops -------------------------------------------------------------------------------------------------------
+
+
+def half_sines(run: Any, stop: str, of_all: bool) -> None:
+    """A linear stop that is touched at rest of all springs pushes for half a period of sqrt(k / m): 1 kg, 1e4 N/m."""
+    speed = run["impact_speed_mean_square" if of_all else f"{stop}_impact_speed_mean_square"].value
+    highest, rate = run[f"{stop}_peak_force_mean_square"], run[f"{stop}_impact_rate"].value
+    assert highest.value == pytest.approx(1e4 * speed, rel=0.006)
+    assert highest.unit == "N2"
+    assert run[f"{stop}_force_mean_square"].value == pytest.approx(rate * 1e4 * speed * np.pi / 200.0, rel=0.015)
+    found = run.distributions[f"{stop}_peak_force"]
+    speeds = run.distributions["impact_speed" if of_all else f"{stop}_impact_speed"]
+    assert found.size == pytest.approx(speeds.size, abs=10)
+    parts = [0.25, 0.5, 0.75, 0.95]
+    assert np.allclose(found.quantile(parts)[0], 100.0 * speeds.quantile(parts)[0], rtol=0.01)
+    deepest = run.to_xarray()[f"{stop}_peak_force_largest_quantile"]
+    assert deepest.units == "N"
+    assert np.nanmax(deepest) == pytest.approx(run.extremes[f"{stop}_peak_force_largest"].max(), rel=0.05)
+
+
+def test_the_peaks_of_a_stiff_contact_are_half_sines() -> None:
+    system = of_many_kinds(
+        sp.Mass(1.0), sp.Spring(4.0), sp.Springpot(0.5, 0.4), SHAKING, sp.Contact(0.0, 1e4, 1.0, side="above")
+    )
+    run = simulated(
+        system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.01, start="rest", distributions=True,
+        forces=("contact_force", "contact_peak_force"),
+    )  # fmt: skip
+    half_sines(run, "contact", of_all=True)
+
+
+def test_soft_stops_of_several_masses_push_as_one_does_and_give_what_the_parts_take() -> None:
+    ends: dict[str, Any] = {"between": ("ground", "a")}
+    system = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(4.0, **ends), sp.Springpot(0.5, 0.4, **ends),
+        sp.Spring(4.0, between=("ground", "b")), sp.Dashpot(0.4, between=("ground", "b")), SHAKING,
+        stop=sp.Contact(0.0, 1e4, 1.0, side="above", **ends),
+    )  # fmt: skip
+    run = simulated(
+        system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.0025, distributions=True, record=1,
+        forces=("stop_force", "stop_peak_force", "force_on_ground"),
+    )  # fmt: skip
+    half_sines(run, "stop", of_all=False)
+    balance = run["force_on_ground_mean"]
+    assert abs(balance.value) < 3.0 * balance.error < 0.03 * run["stop_force_mean"].value
+    assert run.forces["stop_force"].min() == 0.0
+
+
+@pytest.mark.validation
+def test_a_lossy_contact_gives_what_the_parts_take() -> None:
+    """Springs and the springpot carry what two stops push; the mean square is that of the sum of all."""
+    system = device(0.5, low=sp.Contact(-0.1, 2e3, 1.5, 0.3), high=sp.Contact(0.3, 3e3, 1.0, 0.1))
+    run = simulated(
+        system, paths=1280, duration=120.0, window=(40.0, 120.0), step=0.01, start="rest",
+        forces=("spring_force", "mount_force", "low_force", "high_force", "force_on_ground", "acceleration"),
+        observables={"low_pushes": lambda low_force: low_force},
+    )  # fmt: skip
+    given = run["low_force_mean"].value - run["high_force_mean"].value
+    taken = run["spring_force_mean"].value + run["mount_force_mean"].value
+    assert taken == pytest.approx(given, abs=3.0 * run["force_on_ground_mean"].error)
+    assert run["low_pushes"].value == pytest.approx(run["low_force_mean"].value, rel=0.01)
+    assert abs(run["force_on_ground_mean"].value) < 3.0 * run["force_on_ground_mean"].error
+    assert run["force_on_ground_mean_square"].value == pytest.approx(4.0 * run["acceleration_mean_square"].value)

@@ -27,6 +27,15 @@ PAIR = sp.System(
     mount=sp.Springpot(0.5, 0.25, between=("panel", "box")), shaker=sp.WhiteNoise(1.0, on="panel"),
 )  # fmt: skip
 
+SHAKEN = sp.Harmonic(1.0, 1.25)
+OF_ONE = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.5), wave=SHAKEN)
+SHAKEN_AT_RANDOM = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.WhiteNoise(1.0), mount=sp.Springpot(0.5, 1.5))
+OF_TWO = sp.System(
+    sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, between=("ground", "a")),
+    mount=sp.Springpot(0.5, 1.5, between=("ground", "a")), other=sp.Spring(5.0, between=("ground", "b")),
+    wave=sp.Harmonic(1.0, 1.25, on="a"),
+)  # fmt: skip
+
 
 def turning_points(x: Any, v: Any, step: float) -> list[float]:
     """With both ends: the cubic where the velocity, linear between two steps, is 0."""
@@ -66,6 +75,28 @@ def test_counts_of_stored_paths_are_those_of_the_library(system: sp.System, name
     assert peaks.size == sum(b > a for each in points for a, b in zip(each[:-2], each[1:-1], strict=True))
 
 
+def bends(force: Any) -> list[float]:
+    """The turning points of what is seen in every step, with both ends: of the parabola through three."""
+    rise, fall = np.diff(force)[:-1], np.diff(force)[1:]
+    turns = (rise > 0.0) != (fall > 0.0)
+    tops = force[1:-1] + (rise + fall) ** 2 / (8.0 * (rise - fall))
+    return [force[0], *tops[turns].tolist(), force[-1]]
+
+
+@pytest.mark.parametrize("system", [SHAKEN_AT_RANDOM, PAIR])
+def test_counts_of_stored_forces_are_those_of_the_library(system: sp.System) -> None:
+    run = simulated(
+        system, paths=3, record=3, duration=200.0, window=(0.05, 200.0), step=0.05, start="rest",
+        forces=["mount_force"], rainflow={"mount_force": sp.Basquin(4.0)},
+    )  # fmt: skip
+    ranges = run.distributions["mount_force_range"]
+    points = [bends(each) for each in run.forces["mount_force"][:, 2:]]
+    assert ranges.size > 100
+    ours, theirs = ranges.counts.sum(axis=0), sum(counts_of(each, ranges.edges) for each in points)
+    assert ours.sum() == theirs.sum()
+    assert np.array_equal(ours, theirs)
+
+
 @njit(**ENTRY)
 def count(series: Any, array: Any) -> None:
     for point in series:
@@ -101,15 +132,6 @@ def test_a_long_decay_outlasts_the_stack() -> None:
 
 
 # --- cycles of known size ---------------------------------------------------------------------------------------------
-
-SHAKEN = sp.Harmonic(1.0, 1.25)
-OF_ONE = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.5), wave=SHAKEN)
-OF_TWO = sp.System(
-    sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, between=("ground", "a")),
-    mount=sp.Springpot(0.5, 1.5, between=("ground", "a")), other=sp.Spring(5.0, between=("ground", "b")),
-    wave=sp.Harmonic(1.0, 1.25, on="a"),
-)  # fmt: skip
-
 
 @pytest.mark.parametrize(("system", "x"), [(OF_ONE, "x"), (OF_TWO, "a_x")])
 def test_cycles_of_a_harmonic_force_have_its_amplitudes(system: sp.System, x: str) -> None:

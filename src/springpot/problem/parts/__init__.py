@@ -9,6 +9,7 @@ from springpot.problem.parts.envelopes import *  # noqa: F403
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.excitations import *  # noqa: F403
 from springpot.problem.parts.masses import *  # noqa: F403
+from springpot.problem.parts.records import *  # noqa: F403
 from springpot.problem.parts.registration import Part
 from springpot.problem.parts.springpots import *  # noqa: F403
 from springpot.problem.parts.springs import *  # noqa: F403

@@ -49,6 +49,14 @@ class PiezoelectricCircuit(Element):
     capacitance: Annotated[float, Number("Cp", "capacitance", "F", "positive", "It is Cp in farad.")]
 
     @property
+    def together(self) -> PiezoelectricCircuit:
+        """In parallel, so that the voltage is that of each."""
+        n = self.count
+        return self if n == 1 else PiezoelectricCircuit(
+            n * self.coupling, self.resistance / n, n * self.capacitance, between=self.between
+        )  # fmt: skip
+
+    @property
     def time(self) -> float:
         """R Cp, in s."""
         return self.resistance * self.capacitance

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self, cast
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
-from springpot.problem.parts.checks import numbers_in, put, tabulated
+from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
@@ -37,7 +37,6 @@ __all__ = [
     "On",
     "ParametricNoise",
     "PoissonImpulses",
-    "RecordedExcitation",
     "SpectralExcitation",
     "ThermalNoise",
     "WhiteNoise",
@@ -83,6 +82,11 @@ class Excitation(Part, abstract=True):
     def modulated(self, words: str) -> str:
         """What it is, with its envelope."""
         return words if self.envelope is None else f"{words}, modulated by {self.envelope.words()}"
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts, in s; 0 of what goes on for ever."""
+        return 0.0 if self.envelope is None else float(self.envelope.duration)
 
     @property
     def largest_square(self) -> float:
@@ -417,63 +421,6 @@ class Harmonic(Excitation):
         """What it is."""
         size = f"{self.amplitude:.6g} {unit('amplitude')}"
         return f"{size} cos({self.frequency:.6g} t + a random phase) ({name})"
-
-
-@dataclass(frozen=True)
-class RecordedExcitation(Excitation):
-    """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
-
-    A run begins at the first point.
-
-    Parameters
-    ----------
-    time : tuple of float
-        Increasing, in s; at least two.
-    values : tuple of float
-        One for each time, in N; per unit mass, and of the ground, in m/s^2.
-    on : str
-        The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the times do not increase, the two have different lengths, or something is not a finite number.
-
-    Examples
-    --------
-    >>> record = RecordedExcitation((0.0, 1.0, 2.0), (0.0, 3.0, 0.0))
-    >>> record.duration, record.mean_square
-    (2.0, 3.0)
-    """
-
-    said, glyph, powers = "recorded excitation", "rough", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
-
-    time: Annotated[tuple[float, ...], Number("t", "time", "s", own=True)]
-    values: Annotated[tuple[float, ...], Number("×", "the record times", "N", turns=True, own=True)]
-    on: On = "ground"
-
-    def __post_init__(self) -> None:
-        put(self, **tabulated(self.time, self.values, "It is a point of the record."))
-        if any(later <= earlier for earlier, later in zip(self.time, self.time[1:], strict=False)):
-            raise ValueError("time must increase from each point to the next.")
-        super().__post_init__()
-
-    @property
-    def duration(self) -> float:
-        """From the first point to the last, in s."""
-        return self.time[-1] - self.time[0]
-
-    @property
-    def mean_square(self) -> float:
-        """Of the values, over time."""
-        pieces = zip(self.time, self.time[1:], self.values, self.values[1:], strict=False)
-        return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / self.duration
-
-    def words(self, name: str, unit: Units) -> str:
-        """What it is."""
-        rms = f"root mean square {math.sqrt(self.mean_square):.6g} {unit('values')}"
-        return f"a record of {self.duration:.6g} s ({name}), {rms}"
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,8 @@ from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends", "in_words",
-    "kind_of",
-    "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
+    "Count", "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends",
+    "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
@@ -32,8 +31,10 @@ Ends = tuple[str, str] | None
 """The two points between which a part acts, or the ground and a point; not given, the ground and the one mass."""
 PointName = Annotated[str, "the name of a mass or point"]
 Names = Annotated[tuple[str, ...], "the names of masses"]
-_NAMES = (Ends, PointName, Names)
+Count = Annotated[int, "how many equal parts"]
+_UNMEASURED = (Ends, PointName, Names, Count)
 
+MOST_EQUAL = 1000  # parts that are counted
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
 _WORD = re.compile(r"([A-Za-z]+)(?:\^(-?[a-z]+)|(-?\d+))?")
 
@@ -231,7 +232,7 @@ def stated_numbers(kind: type) -> dict[str, Any]:
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
         part_or_law = isinstance(hint, type) and issubclass(hint, Checked)
         law_or_none = any(isinstance(one, type) and issubclass(one, Checked) for one in get_args(hint)) and not said
-        plain = hint in _NAMES or get_origin(hint) in (Literal, Callable) or part_or_law or law_or_none
+        plain = hint in _UNMEASURED or get_origin(hint) in (Literal, Callable) or part_or_law or law_or_none
         if not said and not plain and get_origin(hint) is not ClassVar:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."
@@ -411,7 +412,7 @@ class Part(Checked):
                 changes[name] = value.per_mass(mass, share)
             elif isinstance(number, Number) and number.mass_power:
                 change = self._change(number, mass, share)
-                changes[name] = tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+                changes[name] = _each(change, value)
         if self.of_ground:
             changes["on"] = "mass"
         return replace(self, **changes) if changes else self  # type: ignore[type-var]
@@ -427,6 +428,10 @@ class Part(Checked):
         return lambda value: value / divisor
 
 
+def _each(change: Callable[[float], float], value: Any) -> Any:
+    return tuple(_each(change, one) for one in value) if isinstance(value, tuple) else change(value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Element(Part, abstract=True):
     """A part with two ends: its displacement is that of the second end less that of the first, its elongation.
@@ -435,20 +440,35 @@ class Element(Part, abstract=True):
     ----------
     between : tuple of str, optional
         The names of the two masses, or ``"ground"`` and that of a mass.  It is not needed where there is one mass.
+    count : int
+        How many such parts act side by side.  The numbers are those of one; powers are those of all, and
+        ``<name>_force_of_one`` is the force of one, ``<name>_force`` that of all.
 
     Examples
     --------
     >>> from springpot.problem.parts import Spring
     >>> Spring(80.0, between=("panel", "box")).between
     ('panel', 'box')
+    >>> Spring(80.0, count=4).together
+    Spring(stiffness=320.0)
     """
 
     between: Ends = field(default=None, repr=False)
+    count: Count = field(default=1, repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.between is not None:
             put(self, between=checked_ends(self.between))
+        if isinstance(self.count, bool) or not isinstance(self.count, int) or not 1 <= self.count <= MOST_EQUAL:
+            raise ValueError(f"count must be a whole number from 1 to {MOST_EQUAL}, not {shown(self.count)}.")
+        if self.count > 1 and ("input" in self.powers or self.together == replace(self, count=1)):
+            raise ValueError(f"count must be left out of a {type(self).__name__}: it says nothing of several of them.")
+
+    @property
+    def together(self) -> Self:
+        """The one part that does what all ``count`` equal ones do side by side."""
+        return self if self.count == 1 else replace(self, count=1).per_mass(1.0 / self.count)
 
     def alone(self) -> Self:
         """Without its ends."""

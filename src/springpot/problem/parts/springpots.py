@@ -137,6 +137,8 @@ class FractionalMaxwell(Element):
                 raise ValueError(
                     f"{name} must be without between in a series: FractionalMaxwell(..., between=...) has it."
                 )
+            if part.count > 1:
+                raise ValueError(f"{name} must be without count in a series: FractionalMaxwell(..., count=...) has it.")
 
     def term(self) -> str:
         """Its force in the equation of motion."""

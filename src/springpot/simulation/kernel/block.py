@@ -17,7 +17,7 @@ from numba import njit
 
 from springpot.simulation.kernel.branches import birth, closed, keep, may_be_crowded, name_paths, opened
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.felt import MOST_FELT, feel
+from springpot.simulation.kernel.felt import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.lanes import (
     ENTRY,
     GROUP,
@@ -170,7 +170,7 @@ def block(
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     who, risen, last = lane_numbers(u32(0)), _state(0.0), _state(0.0)
-    lanes = (now, begun, d, h, z, modes, forcing, risen, last)
+    lanes = (1, 1, now, begun, d, h, z, modes, forcing, risen, last)
     for number in range(blocks):
         crowded = in_lanes(scheme, wall) and may_be_crowded(branches)  # all may start at a wall
         row = number * LANES
@@ -183,7 +183,7 @@ def block(
         for lane in range(LANES):
             accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
             accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
-            for k in range(extras(wall)):
+            for k in range(MOST_EXTRAS):
                 accumulators.extras[k * LANES + lane] = 0.0
             for k in range(slots(load)):
                 works[k * LANES + lane] = 0.0
@@ -262,17 +262,17 @@ def block(
                         tapped[k * LANES + lane] += mode * mode
             for lane in range(LANES):
                 d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
+            for k in range(observers.feels.size if shown else 0):
+                which = observers.feels[k]
+                for i in range(0, GROUP * LANES, LANES):
+                    to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
+                    feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)
                     for k in range(slots(load)):
                         works[k * LANES + lane] += forcing.works[k * LANES + lane]
                 if shown:
-                    for k in range(observers.feels.size):
-                        which = observers.feels[k]
-                        for i in range(0, GROUP * LANES, LANES):
-                            to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                            feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
                     show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
             for j in range(GROUP if marked else 0):
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
@@ -286,6 +286,8 @@ def block(
                     if n + j < steps and (n + j + 1) % every == 0:
                         record[lane, (n + j + 1) // every, 0] = seen.x[j * LANES + lane]
                         record[lane, (n + j + 1) // every, 1] = seen.v[j * LANES + lane]
+                    if n + j < steps:
+                        record_felt(observers, 1, seen.x, n, j, every, lane)
             keep(branches, n + GROUP, no(), row, steps, lanes)
         closed(branches, row)
         for lane in range(LANES):

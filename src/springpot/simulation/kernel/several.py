@@ -19,8 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from springpot.simulation.kernel.branches import birth, closed, keep, name_paths, opened
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.felt import MOST_FELT, feel
+from springpot.simulation.kernel.felt import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.forces import Parametric, cubic, nonic
 from springpot.simulation.kernel.lanes import (
     ENTRY,
@@ -38,7 +39,7 @@ from springpot.simulation.kernel.lanes import (
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
-from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
@@ -55,6 +56,7 @@ from springpot.simulation.kernel.several_impacts import (
     repair,
 )
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
+from springpot.simulation.kernel.steps import State
 from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
@@ -83,7 +85,7 @@ _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
 _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
-_hits = stack_array(HITS * MOST_WALLS * LANES)
+_hits = stack_array((HITS + 1) * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
@@ -111,7 +113,7 @@ class Sources(NamedTuple):
     newest: Any  # (4 sources,)
     start_begin: Any  # (sources + 1,)
     start: Any  # (all, most)
-    wave: Any  # (2 sources,) impulse and turn, or rate and size, or states and steps
+    wave: Any  # (2 sources,) impulse and turn, or rate and size, or states and steps, or records and whether drawn
     table_begin: Any  # (sources + 1,)
     table: Any  # of modulated noise: roots, gains, changes and what is seen, one after another
 
@@ -244,6 +246,13 @@ def _modulated(f, i):
 
 
 @njit(**INLINE)
+def _table(f, i):
+    begin, end, records = f.table_begin[i], f.table_begin[i + 1], int(f.wave[2 * i])
+    impulses = f.table[begin:end].reshape((records, (end - begin) // records))
+    return Table(f.word[i], f.place[i], f.wave[2 * i + 1] > 0.0, impulses)
+
+
+@njit(**INLINE)
 def _wake_sources(size, f, who, stream, k0, k1, forcing):
     for i in range(size.sources):
         if f.kind[i] == FILTERED:
@@ -252,6 +261,8 @@ def _wake_sources(size, f, who, stream, k0, k1, forcing):
             wake(_harmonic(f, i), i, who, stream, k0, k1, forcing)
         elif f.kind[i] == MODULATED:
             wake(_modulated(f, i), i, who, stream, k0, k1, forcing)
+        elif f.kind[i] == TABLE:
+            wake(_table(f, i), i, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -267,7 +278,7 @@ def _supply_sources(size, f, group, who, stream, k0, k1, forcing):
         elif f.kind[i] == MODULATED:
             supply(_modulated(f, i), i, group, who, stream, k0, k1, forcing)
         else:
-            supply(Table(f.table[f.table_begin[i] : f.table_begin[i + 1]]), i, group, who, stream, k0, k1, forcing)
+            supply(_table(f, i), i, group, who, stream, k0, k1, forcing)
 
 
 @njit(**INLINE)
@@ -512,7 +523,7 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
 @njit(**ENTRY)
 def several(
     size, q, exact, memories, sources, start,
-    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out, branches,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -541,17 +552,22 @@ def several(
         _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
         _of_sources(0.0),
     )  # fmt: skip
+    peaks = HITS * MOST_WALLS * LANES if observers.on_impacts.size > 0 else 0  # where they begin in the hits
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
     shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
-    who = lane_numbers(u32(0))
+    who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
     forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
+    now = State(now_x, now_v)
+    lanes = (n, size.rows, now, now, d, h, z, size.modes, forcing, risen, last)
     for number in range(blocks):
-        number_lanes(first + number * LANES, who)
+        row = number * LANES
+        name_paths(branches, first, row, who)
+        births = t_0 = opened(branches, row, lanes)
         _clear(size, sums, 0.0)
-        _set(hits, HITS * (size.walls + size.contacts), 0.0)
+        _set(hits, (HITS + 1) * MOST_WALLS, 0.0)
         _set(limits, 2, 0.0)
         _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
@@ -569,7 +585,8 @@ def several(
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
         _wake_sources(size, sources, who, stream, k0, k1, forcing)
-        for t in range(0, steps, GROUP):
+        for t in range(t_0, steps, GROUP):
+            births = birth(branches, t, births, row, steps, lanes)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises + size.shaken):
@@ -596,11 +613,11 @@ def several(
                 _shake(size, q, j, g, forcing, s, weight)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
-                press(size, q, s, hits, f64(weight))
+                press(size, q, s, hits, peaks, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
-                felt = watched and observers.feels.size > 0
+                felt = (watched or record.shape[0] > 0) and observers.feels.size > 0
                 for i in range(size.rows * LANES if felt else 0):
                     s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
@@ -617,7 +634,7 @@ def several(
                                 size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
-                touch(size, q, s, d, j, hits, f64(weight), observers)
+                touch(size, q, s, d, j, hits, peaks, f64(weight), observers)
                 if watched:
                     _show(size, exact, j, now_x, s, shown_x, shown_v)
                 if within:
@@ -638,6 +655,8 @@ def several(
                                 s.seen[i * LANES + lane]
                             )
                             record[lane, (step + 1) // every, i, 1] = s.seen_v[i * LANES + lane]
+                for lane in range(record.shape[0] if step < steps else 0):
+                    record_felt(observers, n + size.rows, shown_x, t, j, every, lane)
             for i in range(n * LANES):
                 now_x[i] += s.moved[i]
             for i in range(n * LANES):
@@ -666,6 +685,8 @@ def several(
                 _add(sums.ww, terms.ww, size.shown)
                 _add(sums.power, terms.power, 1)
                 _add(sums.works, terms.works, size.sources + size.dampers + size.shaken)
+            keep(branches, t + GROUP, no(), row, steps, lanes)
+        closed(branches, row)
         for lane in range(LANES):
             row, column = number * LANES + lane, 0
             column = _write(out, row, column, sums.x, n, lane)

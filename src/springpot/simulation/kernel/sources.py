@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.kernel.forces import _damp_nothing, _one_named, _wake_nothing
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, SPARE, f64, typed, u32
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, SPARE, f64, typed, u32, u64
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 from springpot.simulation.kernel.random import draw, philox
 
@@ -83,9 +83,12 @@ class Modulated(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Impulses that are the same for all paths."""
+    """Impulses of records; each path has one of them, that of its number in turn, or one that is drawn."""
 
-    impulses: npt.NDArray[np.floating]  # of each step; 0 after the last
+    word: int
+    place: int  # of the number of the record, where there are several
+    drawn: bool
+    impulses: npt.NDArray[np.floating]  # (records, steps); 0 after the last
 
 
 @dataclass(frozen=True)
@@ -249,13 +252,29 @@ def _supply_modulated(force, slot, group, who, stream, k0, k1, forcing):
                 forcing.state[own + lane] += forcing.state[new + lane]
 
 
+@answers(wake, Table)
+def _wake_table(force, slot, who, stream, k0, k1, forcing):
+    records = u64(force.impulses.shape[0])
+    for lane in range(LANES if records > u64(1) else 0):
+        taken = u64(who[lane]) % records
+        if force.drawn:
+            word, _, _, _ = philox(u32(0), who[lane], u32(stream), u32(force.word), k0, k1)
+            taken = (u64(word) * records) >> u64(32)
+        forcing.state[force.place * LANES + lane] = taken
+
+
 @answers(supply, Table)
 def _supply_table(force, slot, group, who, stream, k0, k1, forcing):
+    records, steps = force.impulses.shape
     for j in range(GROUP):
-        n = GROUP * group + j
-        impulse = f64(force.impulses[n]) if n < force.impulses.size else 0.0
-        for lane in range(LANES):
-            forcing.given[(slot * GROUP + j) * LANES + lane] = impulse
+        n, to = GROUP * group + j, (slot * GROUP + j) * LANES
+        if records == 1 or n >= steps:
+            impulse = f64(force.impulses[0, n]) if n < steps else 0.0
+            for lane in range(LANES):
+                forcing.given[to + lane] = impulse
+        else:
+            for lane in range(LANES):
+                forcing.given[to + lane] = force.impulses[int(forcing.state[force.place * LANES + lane]), n]
 
 
 @answers(push, Filtered)
@@ -329,4 +348,3 @@ for _source in (Filtered, Harmonic, Joined, Modulated, ModulatedWhite, Poisson, 
     answers(slots, _source)(_one_named)
 answers(wake, ModulatedWhite)(_wake_nothing)
 answers(wake, Poisson)(_wake_nothing)
-answers(wake, Table)(_wake_nothing)

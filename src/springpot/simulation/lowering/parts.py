@@ -225,16 +225,25 @@ def _(part: Force, name: str, units: Units, step: float) -> Lowered:
 @lower.register
 def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered:
     """Impulses are exact integrals of the straight lines between the points."""
-    times = (np.array(part.time) - part.time[0]) / units.time
-    values = np.array(part.values) / units.length * units.time**2
+    factor = part.scale / units.length * units.time**2
+    rows = [_impulses((np.array(t) - t[0]) / units.time, factor * np.array(a), step) for t, a in part.records]
+    impulses = np.array([np.pad(row, (0, max(map(len, rows)) - len(row))) for row in rows])
+
+    def make(word: int, place: int, parts: int) -> Any:
+        return sources.Table(word, place, part.is_drawn, impulses)
+
+    return Lowered(forces=(Named(name, make, int(part.count > 1), "feeds"),))
+
+
+def _impulses(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
+    """Integrals over the steps of straight lines between points."""
     whole = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
     ends = step * np.arange(math.ceil(times[-1] / step) + 1)
     place = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
     since = np.minimum(ends, times[-1]) - times[place]
     slope = np.diff(values) / np.diff(times)
     reached = whole[place] + since * (values[place] + 0.5 * slope[place] * since)
-    law = sources.Table(np.diff(reached))
-    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "feeds"),))
+    return np.asarray(np.diff(reached))
 
 
 @lower.register

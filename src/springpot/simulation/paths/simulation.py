@@ -6,7 +6,7 @@ import itertools
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
-from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, Observer, Observers
+from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
 from springpot.simulation.lowering.compose import Floats, Parts, compose
 from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
@@ -42,11 +42,14 @@ class Ensemble:
     observed : tuple of ndarray
         Result of each observer: shape (paths, numbers), or (batches, size) for counts, or (blocks, size); of one that
         has both the first two, one after the other.
+    felt : dict of ndarray
+        Of the recorded paths, shape (recorded, points), by the numbers of the forces and accelerations that are seen.
     """
 
     rows: Floats
     record: Floats
     observed: tuple[Floats, ...] = ()
+    felt: dict[int, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +123,8 @@ class Simulation:
         kernel = self.parts.kernel()
         states = self.parts.states(settings, skipped, blocks * LANES, stream)
         observed = [_rooms(observer, blocks) for observer in observers]
+        feels = sorted({number for observer in observers for number in observer.feels})
+        felt = np.empty((settings.record if feels else 0, settings.recorded_points, len(feels)))
         adding = threading.Lock()
 
         def work() -> None:
@@ -133,7 +138,7 @@ class Simulation:
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 kernel(
                     states[some] if len(states) > 1 else states, skipped + first, count, settings,
-                    k0, k1, stream, halved, addresses, record[some], stop, rows[some],
+                    k0, k1, stream, halved, addresses._replace(record=felt[some]), record[some], stop, rows[some],
                 )  # fmt: skip
                 for observer, array, (own, others) in zip(observers, arrays, observed, strict=True):
                     begin = len(HEADER) + observer.own
@@ -156,7 +161,10 @@ class Simulation:
         record *= self.parts.units.state
         rows *= list(columns.values())
         kept = (room for own, others in observed for room in (own[: settings.paths], others) if room.size)
-        return Ensemble(rows[: settings.paths], record, tuple(kept))
+        felt *= self.parts.units.state[0]
+        return Ensemble(
+            rows[: settings.paths], record, tuple(kept), dict(zip(feels, np.moveaxis(felt, 2, 0), strict=True))
+        )
 
 
 def simulation_of(plan: Plan, *, halved: bool = False) -> Simulation:
@@ -182,15 +190,21 @@ def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts:
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
         return np.fromiter(values, np.int64)
 
+    def seen(observer: Observer) -> int:
+        if observer.peaks:
+            return PEAKS - parts.contacts.index(observer.stop)
+        return parts.walls.index(observer.stop) if observer.stop else ALL
+
     return Observers(
         on_steps=numbers(0 if o.on_steps is None else o.on_steps.address for o in observers),
         on_impacts=numbers(0 if o.on_impacts is None else o.on_impacts.address for o in observers),
         place=numbers(array.ctypes.data for array in arrays),
         every=numbers(o.every for o in observers),
         begin=numbers(o.of * GROUP * LANES for o in observers),
-        stop=numbers(parts.walls.index(o.stop) if o.stop else ALL for o in observers),
+        stop=numbers(map(seen, observers)),
         feels=numbers(sorted({number for o in observers for number in o.feels})),
         felt_begin=parts.felt.begin,
         felt_row=parts.felt.row,
         felt=parts.felt.numbers,
+        record=NO_OBSERVERS.record,
     )

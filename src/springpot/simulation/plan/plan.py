@@ -26,7 +26,7 @@ from springpot.simulation.plan.settings import (
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.result import NoStationaryStateError
 
-__all__ = ["TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
+__all__ = ["MOST_RECORDED", "TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
 
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -117,7 +117,8 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     if start is None:
         start, _ = default_start(motion, options)
     _one_of(start, "start", get_args(StartKind))
-    paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
+    usual = motion.different_paths if "paths" not in given and motion.different_paths else options["paths"]
+    paths = whole_number(usual, "paths", 1, MOST_PATHS)
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
     whole = motion.recorded

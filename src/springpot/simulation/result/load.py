@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.extras import need
 from springpot.problem.file import read_system
 from springpot.problem.messages import MESSAGES, Message
 from springpot.problem.system import System
@@ -196,6 +197,7 @@ def _checked(words: str, arrays: Arrays, checksum: object) -> tuple[Any, Arrays]
 
 
 def _read_netcdf(path: Path) -> tuple[Any, Arrays]:
+    need("files", "a netCDF file (.nc)")
     import h5py
 
     # h5py itself rather than xarray: its errors are clear, and it decodes nothing

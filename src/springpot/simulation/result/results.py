@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
 from springpot.problem.catalogue import possible_results, results_on_request, unit_of_result
 from springpot.problem.system import System
@@ -134,6 +135,9 @@ class Run:
         How x(0) of a stationary start was found.
     profiles : dict
         `springpot.simulation.Profile` of each quantity in bins of time, if requested, by its name in the data set.
+    forces : dict
+        Forces and accelerations of the recorded paths, if both were requested, by name: arrays of shape (recorded,
+        points).  They are those of half a step before ``time``, at time 0 of half a step after it.
     step_biases : dict
         Bounds on the step bias of quantiles and densities that have a relevant one, of a run without ``rtol``: arrays
         over the probabilities of the quantiles and the bins of the densities.
@@ -154,9 +158,10 @@ class Run:
     adapted: Adapted | None = None
     step_biases: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
+    forces: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        name_results(self, "estimates", "distributions", "extremes", "first_passages", "profiles")
+        name_results(self, "estimates", "distributions", "extremes", "first_passages", "profiles", "forces")
 
     def __repr__(self) -> str:
         """How long it is, and what it holds; printed, it shows its numbers."""
@@ -295,6 +300,7 @@ class Run:
         >>> simulate(Oscillator(), paths=8, duration=1.0).to_xarray()["impact_rate"].units
         's-1'
         """
+        need("files", "run.to_xarray()")
         import json
 
         import pandas
@@ -337,6 +343,8 @@ class Run:
             axes = ("path", "time", "point")[: self.record.ndim - 1]
             data["x"] = (axes, self.record[..., 0], {"units": "m"})
             data["v"] = (axes, self.record[..., 1], {"units": "m s-1"})
+            for name, column in self.forces.items():
+                data[name] = (("path", "time"), column, {"units": unit_of_result(self.system, name)})
         for name, (at, error, unit) in self._quantiles().items():
             coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
             data[name] = ("probability", at, {"units": unit})

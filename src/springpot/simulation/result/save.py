@@ -33,8 +33,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.extras import need
 from springpot.machine.files import netcdf_of, write
 from springpot.machine.places import place_for
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.file import check_writable
 from springpot.problem.messages import Message
 from springpot.problem.system import System
@@ -71,6 +73,8 @@ def places(path: str | Path, run_or_paths: Run | int) -> tuple[Path, ...]:
     ------
     ValueError
         If the name ends otherwise than in one of SUFFIXES.
+    MissingExtraError
+        If it ends in ``.nc`` and the libraries for netCDF are not installed.
 
     Examples
     --------
@@ -82,6 +86,8 @@ def places(path: str | Path, run_or_paths: Run | int) -> tuple[Path, ...]:
         raise ValueError(
             f"the file to save to must end in .nc (netCDF), .json or .csv (for spreadsheets), not {place.name!r}."
         )
+    if place.suffix == ".nc":
+        need("files", "a netCDF file (.nc)")
     recorded = run_or_paths if isinstance(run_or_paths, int) else run_or_paths.settings.record
     return (place, place.with_name(f"{place.stem}_paths.csv")) if place.suffix == ".csv" and recorded else (place,)
 
@@ -224,20 +230,16 @@ _PARTS = ("standard_error", "step_bias", "memory_bias", "transient", "total_erro
 
 def _table(run: Run) -> bytes:
     """A row for each number: its name, the probability of a quantile, its value, its errors and its unit."""
-    dataset = run.to_xarray()
+    data, coordinates = run.columns()
     rows = []
-    for name in dataset.data_vars:
-        variable = dataset[name]
-        if variable.ndim > 1 or any(
-            str(name).endswith(end) and str(name).removesuffix(end) in dataset for end in PARTS_OF_ERROR
-        ):
+    for name, (axes, column, words) in data.items():
+        if np.ndim(column) > 1 or any(name.endswith(end) and name.removesuffix(end) in data for end in PARTS_OF_ERROR):
             continue
-        along = [np.nan] if variable.ndim == 0 else variable[variable.dims[0]].to_numpy().tolist()
-        errors = [dataset.get(f"{name}{ending}") for ending in PARTS_OF_ERROR]
+        along = np.asarray(coordinates[axes][1]).tolist() if axes else [np.nan]
+        columns = (column, *(data.get(f"{name}{ending}", (axes, None))[1] for ending in PARTS_OF_ERROR))
         for i, place in enumerate(along):
-            value, *cells = (None if part is None else float(np.atleast_1d(part)[i]) for part in (variable, *errors))
-            unit = variable.attrs.get("units", "")
-            rows.append([name, _cell(place), *([variable.dims[0]] if variable.ndim else [""]), value, *cells, unit])
+            value, *cells = (None if each is None else float(np.atleast_1d(each)[i]) for each in columns)
+            rows.append([name, _cell(place), axes or "", value, *cells, words.get("units", "")])
     kept = [i for i, _ in enumerate(_PARTS) if i == 0 or any(row[4 + i] is not None for row in rows)]
     header = ["quantity", "at", "along", "value", *(_PARTS[i] for i in kept), "unit"]
     lines = [[*row[:3], *map(_cell, (row[3], *(row[4 + i] for i in kept))), row[-1]] for row in rows]
@@ -245,12 +247,15 @@ def _table(run: Run) -> bytes:
 
 
 def _paths_table(run: Run) -> bytes:
-    """Time, then x and v of each recorded path, of several masses those of each point, in columns."""
+    """Time, then x and v of each recorded path, of several masses those of each point, and forces, in columns."""
     points = [f"{point}, " for point in run.system.points] if run.record.ndim > 3 else [""]
     header = ["time (s)"]
     for path, point in itertools.product(range(len(run.record)), points):
         header += [f"x of {point}path {path} (m)", f"v of {point}path {path} (m/s)"]
-    numbers = np.column_stack([run.time, np.moveaxis(run.record, 0, 1).reshape(run.time.size, -1)])
+    for name, path in itertools.product(run.forces, range(len(run.record))):
+        header.append(f"{name.replace('_', ' ')} of path {path} ({unit_of_result(run.system, name)})")
+    moved = np.moveaxis(run.record, 0, 1).reshape(run.time.size, -1)
+    numbers = np.column_stack([run.time, moved, *(column.T for column in run.forces.values())])
     return _csv(header, ([repr(number) for number in row] for row in numbers.tolist()))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, bits_of, f32, i32
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
@@ -23,19 +24,14 @@ from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.seen import Seen
 
 __all__ = [
-    "BINS", "SKETCHED", "Distribution", "bin_of", "distribution_of", "distributions_in", "observer_of",
+    "BINS", "Distribution", "bin_of", "distribution_of", "distributions_in", "observer_of",
     "sample_quantiles", "sketches",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 FIRST = len(HEADER)
-_, _, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
-
-SKETCHED = {
-    "x": ("m", "m-1"), "v": ("m s-1", "s m-1"), "amplitude": ("m", "m-1"), "impact_speed": ("m s-1", "s m-1"),
-}  # fmt: skip
-"""Quantities whose distributions are estimated, their units and those of their densities; with one mass by name."""
+_, _SPEED_UNIT, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
 
 _PARTS = 64  # bins in an octave
 _LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
@@ -49,7 +45,7 @@ SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time
 
 
 def sketches(seen: Seen, group_in_time_scales: float) -> Observer:
-    """Counts for those of the distributions of SKETCHED that a displacement has.
+    """Counts for those distributions that a displacement has by its names; of a force or an acceleration its own.
 
     Parameters
     ----------
@@ -58,6 +54,8 @@ def sketches(seen: Seen, group_in_time_scales: float) -> Observer:
         Length of four steps in units of the shortest time scale; samples are about ``SAMPLING`` of it apart.
     """
     every = max(1, int(SAMPLING / group_in_time_scales))
+    if seen.feels:
+        return observer_of(seen, _sketch_of_force(), None, np.zeros(2 * BINS), per_path=False, every=every)
     return observer_of(seen, *_sketch_parts(), np.zeros(6 * BINS), per_path=False, every=every)
 
 
@@ -68,8 +66,9 @@ def observer_of(
     """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
     steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
     return Observer(
-        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels
-    )
+        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels,
+        seen.peaks,
+    )  # fmt: skip
 
 
 @njit(**INLINE)
@@ -99,6 +98,19 @@ def _sketch_parts() -> tuple[Any, Any]:
             array[_SPEED + bin_of(speed)] += count
 
     return on_steps, on_impacts
+
+
+@cache
+def _sketch_of_force() -> Any:
+    @callback(ON_STEPS)
+    def on_steps(x, v, step, n, low, high, array):
+        j, scale = max(low - n, 0), array[_FREQUENCY]
+        if n + j < min(high, n + GROUP):
+            for lane in range(int(array[_LANES])):
+                here = scale * x[j * LANES + lane]
+                array[_X + bin_of(abs(here)) + (BINS if here < 0.0 else 0)] += 1.0
+
+    return on_steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,13 +219,16 @@ class Distribution:
 def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, counts: Floats) -> dict[str, Distribution]:
     """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
     units = simulation.parts.units
-    place = units.state[0] * simulation.parts.header_of(observer)[_WALL] + 0.0  # of a single wall
+    header = simulation.parts.header_of(observer)
+    place = 0.0 if seen.feels else units.state[0] * header[_WALL] + 0.0  # of a single wall
     x, v = units.state
-    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
+    x = x / header[_FREQUENCY] if seen.feels else x
+    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": abs(header[_SPEED_UNIT])}
     distributions = {}
     for name, called in seen.names.items():
         taken = counts[:, _SLOTS[name] : _SLOTS[name] + (2 if name in ("x", "v") else 1) * BINS]
-        found = distribution_of(*SKETCHED[name], scale[name], taken)
+        units = (unit_of_result(simulation.motion.system, f"{called}_{end}") for end in ("quantile", "density"))
+        found = distribution_of(*units, scale[name], taken)
         distributions[called] = replace(found, edges=found.edges + place) if name == "x" else found
     return distributions
 

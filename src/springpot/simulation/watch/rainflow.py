@@ -41,18 +41,18 @@ Counted = tuple[Seen, tuple[Basquin, ...], Observer]
 
 MOST_CURVES = 9
 DEPTH = 72  # turning points on the stack of a path; of more, as in a long decay, the oldest range is half a cycle
-_LENGTH, _TIME, _PATHS = HEADER.index("length"), HEADER.index("time"), HEADER.index("lanes")
+_LENGTH, _SCALE, _PATHS = HEADER.index("length"), HEADER.index("frequency"), HEADER.index("lanes")
 # After the header: of each path the cycles and the damage by each curve, then counts of ranges, maxima and minima
 _CYCLES = len(HEADER)
 _DAMAGE = _CYCLES + LANES
 _RANGES = _DAMAGE + MOST_CURVES * LANES
 _PEAKS = _RANGES + BINS
 _VALLEYS = _PEAKS + 2 * BINS
-# and then what is forgotten after a block: exponents, the mass of a force or 0 of a displacement, walls; of each lane
-# x and v after the last step, or what is felt in the last two; how long an impact is remembered; whether the motion may
-# have turned; the stack
+# and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x and
+# v after the last step, or what is felt in the last two; how long an impact is remembered; how often the lane turns; the
+# stack
 _EXPONENTS = _VALLEYS + 2 * BINS
-_MASS, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
+_FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
 _LAST, _RATE, _STRUCK, _TURNS, _SIZE = (_HIGH + 1 + i * LANES for i in range(5))
 _STACK = _SIZE + LANES
 _END = _STACK + DEPTH * LANES
@@ -115,10 +115,7 @@ def cycles_of(motion: Motion, seen: Seen, curves: Sequence[Basquin]) -> Observer
     array = np.zeros(_END - len(HEADER))
     begin = _EXPONENTS - len(HEADER)
     array[begin : begin + len(curves)] = [curve.exponent for curve in curves]
-    mass = 0.0
-    if seen.feels:
-        mass = 1.0 if seen.names["x"].endswith("acceleration") else float(np.trace(system.coordinates.mass))
-    array[_MASS - len(HEADER) : _HIGH + 1 - len(HEADER)] = mass, seen.low, seen.high
+    array[_FELT - len(HEADER) : _HIGH + 1 - len(HEADER)] = bool(seen.feels), seen.low, seen.high
     on_steps, on_impacts = _parts()
     return Observer(
         on_steps, on_impacts if hard else None, array, per_path=True, of=seen.number or 0, feels=seen.feels,
@@ -141,8 +138,7 @@ def fatigue_in(
     name, system = seen.names["x"], simulation.plan.system
     low, high = settings.window_steps
     time = (high - low) * settings.step
-    length, mass = parts.units.length, observer.initial[_MASS - len(HEADER)]
-    unit = length * mass / parts.units.time**2 if mass else length
+    unit = parts.units.length / (parts.header_of(observer)[_SCALE] if seen.feels else 1.0)
     rate = sums[:, 0] / time
     found = {f"{name}_cycle_rate": (float(rate.mean()), rate)}
     for number, curve in enumerate(curves):
@@ -270,9 +266,9 @@ def _changes(a, b, c, d, e):
 def _parts() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
-        felt = array[_MASS] > 0.0
+        felt = array[_FELT] > 0.0
         sign = math.copysign(1.0, array[_LENGTH])
-        scale = sign * array[_TIME] * array[_TIME] / array[_MASS] if felt else sign
+        scale = sign * array[_SCALE] if felt else sign
         begin, end = max(low - n, 0), min(high - n, GROUP)
         if n <= low:
             for lane in range(LANES):

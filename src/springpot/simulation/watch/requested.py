@@ -11,14 +11,13 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.catalogue import unit_of_result
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
-from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Observable
-from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.plan import MOST_RECORDED, Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
@@ -29,6 +28,7 @@ from springpot.simulation.watch.observables import (
     faster_than,
     is_taken,
     mean_of,
+    peaks,
     squares,
 )
 from springpot.simulation.watch.passage_times import PassageTimes
@@ -112,8 +112,7 @@ class Requested:
         passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for seen, _ in self.felt:
-            name = seen.names["x"]
-            counted |= _moments(name, next(left) / (high - low), simulation.parts.felt.lacking[name])
+            counted |= _moments(simulation, seen, next(left) / (high - low))
         profiles = dict[str, Profile]()
         for seen, _ in self.profiles:
             found = profiles_in(simulation.motion, settings, seen, self.edges, next(left))
@@ -123,13 +122,22 @@ class Requested:
         for each in self.cycles:
             fatigue, more = fatigue_in(simulation, each, next(left), next(left))
             counted, distributions = counted | fatigue, distributions | more
-        return Observed(means, distributions, largest, spectra, passed, counted, profiles)
+        felt = {seen.names["x"]: seen.feels[0] for seen, _ in self.felt if seen.feels}
+        recorded = {name: ensemble.felt[number] for name, number in felt.items() if settings.record}
+        return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
 
 
-def _moments(name: str, means: Floats, lacking: float) -> dict[str, tuple[float, Floats]]:
-    """Mean and mean square of a force or acceleration, with what the latter lacks."""
-    mean, square = means[:, 0], means[:, 1] + lacking
-    return {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
+def _moments(simulation: Simulation, seen: Seen, means: Floats) -> dict[str, tuple[float, Floats]]:
+    """Mean and mean square of a force or acceleration, with what the latter lacks; or of the peaks of a contact.
+
+    The mean force of a contact is among the results of every run, by its momentum.
+    """
+    (name,) = seen.names.values()
+    if seen.peaks:
+        return {f"{name}_{end}": ratio(means[:, n], means[:, 0]) for n, end in ((1, "mean"), (2, "mean_square"))}
+    mean, square = means[:, 0], means[:, 1] + simulation.parts.felt.lacking[name]
+    found = {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
+    return {own: each for own, each in found.items() if own not in possible_results(simulation.motion.system)}
 
 
 def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Floats]]:
@@ -161,7 +169,7 @@ class Observed:
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
         wall, and of the moments of forces and accelerations, and of cycles and damage, if they were asked for.
-    profiles : dict
+    profiles, forces : dict
         As in `springpot.simulation.Run`.
     """
 
@@ -172,6 +180,7 @@ class Observed:
     first_passages: dict[str, PassageTimes] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
+    forces: dict[str, Floats] = field(default_factory=dict)
 
 
 def requested(
@@ -206,23 +215,24 @@ def requested(
     if not isinstance(distributions, bool):
         raise TypeError(f"distributions must be True or False, not {shown(distributions)}.")
     settings, motion, fastest = plan.settings, plan.motion, plan.motion.scales.fastest_rate
-    counted = motion.seen if distributions else ()
-    felt = () if forces is None else _felt(motion, forces)
-    moving = () if spectrum is None else (*(seen for seen in motion.seen if "x" in seen.names), *felt)
-    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(motion.seen))
+    felt = () if forces is None else _felt(plan, forces)
+    counted = (*motion.seen, *felt) if distributions else ()
+    moving = () if spectrum is None else tuple(seen for seen in (*motion.seen, *felt) if "x" in seen.names)
+    moved = () if profile is None else (*motion.seen, *(seen for seen in felt if seen.feels))
+    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved))
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
         impact_observables={name: mean_of(motion, name, function, "impact") for name, function in impact.items()},
         sketches=tuple((seen, sketches(seen, GROUP * settings.step * fastest)) for seen in counted),
-        extremes=tuple((seen, extremes(seen)) for seen in (*counted, *(felt if counted else ()))),
+        extremes=tuple((seen, extremes(seen)) for seen in counted),
         frequencies=frequencies,
         spectra=tuple((seen, spectral(seen, frequencies, settings, fastest)) for seen in moving),
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
-        profiles=() if profile is None else tuple((seen, profile_of(seen, edges, settings)) for seen in motion.seen),
-        felt=tuple((seen, squares(seen)) for seen in felt),
+        profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
+        felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
@@ -230,11 +240,19 @@ def requested(
     return wanted
 
 
-def _felt(motion: Motion, names: Sequence[str]) -> tuple[Seen, ...]:
+def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:
+    motion, settings = plan.motion, plan.settings
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
     found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
-    return tuple({seen.feels: seen for seen in found}.values())
+    found = [*{(*seen.names.values(),): seen for seen in found}.values()]
+    points = settings.record * settings.recorded_points * sum(map(bool, (seen.feels for seen in found)))
+    if points > MOST_RECORDED:
+        raise ValueError(
+            f"record asks for {points:,} points of forces, but at most {MOST_RECORDED:,} are stored: use a larger "
+            "record_every."
+        )
+    return tuple(found)
 
 
 def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:

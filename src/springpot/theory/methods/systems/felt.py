@@ -18,7 +18,7 @@ from springpot.theory.numerics.frequencies import integrals, resonances
 __all__ = ["What", "felt_mean_square", "felt_spectrum"]
 
 FloatArray = NDArray[np.float64]
-What = Literal["displacement", "force", "acceleration"]
+What = Literal["displacement", "force", "force of one", "acceleration"]
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part
 
@@ -31,7 +31,7 @@ class _Felt:
     """
 
     def __init__(self, system: System, companion: Any, of: str, what: What) -> None:
-        self.companion, self.force = companion, what == "force"
+        self.companion, self.force = companion, what.startswith("force")
         at, parts = companion.coordinates, dict(system.named())
         rows = {name: at.elongations[name] for name in system.elements}
         self.row = np.zeros(len(at.names))
@@ -39,7 +39,8 @@ class _Felt:
             chosen = system.grounded if of == "ground" else {of: 1.0}
             if of != "ground" and of not in rows:
                 raise ValueError(f"of must be one of {listed([*rows, 'ground'], 'or')}, not {shown(of)}.")
-            self.parts = [(parts[n], sign * rows[n]) for n, sign in chosen.items()]
+            share = 1.0 / system.counts.get(of, 1) if what == "force of one" else 1.0
+            self.parts = [(parts[n], sign * share * rows[n]) for n, sign in chosen.items()]
             if inert := [n for n in chosen if isinstance(parts[n], Inerter)]:
                 raise NotCoveredError(f"the force of {listed(inert)} is not covered: it has what white noise brings.")
             lossy = [n for n in chosen if parts[n].dissipates]

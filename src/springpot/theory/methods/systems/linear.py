@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -306,9 +306,9 @@ class LinearResponse(Result):
         of : str
             The point whose displacement it is, or the part with two ends whose elongation it is; needed where there
             are several masses.
-        what : {"displacement", "force", "acceleration"}
-            Or the force of the part, or of all on ``"ground"``, in N^2 s per rad; or the absolute acceleration of the
-            point, that relative to the ground and that of the ground together.
+        what : {"displacement", "force", "force of one", "acceleration"}
+            Or the force of the part, of one of several equal ones, or of all on ``"ground"``, in N^2 s per rad; or the
+            absolute acceleration of the point, that relative to the ground and that of the ground together.
 
         Raises
         ------
@@ -339,7 +339,8 @@ class LinearResponse(Result):
         of : str
             A part, or ``"ground"`` for the sum of all forces on it; of an acceleration a point, which is needed where
             there are several masses.
-        what : {"force", "acceleration"}
+        what : {"force", "force of one", "acceleration"}
+            Of one of several equal parts (``count=``), or of all of them together.
 
         Returns
         -------
@@ -470,8 +471,8 @@ def _not_one(given: str) -> str:
 
 
 def _is_felt(what: str) -> bool:
-    if what not in ("displacement", "force", "acceleration"):
-        raise ValueError(f"what must be 'displacement', 'force' or 'acceleration', not {shown(what)}.")
+    if what not in get_args(What):
+        raise ValueError(f"what must be {listed([*map(repr, get_args(What))], 'or')}, not {shown(what)}.")
     return what != "displacement"
 
 

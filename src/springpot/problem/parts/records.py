@@ -1,0 +1,261 @@
+"""Records: forces and accelerations of the ground that were measured, and the files that hold them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.files import open_text
+from springpot.problem.parts.checks import put, tabulated
+from springpot.problem.parts.excitations import Excitation, On, Units
+from springpot.problem.parts.registration import Number
+from springpot.problem.spectral_density import STANDARD_GRAVITY
+
+__all__ = ["RecordedExcitation"]
+
+Points = tuple[float, ...]
+Columns = Points | tuple[Points, ...]
+Taken = Literal["in turn", "at random"]
+"""Which of several records a path takes: that of its number, or one drawn by the seed."""
+
+MOST_BYTES = 200_000_000
+_UNITS = {
+    "time": {"s": 1.0, "ms": 1e-3},
+    "acceleration": {"m/s2": 1.0, "g": STANDARD_GRAVITY, "cm/s2": 0.01, "gal": 0.01, "Gal": 0.01, "mm/s2": 1e-3},
+    "force": {"N": 1.0, "kN": 1e3},
+}
+_UNEVEN = 0.5  # of a step: times are rounded in files, but no point is missing
+
+
+@dataclass(frozen=True)
+class RecordedExcitation(Excitation):
+    """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
+
+    A run begins at the first point.  Of several records each path has one.
+
+    Parameters
+    ----------
+    time : tuple of float, or of one such tuple for each record
+        Increasing, in s; at least two.
+    values : tuple of float, or of one such tuple for each record
+        One for each time, in N; per unit mass, and of the ground, in m/s^2.
+    on : str
+        The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+    scale : float
+        Factor on the values, above 0.
+    taken : {"in turn", "at random"}
+        Of several records path n has number n modulo how many there are, or one that the run's seed draws for it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the times do not increase, the two have different lengths, or something is not a finite number.
+
+    Examples
+    --------
+    >>> record = RecordedExcitation((0.0, 1.0, 2.0), (0.0, 3.0, 0.0))
+    >>> record.duration, record.mean_square
+    (2.0, 3.0)
+    >>> RecordedExcitation((0.0, 1.0, 2.0), ((0.0, 3.0, 0.0), (0.0, -1.0, 2.0))).count
+    2
+    """
+
+    said, glyph, powers = "recorded excitation", "rough", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
+
+    time: Annotated[Columns, Number("t", "time", "s", own=True)]
+    values: Annotated[Columns, Number("a", "values", "N", turns=True, own=True)]
+    on: On = "ground"
+    scale: Annotated[float, Number("×", "the record times", "1", "positive", "It is a factor on the record.")] = field(
+        default=1.0, kw_only=True
+    )
+    taken: Taken = field(default="in turn", repr=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.taken not in ("in turn", "at random"):
+            raise ValueError(f"taken must be 'in turn' or 'at random', not {shown(self.taken)}.")
+        if _is_nested(self.values):
+            own: list[Any] = [*self.values] if self.values is not None else []
+            times: list[Any] = [*self.time] if _is_nested(self.time) else [self.time] * len(own)
+            if len(times) != len(own) or not own:
+                raise ValueError(
+                    f"time must be one list for all records, or one for each of {len(own)}, not {len(times)}."
+                )
+            checked = [_checked(t, a, f"record {n}: ") for n, (t, a) in enumerate(zip(times, own, strict=True))]
+            shared = all(each["time"] == checked[0]["time"] for each in checked)
+            put(
+                self, values=tuple(each["values"] for each in checked),
+                time=checked[0]["time"] if shared else tuple(each["time"] for each in checked),
+            )  # fmt: skip
+        else:
+            put(self, **_checked(self.time, self.values, ""))
+        super().__post_init__()
+
+    @classmethod
+    def from_csv(
+        cls, path: str | Path | Sequence[str | Path], *, rate: float | None = None, scale: float = 1.0, on: str = "",
+        taken: Taken = "in turn",
+    ) -> RecordedExcitation:  # fmt: skip
+        """The records in one CSV file or several.
+
+        Parameters
+        ----------
+        path : str, Path or sequence of them
+            A header with the units, such as ``time_s,acceleration_g``, then a row for each point, separated by commas,
+            semicolons or tabs.  Each column of an ``acceleration`` (in ``m/s2``, ``g``, ``cm/s2``, ``gal`` or
+            ``mm/s2``) or of a ``force`` (``N`` or ``kN``) is a record.  Times are in ``s`` or ``ms``.  Lines that begin
+            with ``#`` are comments.
+        rate : float, optional
+            Samples per second, of files without a column of the time.
+        scale : float
+            Factor on the values.
+        on : str
+            The mass on which a force acts, by its name, where there are several.
+        taken : {"in turn", "at random"}
+            Which of several records a path has.
+
+        Returns
+        -------
+        RecordedExcitation
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        TypeError, ValueError
+            One sentence that says what is wrong in it.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> place = Path(tempfile.mkdtemp()) / "ground.csv"
+        >>> _ = place.write_text("acceleration_cm/s2,acceleration_cm/s2\\n0,0\\n50,-20\\n0,10\\n")
+        >>> RecordedExcitation.from_csv(place, rate=100.0)
+        RecordedExcitation(time=(0.0, 0.01, 0.02), values=((0.0, 0.5, 0.0), (0.0, -0.2, 0.1)), on='ground', scale=1.0)
+        """
+        places = [path] if isinstance(path, str | Path) else [*path]
+        if rate is not None:
+            rate = finite_number(
+                rate, "rate", low=0.0, high=LARGEST, open_low=True, hint="It is in samples per second."
+            )
+        if not places:
+            raise ValueError("path must be a file, or a list of at least one.")
+        read = [_read(place, rate) for place in places]
+        if len(kinds := {kind for _, _, kind in read}) > 1:
+            raise FileError(
+                f"the files {listed([repr(str(place)) for place in places])} must all hold accelerations, or forces."
+            )
+        ground = kinds == {"acceleration"}
+        if ground and on not in ("", "ground"):
+            raise ValueError("on must be left out of a record of an acceleration, which is that of the ground.")
+        if not ground and on == "ground":
+            raise ValueError("on must be a mass for a record of a force.")
+        columns = [(time, values) for time, own, _ in read for values in own]
+        times, values = (tuple(each) if len(each) > 1 else each[0] for each in zip(*columns, strict=True))
+        return cls(times, values, "ground" if ground else on or "mass", scale=scale, taken=taken)
+
+    @property
+    def records(self) -> tuple[tuple[Points, Points], ...]:
+        """Times and values of each, without the scale."""
+        if not _is_nested(self.values):
+            return ((self.time, self.values),)  # type: ignore[return-value]
+        times: Any = self.time if _is_nested(self.time) else (self.time,) * len(self.values)
+        return tuple(zip(times, self.values, strict=True))  # type: ignore[arg-type]
+
+    @property
+    def count(self) -> int:
+        """How many records it has."""
+        return len(self.records)
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether chance decides which record a path has."""
+        return self.taken == "at random" and self.count > 1
+
+    @property
+    def duration(self) -> float:
+        """From the first point to the last of the longest, in s."""
+        return max(time[-1] - time[0] for time, _ in self.records)
+
+    @property
+    def mean_square(self) -> float:
+        """Of the values, over the time of each record, and over the records."""
+        return self.scale**2 * math.fsum(_mean_square(*record) for record in self.records) / self.count
+
+    def words(self, name: str, unit: Units) -> str:
+        """What it is."""
+        rms = f"root mean square {math.sqrt(self.mean_square):.6g} {unit('values')}"
+        what = "a record" if self.count == 1 else f"{self.count} records, taken {self.taken},"
+        return f"{what} of {self.duration:.6g} s ({name}), {rms}"
+
+
+def _is_nested(columns: Any) -> bool:
+    first = next(iter(columns), None) if hasattr(columns, "__iter__") and not isinstance(columns, str) else None
+    return hasattr(first, "__iter__") and not isinstance(first, str)
+
+
+def _checked(time: Any, values: Any, which: str) -> dict[str, Points]:
+    try:
+        found = tabulated(time, values, "It is a point of the record.")
+        if any(later <= earlier for earlier, later in pairwise(found["time"])):
+            raise ValueError("time must increase from each point to the next.")
+    except (TypeError, ValueError) as fault:
+        raise type(fault)(f"{which}{fault}") from None
+    return found
+
+
+def _mean_square(time: Points, values: Points) -> float:
+    pieces = zip(time, time[1:], values, values[1:], strict=False)
+    return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / (time[-1] - time[0])
+
+
+def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], str]:
+    """The times of a file in s, its columns in m/s^2 or N, and which of the two they are."""
+    import numpy as np  # slow to import
+
+    from springpot.machine.rows import column_of, numbers_of, rows_of
+
+    title = f"record file {str(path)!r}"
+    with open_text(path, title, MOST_BYTES) as file:
+        rows = rows_of(file, title, lambda line, number: None)
+        line, cells = next(rows)
+        heads = [" ".join(cell.split()) for cell in cells]
+        units = [column_of(head, _UNITS, line, title) for head in heads]
+        values, lines = numbers_of(rows, heads, title)
+    at = [n for n, (name, _) in enumerate(units) if name == "time"]
+    kinds = {name for name, _ in units} - {"time"}
+    if len(at) > 1:
+        raise FileError(f"{title} has {len(at)} columns of the time, and a record has one: leave out the others.")
+    if len(kinds) != 1:
+        what = "no column of an acceleration or a force" if not kinds else "accelerations and forces"
+        raise FileError(f"{title} has {what}: its header must be such as time_s,acceleration_g or time_s,force_N.")
+    if at and rate is not None:
+        raise FileError(f"{title} has a column of the time: leave out rate.")
+    if not at and rate is None:
+        raise FileError(f"{title} has no column of the time: give the rate, in samples per second, or a column time_s.")
+    if len(values) < 2:
+        raise FileError(f"{title} has {len(values)} points below its header: a record needs two or more.")
+    if not np.isfinite(values).all():
+        row, column = np.argwhere(~np.isfinite(values))[0].tolist()
+        raise FileError(
+            f"{title}, line {lines[row]}: {heads[column]} must be a finite number, not {values[row, column]}."
+        )
+    sizes = np.array([_UNITS[name][unit] for name, unit in units])
+    own = [tuple((sizes[n] * values[:, n]).tolist()) for n in range(len(units)) if n not in at]
+    if rate is not None:
+        return tuple((np.arange(len(values)) / rate).tolist()), own, kinds.pop()
+    time = sizes[at[0]] * values[:, at[0]]
+    steps, usual = np.diff(time), float(np.median(np.diff(time)))
+    if not usual > 0.0 or (wrong := np.abs(steps - usual) > _UNEVEN * usual).any():
+        place = int(np.argmax(wrong)) if usual > 0.0 else 0
+        raise FileError(
+            f"{title}, line {lines[place + 1]}: the time goes on by {steps[place]:.6g} s, and by {usual:.6g} s in most "
+            "other lines: fill the gap, or give the points to RecordedExcitation(time, values)."
+        )
+    return tuple(time.tolist()), own, kinds.pop()

@@ -1,0 +1,105 @@
+"""Records of the ground or of a force: files, several of them, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import springpot as sp
+
+COLUMNS = "time_s,acceleration_g\n0,0\n0.01,0.1\n0.02,-0.05\n"
+
+
+def put(folder: Path, text: str, name: str = "ground.csv") -> Path:
+    place = folder / name
+    place.write_text(text)
+    return place
+
+
+def test_units_times_and_rates(tmp_path: Path) -> None:
+    own = sp.RecordedExcitation.from_csv(put(tmp_path, COLUMNS))
+    assert own == sp.RecordedExcitation((0.0, 0.01, 0.02), (0.0, 0.1 * 9.80665, -0.05 * 9.80665))
+    assert (own.on, own.count, own.is_drawn) == ("ground", 1, False)
+    force = sp.RecordedExcitation.from_csv(put(tmp_path, "# of a hammer\ntime (ms);force (kN)\n0;1\n2;3\n"), on="box")
+    assert (force.time, force.values, force.on) == ((0.0, 0.002), (1e3, 3e3), "box")
+    rated = sp.RecordedExcitation.from_csv(put(tmp_path, "acceleration_gal\n1\n2\n"), rate=200.0, scale=2.0)
+    assert (rated.time, rated.values, rated.scale) == ((0.0, 0.005), (0.01, 0.02), 2.0)
+    assert rated.mean_square == pytest.approx(4.0 * sp.RecordedExcitation(rated.time, rated.values).mean_square)
+
+
+def test_several_columns_and_files(tmp_path: Path) -> None:
+    two = put(tmp_path, "time_s,acceleration_m/s2,acceleration_m/s2\n0,0,1\n1,2,3\n", "two.csv")
+    three = sp.RecordedExcitation.from_csv([two, put(tmp_path, COLUMNS)], taken="at random")
+    assert (three.count, three.duration, three.is_drawn) == (3, 1.0, True)
+    assert three.records[1] == ((0.0, 1.0), (1.0, 3.0))
+    shared = sp.RecordedExcitation.from_csv(two)
+    assert shared.time == (0.0, 1.0)  # said once
+    assert sp.RecordedExcitation(shared.time, shared.values) == shared
+    assert shared.mean_square == pytest.approx((4.0 + 13.0) / 6.0)
+    assert "2 records, taken in turn, of 1 s" in sp.explain(sp.System(sp.Spring(1.0), shared)).replace("\n", " ")
+    light = sp.System(
+        sp.Mass(2.0), sp.Spring(1.0), sp.RecordedExcitation(*zip(*shared.records, strict=True), on="mass")
+    )
+    assert light.per_unit_mass.of(sp.RecordedExcitation)[0].values == ((0.0, 1.0), (0.5, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "sentence"),
+    [
+        ("", {}, "is empty: it needs a header"),
+        ("time_s,acceleration_g\n", {}, "has 0 points below its header: a record needs two or more"),
+        ("time_s,time_s,acceleration_g\n0,0,1\n1,1,1\n", {}, "has 2 columns of the time"),
+        ("time_s,acceleration_g\n0,0\n1,1\n2,2\n5,3\n6,4\n", {}, "line 5: the time goes on by 3 s, and by 1 s in most"),
+        ("time_s,acceleration_g\n0,0\n1,1\n2,2\n1.5,3\n4,1\n5,1\n", {}, "line 5: the time goes on by -0.5 s"),
+        ("time_s,acceleration_g\n0,0\n1,nan\n", {}, "line 3: acceleration_g must be a finite number, not nan"),
+        ("acceleration_g\n0\n1\n", {}, "has no column of the time: give the rate"),
+        (COLUMNS, {"rate": 100.0}, "has a column of the time: leave out rate"),
+        ("acceleration_g\n0\n1\n", {"rate": 0.0}, "rate must be in (0,"),
+        ("time_s,acceleration_mg\n0,0\n1,1\n", {}, "the unit of acceleration must be m/s2, g"),
+        ("time_s,displacement_m\n0,0\n1,1\n", {}, "'displacement_m' is not a column"),
+        ("time_s,acceleration_g,force_N\n0,0,1\n1,1,1\n", {}, "has accelerations and forces"),
+        ("time_s\n0\n1\n", {}, "has no column of an acceleration or a force"),
+        (COLUMNS, {"on": "box"}, "on must be left out of a record of an acceleration"),
+        ("time_s,force_N\n0,0\n1,1\n", {"on": "ground"}, "on must be a mass for a record of a force"),
+        (COLUMNS, {"taken": "twice"}, "taken must be 'in turn' or 'at random', not 'twice'"),
+    ],
+)
+def test_a_wrong_file_gets_one_sentence(tmp_path: Path, text: str, given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence.replace("(", r"\(")) as caught:
+        sp.RecordedExcitation.from_csv(put(tmp_path, text), **given)
+    assert "\n" not in str(caught.value)
+
+
+def test_wrong_records_are_named() -> None:
+    with pytest.raises(ValueError, match="record 1: time and values must have the same number of points"):
+        sp.RecordedExcitation((0.0, 1.0), ((0.0, 1.0), (1.0,)))
+    with pytest.raises(ValueError, match="one list for all records, or one for each of 2, not 3"):
+        sp.RecordedExcitation(((0.0, 1.0),) * 3, ((0.0, 1.0), (1.0, 2.0)))
+    with pytest.raises(FileNotFoundError, match=r"There is no file 'nowhere.csv'"):
+        sp.RecordedExcitation.from_csv("nowhere.csv")
+
+
+def test_a_system_file_names_its_records(tmp_path: Path) -> None:
+    put(tmp_path, COLUMNS)
+    text = '[[parts]]\nkind = "spring"\nstiffness = 4.0\n\n[[parts]]\nkind = "recorded_excitation"\n'
+    place = put(
+        tmp_path, f'{text}path = ["ground.csv", "ground.csv"]\nscale = 2.0\ntaken = "at random"\n', "device.toml"
+    )
+    system = sp.read_system(place)
+    (record,) = system.of(sp.RecordedExcitation)
+    assert (record.count, record.scale, record.taken) == (2, 2.0, "at random")
+    assert sp.read_system(put(tmp_path, sp.to_toml(system), "whole.toml")) == system
+    assert (
+        sp.read_system({"parts": [{"kind": "recorded_excitation", "path": "ground.csv"}]}, tmp_path).parts[0].count == 1
+    )
+    with pytest.raises(ValueError, match=r"recorded_excitation\).path is read from a system's file only"):
+        sp.read_system({"parts": [{"kind": "recorded_excitation", "path": "ground.csv"}]})
+    with pytest.raises(ValueError, match=r"parts\[1\] \(recorded_excitation\): There is no file '.*other.csv'"):
+        sp.read_system(put(tmp_path, f'{text}path = "other.csv"\n', "device.toml"))
+    put(tmp_path, "acceleration_g\n0\n1\n", "bare.csv")
+    with pytest.raises(ValueError, match="has no column of the time"):
+        sp.read_system(put(tmp_path, f'{text}path = "bare.csv"\n', "device.toml"))
+    assert math.isclose(record.mean_square, 4.0 * sp.RecordedExcitation(*record.records[0]).mean_square)

@@ -1,0 +1,88 @@
+"""Runs with several records: which path has which, one path where all are alike, and records in studies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from tests.simulation.test_modulated import of_pair
+
+TIME = tuple(np.linspace(0.0, 6.0, 121).tolist())
+VALUES = tuple(tuple((size * np.sin(2.1 * size * np.array(TIME))).tolist()) for size in (0.5, 1.0, 1.6))
+
+
+def shaken(*values: tuple[float, ...], **more: object) -> sp.System:
+    return of_pair(sp.RecordedExcitation(TIME, values if len(values) > 1 else values[0], **more))
+
+
+def test_one_path_is_enough_for_each_record() -> None:
+    alone = [sp.simulate(shaken(own), step=0.02) for own in VALUES]
+    assert [run.settings.paths for run in alone] == [1, 1, 1]
+    assert [run["a_x_mean_square"].error for run in alone] == [0.0] * 3
+    assert not any(run.warnings for run in alone)
+    together = sp.simulate(shaken(*VALUES), step=0.02, profile=6)
+    assert together.settings.paths == 3
+    for name in ("a_x_mean_square", "b_v_mean_square", "a_x_mean_end"):
+        each = np.array([run[name].value for run in alone])
+        assert together[name].value == pytest.approx(each.mean(), rel=1e-12)
+        assert together[name].error == pytest.approx(each.std(ddof=1) / np.sqrt(3.0), rel=1e-9)
+    many = sp.simulate(shaken(*VALUES), step=0.02, paths=300)
+    assert many["a_x_mean_square"].value == pytest.approx(together["a_x_mean_square"].value, rel=1e-12)
+    assert [str(each) for each in many.warnings] == [
+        "paths has no effect beyond 3: without noise there is one path for each record."
+    ]
+
+
+def test_records_are_drawn_by_the_seed_whatever_the_threads_are() -> None:
+    alone = np.array([sp.simulate(shaken(own), step=0.02)["a_x_mean_square"].value for own in VALUES])
+    system = shaken(*VALUES, taken="at random")
+    one, two = (sp.simulate(system, step=0.02, paths=3000, threads=threads, seed=4) for threads in (1, 2))
+    assert (one.path_sums == two.path_sums).all()
+    found = one.path_sums[:, 2] / one.path_sums[:, 2].max()
+    shares = np.unique(found.round(6), return_counts=True)[1] / 3000.0
+    assert shares == pytest.approx(1.0 / 3.0, abs=4.0 * np.sqrt(2.0 / 9.0 / 3000.0))
+    assert abs(one["a_x_mean_square"].value - alone.mean()) < 4.0 * one["a_x_mean_square"].error
+    other = sp.simulate(system, step=0.02, paths=3000, seed=5)
+    assert (other.path_sums != one.path_sums).any()
+
+
+def test_noise_beside_records_needs_its_paths() -> None:
+    system = sp.System(*shaken(*VALUES).parts, sp.WhiteNoise(1e-6, on="a"))
+    run = sp.simulate(system, step=0.02, paths=384, record=6)
+    assert run.warnings == ()
+    x = run.record[:, :, 0, 0]
+    assert np.abs(x[0] - x[3]).max() < 0.02 * np.abs(x[0] - x[1]).max()
+
+
+@pytest.mark.validation
+def test_one_mass_takes_the_same_records() -> None:
+    """In the kernel of one mass, in single precision with noise and in double precision without."""
+    record = sp.RecordedExcitation(TIME, VALUES)
+    one = sp.System(sp.Spring(4.0), sp.Dashpot(0.3), record)
+    several, own = sp.simulate(shaken(*VALUES), step=0.01, record=3), sp.simulate(one, step=0.01, record=3)
+    assert own.settings.paths == 3
+    assert np.abs(own.record[:, :, 0] - several.record[:, :, 0, 0]).max() < 1e-3 * np.abs(own.record).max()
+    noisy = sp.simulate(sp.System(*one.parts, sp.WhiteNoise(1e-9)), step=0.01, paths=256, record=200)
+    for n in (0, 1, 2, 127, 128, 199):
+        assert np.abs(noisy.record[n] - own.record[n % 3]).max() < 1e-3
+
+
+def test_a_record_and_an_envelope_in_a_study(tmp_path) -> None:
+    (tmp_path / "ground.csv").write_text(
+        "\n".join(["time_s,acceleration_m/s2", *(f"{t},{a}" for t, a in zip(TIME, VALUES[1], strict=True))])
+    )
+    (tmp_path / "device.toml").write_text(
+        sp.to_toml(of_pair()) + '[[parts]]\nkind = "recorded_excitation"\npath = "ground.csv"\n'
+        '[[parts]]\nkind = "white_noise"\non = "b"\nintensity = 1.0\nenvelope = { form = "jennings_housner", '
+        "rise = 1.0, fall = 3.0, decay = 1.0 }\n"
+    )
+    (tmp_path / "study.toml").write_text(
+        'name = "scales"\nsystem = "device.toml"\nmethods = ["monte_carlo"]\n[axes]\n'
+        '"parts.recorded_excitation.scale" = [1.0, 2.0]\n"parts.white_noise.envelope.fall" = [2.0, 3.0]\n'
+        "[monte_carlo]\npaths = 64\nstep = 0.05\nduration = 6.0\n"
+    )
+    found = sp.study(tmp_path / "study.toml")["simulation"].to_dataset()
+    a, b = (found[f"{point}_x_mean_square"].values for point in "ab")
+    assert a[1] == pytest.approx(4.0 * a[0], rel=1e-5)
+    assert (b[:, 1] > 1.1 * b[:, 0]).all()
