@@ -52,11 +52,11 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
-        "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
-        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam", "design",
-        "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data",
-        "read_system", "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+        "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
+        "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
+        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
+        "design", "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study",
+        "read_data", "read_system", "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")

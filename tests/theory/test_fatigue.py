@@ -93,7 +93,11 @@ def test_forces_have_the_moments_of_their_spectra() -> None:
         ((sp.Spring(1.0), sp.Dashpot(0.1), sp.Harmonic(1.0, 2.0)), "", "Gaussian"),
         ((sp.Spring(1.0), sp.Dashpot(0.1), sp.PoissonImpulses(1.0, 2.0)), "", "poisson"),
         ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Barrier(0.0)), "", "barrier"),
-        ((sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.WhiteNoise(1.0)), "springpot_force", "crosses its mean infinitely"),
+        (
+            (sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.WhiteNoise(1.0)),
+            "springpot_force",
+            "crosses its mean infinitely",
+        ),
         ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0)), "velocity", "of must be such as 'x'"),
     ],
 )

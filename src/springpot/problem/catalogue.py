@@ -317,11 +317,11 @@ CATALOGUE = (
     Quantity("<quantity>_life", "h", "time to failure at this rate; of several curves `..._1`, `..._2`", numbered=True,
              **_CYCLES),
     *(entry
-      for name, said in (("range", "ranges of its cycles"), ("peak", "its maxima"), ("valley", "its minima"))
+      for name, said in (("range", "the ranges of its cycles"), ("peak", "its maxima"), ("valley", "its minima"))
       for entry in (
-          Quantity(f"<quantity>_{name}_density", "1/q", f"probability density of the {said} in the window",
+          Quantity(f"<quantity>_{name}_density", "q-1", f"probability density of {said} in the window",
                    dimensions=(f"<quantity>_{name}_bin",), **_CYCLES),
-          Quantity(f"<quantity>_{name}_quantile", "q", f"quantiles of the {said} in the window",
+          Quantity(f"<quantity>_{name}_quantile", "q", f"quantiles of {said} in the window",
                    dimensions=("probability",), **_CYCLES))),
     *(Quantity(f"{_OF}peak_force_{ending}", unit, f"{words} the largest force of each touch of a soft contact",
                when=f"`forces=`{more}", dimensions=dimensions, of=_is_soft, **_ASKED)

@@ -227,8 +227,10 @@ def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, cou
     distributions = {}
     for name, called in seen.names.items():
         taken = counts[:, _SLOTS[name] : _SLOTS[name] + (2 if name in ("x", "v") else 1) * BINS]
-        units = (unit_of_result(simulation.motion.system, f"{called}_{end}") for end in ("quantile", "density"))
-        found = distribution_of(*units, scale[name], taken)
+        unit, per_unit = (
+            unit_of_result(simulation.motion.system, f"{called}_{end}") for end in ("quantile", "density")
+        )
+        found = distribution_of(unit, per_unit, scale[name], taken)
         distributions[called] = replace(found, edges=found.edges + place) if name == "x" else found
     return distributions
 
@@ -245,7 +247,7 @@ def distribution_of(unit: str, density_unit: str, scale: float, counts: Floats) 
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
     edges = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
     if counts.shape[1] > BINS:
-        counts = np.concatenate([counts[:, :BINS - 1:-1], counts[:, :BINS]], axis=1)
+        counts = np.concatenate([counts[:, : BINS - 1 : -1], counts[:, :BINS]], axis=1)
         edges = np.concatenate([-edges[:0:-1], edges])
     filled = np.flatnonzero(counts.any(axis=0))
     begin, end = (filled[0], filled[-1] + 1) if filled.size else (0, 0)

@@ -48,9 +48,9 @@ _DAMAGE = _CYCLES + LANES
 _RANGES = _DAMAGE + MOST_CURVES * LANES
 _PEAKS = _RANGES + BINS
 _VALLEYS = _PEAKS + 2 * BINS
-# and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x and
-# v after the last step, or what is felt in the last two; how long an impact is remembered; how often the lane turns; the
-# stack
+# and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x
+# and v after the last step, or what is felt in the last two; how long an impact is remembered; how often the lane
+# turns; the stack
 _EXPONENTS = _VALLEYS + 2 * BINS
 _FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
 _LAST, _RATE, _STRUCK, _TURNS, _SIZE = (_HIGH + 1 + i * LANES for i in range(5))
