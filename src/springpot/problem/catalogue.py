@@ -388,7 +388,7 @@ def unit_of(name: str, heavy: bool = False) -> str:
     if entry is None:
         return ""
     unit = entry.unit
-    if "q" in unit:
+    if "q" in unit and not name.startswith(_ANY):
         own = _unit_of_quantity(name[: -len(entry.name) + len(_ANY) - 1])
         unit = own if unit == "q" else unit_times("1", own, -1)
     return unit if heavy else per_unit_mass(unit)

@@ -246,7 +246,7 @@ def test_the_force_of_a_spring_is_counted_as_its_elongation() -> None:
 
 
 def test_threads_and_files_keep_all_bits(tmp_path: Any) -> None:
-    given = {"paths": 300, "duration": 20.0, "rainflow": {"x": CURVES, "spring_force": CURVES[0]}}
+    given: Any = {"paths": 300, "duration": 20.0, "rainflow": {"x": CURVES, "spring_force": CURVES[0]}}
     one, two = (simulated(LIGHT, **given, threads=threads) for threads in (1, 2))
     again = sp.load_run(two.save(tmp_path / "run.nc"))
     for other in (two, again):
