@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -109,6 +110,33 @@ def test_one_of_two_masses_that_do_not_meet_is_one_mass() -> None:
     assert both.mean_square("a", "acceleration") == pytest.approx(alone.mean_square(what="acceleration"), rel=1e-6)
 
 
+PUSHES = {
+    "colored": sp.ColoredNoise(1.0, 0.5), "kanai-tajimi": sp.KanaiTajimiNoise(3.0, 0.4, 1.0, on="mass"),
+    "harmonic": sp.Harmonic(1.0, 1.5),
+    "spectral": sp.SpectralExcitation.from_psd((0.05, 0.2, 1.0), (0.5, 1.0, 0.2), "N2/Hz"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("masses", [pytest.param(1, marks=pytest.mark.validation), 2])
+@pytest.mark.parametrize("kind", PUSHES)
+def test_a_smooth_force_on_the_mass_is_in_its_acceleration(kind: str, masses: int) -> None:
+    ends: dict[str, Any] = {"between": ("ground", "a")} if masses == 2 else {}
+    push, mount = PUSHES[kind], sp.Springpot(0.5, 2.0, **ends)
+    if masses == 1:
+        system = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=mount, push=push)
+    else:
+        system = sp.System(
+            sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, **ends), sp.Spring(4.0, between=("ground", "b")),
+            sp.Dashpot(1.0, between=("ground", "b")), rough=sp.WhiteNoise(1.0, on="b"), mount=mount,
+            push=dataclasses.replace(push, on="a"),
+        )  # fmt: skip
+    name = "acceleration" if masses == 1 else "a_acceleration"
+    run = simulated(system, paths=1280, duration=150.0, window=(50.0, 150.0), step=0.02, start="rest", forces=(name,))
+    found, exact = run[f"{name}_mean_square"], linear(system).mean_square("a" if masses == 2 else "", "acceleration")
+    assert found.error < 0.006 * exact
+    assert abs(found.value - exact) < 3.5 * found.error + 0.002 * exact
+
+
 # --- momentum ---------------------------------------------------------------------------------------------------------
 
 
@@ -137,6 +165,7 @@ def test_pounding_masses_give_what_the_parts_take() -> None:
     ("system", "names", "words"),
     [
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0)), ("acceleration",), "white_noise would be in"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ColoredNoise(1.0, 1.0), SHAKING), ("acceleration",), "one"),
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1.0)), ("dashpot_force",), "matched noise of"),
         (sp.System(sp.Spring(1.0), sp.Friction(1.0), SHAKING), ("force_on_ground",), "friction is not seen"),
         (device(0.5, sp.Springpot(0.3, 1.0)), ("mount_force",), "have the same ends"),

@@ -427,7 +427,7 @@ def _stretch(size, q, s, d, j, weight, sums):
 
 
 @njit(**INLINE)
-def _feel(size, q, s, j, observers, shown):
+def _feel(size, q, s, j, given, observers, shown):
     """Write what observers feel of the kick, of which ``kicked`` and ``middle`` have the elongations and their rates
     before it.
     """
@@ -441,7 +441,7 @@ def _feel(size, q, s, j, observers, shown):
     for k in range(observers.feels.size):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
-        feel(observers, which, s.kicked, s.pull, s.middle, to)
+        feel(observers, which, s.kicked, s.pull, s.middle, beyond(given, j * LANES), to)
 
 
 @njit(**INLINE)
@@ -622,7 +622,7 @@ def several(
                     s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
                 if felt:
-                    _feel(size, q, s, j, observers, shown_x)
+                    _feel(size, q, s, j, given, observers, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):

@@ -293,8 +293,8 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         for n, square, _ in shaken
     ]  # fmt: skip
     felt = lowered_felt(
-        plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+        plan, frame.parts, frame.rows, lack, [each.named.name for each in given], frame.unit_mass / units.time**2,
+        units.length, frame.step,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)

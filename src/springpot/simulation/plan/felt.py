@@ -10,17 +10,24 @@ import numpy as np
 from springpot.machine.faults import listed
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
+    ColoredNoise,
     Constant,
     Contact,
     Dashpot,
     FractionalMaxwell,
+    Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
+    RecordedExcitation,
+    SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
+    WhiteNoise,
 )
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
@@ -31,6 +38,9 @@ _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
     Contact,
 )  # fmt: skip
+_FILTERED = ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation
+_SMOOTH = (*_FILTERED, Harmonic, RecordedExcitation)
+"""Excitation with a value at every time, which can be in the acceleration of a mass that it pushes."""
 
 
 @dataclass(frozen=True)
@@ -83,19 +93,28 @@ def felt_in(system: System) -> dict[str, Felt]:
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
         found["force_on_ground"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)
-    pushed = [n for n in at.forces if not parts[n].of_ground]
-    loads = [n for n in pushed if not isinstance(parts[n], Constant)]
-    if unseen or loads:
-        reason = _beside(unseen) or f"{listed(loads)} would be in it: it is seen where the ground moves"
-    else:
-        reason = _hot(system, elements)
-    constant = sum((parts[n].force * at.forces[n] for n in pushed if n not in loads), np.zeros(len(at.names)))
+    pushed = {n: row for n, row in at.forces.items() if not parts[n].of_ground}
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
         light = at.accelerations(row)
-        shares = {n: -float(light @ rows[n]) for n in elements if n not in unseen}
-        found[name] = Felt({n: share for n, share in shares.items() if share}, float(light @ constant), reason)
+        loads = {n: share for n, own in pushed.items() if (share := float(light @ own))}
+        constant = sum(share * parts[n].force for n, share in loads.items() if isinstance(parts[n], Constant))
+        loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
+        shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
+        reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
+        found[name] = Felt(shares | loads, constant, reason)
     return found
+
+
+def _pushed(system: System, loads: Iterable[str]) -> str:
+    """Why forces on a mass leave its acceleration without a value."""
+    parts = dict(system.named())
+    if rough := [name for name in loads if not isinstance(parts[name], _SMOOTH)]:
+        return f"{listed(rough)} would be in it, which has no finite mean square: it is seen where the ground moves"
+    white = [name for name, part in parts.items() if isinstance(part, WhiteNoise)]
+    if white and len(system.points) == 1 and any(isinstance(parts[name], _FILTERED) for name in loads):
+        return f"{listed([*loads, *white])} are simulated as one force, of which only the sum is known"
+    return ""
 
 
 def _alone(name: str, alike: list[str]) -> str:
