@@ -1,11 +1,12 @@
-"""Forces of parts and absolute accelerations of masses, which observers see beside displacements."""
+"""Forces of parts and absolute accelerations of masses, which theory and observers see beside displacements."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.faults import listed
 from springpot.problem.parts import (
@@ -54,12 +55,18 @@ class Felt:
     constant : float
         Added to it.
     reason : str
-        Why there is none, in words; empty if there is one.
+        Why a simulation cannot see it, in words; empty if it can.
+    row : ndarray or None
+        Of an acceleration, that of its point.
+    unseen : tuple of str
+        Parts whose forces are in it, too, but have no value at every time.
     """
 
     shares: dict[str, float] = field(default_factory=dict)
     constant: float = 0.0
     reason: str = ""
+    row: npt.NDArray[np.float64] | None = None
+    unseen: tuple[str, ...] = ()
 
 
 def felt_in(system: System) -> dict[str, Felt]:
@@ -91,8 +98,12 @@ def felt_in(system: System) -> dict[str, Felt]:
             found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
-        reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
-        found["force_on_ground"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)
+        beside = tuple(n for n in below if n in unseen)
+        shares, reason = (
+            {n: sign for n, sign in below.items() if n not in unseen},
+            _beside(beside) or _hot(system, below),
+        )
+        found["force_on_ground"] = Felt(shares, reason=reason, unseen=beside)
     pushed = {n: row for n, row in at.forces.items() if not parts[n].of_ground}
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
@@ -102,7 +113,7 @@ def felt_in(system: System) -> dict[str, Felt]:
         loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
         shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
         reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
-        found[name] = Felt(shares | loads, constant, reason)
+        found[name] = Felt(shares | loads, constant, reason, row)
     return found
 
 
@@ -131,7 +142,7 @@ def _hot(system: System, names: Iterable[str]) -> str:
     return f"the matched noise of {listed(lossy)} belongs to it, and has no finite mean square"
 
 
-def _beside(unseen: list[str]) -> str:
+def _beside(unseen: Sequence[str]) -> str:
     return f"the force of {listed(unseen)} is not seen" if unseen else ""
 
 
