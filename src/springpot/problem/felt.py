@@ -30,6 +30,7 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
@@ -37,7 +38,7 @@ __all__ = ["Felt", "felt_in"]
 
 _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
-    Contact,
+    Yielding, Contact,
 )  # fmt: skip
 _FILTERED = ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation
 _SMOOTH = (*_FILTERED, Harmonic, RecordedExcitation)
@@ -90,7 +91,7 @@ def felt_in(system: System) -> dict[str, Felt]:
     unseen = [name for name, part in elements.items() if not _is_felt(part)]
     found = {}
     for name in (name for name in elements if name not in unseen):
-        alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
+        alike = [n for n, each in elements.items() if _is_in_memory(each) and np.array_equal(rows[n], rows[name])]
         own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
         found[f"{name}_force"] = Felt({name: own}, reason=reason)
@@ -99,11 +100,8 @@ def felt_in(system: System) -> dict[str, Felt]:
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         beside = tuple(n for n in below if n in unseen)
-        shares, reason = (
-            {n: sign for n, sign in below.items() if n not in unseen},
-            _beside(beside) or _hot(system, below),
-        )
-        found["force_on_ground"] = Felt(shares, reason=reason, unseen=beside)
+        shares = {n: sign for n, sign in below.items() if n not in unseen}
+        found["force_on_ground"] = Felt(shares, reason=_beside(beside) or _hot(system, below), unseen=beside)
     pushed = {n: row for n, row in at.forces.items() if not parts[n].of_ground}
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
@@ -132,6 +130,10 @@ def _alone(name: str, alike: list[str]) -> str:
     if name not in alike or len(alike) == 1:
         return ""
     return f"{listed(alike)} have the same ends, and the memory of both is one: only the sum of their forces is known"
+
+
+def _is_in_memory(part: Element) -> bool:
+    return part.remembers and part.is_linear  # a part that yields has a state of its own
 
 
 def _hot(system: System, names: Iterable[str]) -> str:

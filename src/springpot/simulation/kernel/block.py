@@ -266,8 +266,9 @@ def block(
                 which = observers.feels[k]
                 for i in range(0, GROUP * LANES, LANES):
                     to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                    pull, middle, given = beyond(seen.pull, i), beyond(seen.middle, i), beyond(forcing.given, i)
-                    feel(observers, which, beyond(seen.at, i), pull, middle, given, to)
+                    at, pull, middle = beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i)
+                    given, state = beyond(forcing.given, i), beyond(forcing.state, i)
+                    feel(observers, which, at, pull, middle, given, state, to)
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)

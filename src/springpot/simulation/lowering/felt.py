@@ -13,7 +13,9 @@ import numpy.typing as npt
 
 from springpot.problem.parts.excitations import Excitation
 from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.lowering.parts import Lowered, numbers_of
+from springpot.simulation.kernel.hysteresis import STATES
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.plan import Plan
 
 __all__ = ["FeltInKernel", "lowered_felt"]
@@ -45,8 +47,8 @@ class FeltInKernel:
 
 
 def lowered_felt(
-    plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, sources: Sequence[str], unit: float,
-    length: float, step: float,
+    plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
+    step: float, named: Sequence[Named],
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -58,15 +60,17 @@ def lowered_felt(
     g : ndarray, shape (rows, coordinates)
     jumps : ndarray, shape (coordinates, coordinates)
         Covariance of what noise brings to the velocities in a step.
-    sources : sequence of str
-        The names of the sources of excitation, in the order of the kernel.
     unit, length : float
         The unit of mass over the square of that of time; and that of length.
     step : float
         In the kernel's units.
+    named : sequence of Named
+        The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
     """
     felt, excitations = plan.motion.felt, dict(plan.system.named())
     lags = math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step))
+    yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
+    sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
@@ -88,11 +92,16 @@ def lowered_felt(
                 row.append(e)
                 numbers.append(np.zeros(NUMBERS))
                 numbers[-1][12], numbers[-1][15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
+            for n in (n for n in own if n in yields):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
+                numbers[-1][14] = yields[n].place + STATES - GROUP
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}
         for n, share in smooth.items():
-            row.append(-1 - sources.index(n))
+            row.append(-1 - sources[n])
             numbers.append(np.zeros(NUMBERS))
             numbers[-1][10] = unit * share / step
         begin.append(len(row))

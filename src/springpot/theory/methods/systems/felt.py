@@ -43,9 +43,7 @@ class _Felt:
         self.parts = [(parts[n], share * at.elongations[n]) for n, share in felt.shares.items() if n in at.elongations]
         lossy = [n for n in (felt.shares if self.force else system.elements) if parts[n].dissipates]
         if lossy and companion.temperature > 0.0:
-            raise NotCoveredError(
-                f"the matched noise of {listed(lossy)} belongs to {of}, which has no finite mean square."
-            )
+            raise NotCoveredError(f"the matched noise of {listed(lossy)} in {of} has no finite mean square.")
         if companion.multiplied or companion.parametric:
             raise NotCoveredError(f"a noise that multiplies an elongation is not covered in {of}.")
 
