@@ -468,7 +468,7 @@ class LinearResponse(Result):
         >>> import springpot as sp
         >>> device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0, on="ground"))
         >>> sp.theory.linear(device).density([0.0, 2.0], of="acceleration").round(4)
-        array([0.1935, 0.1206])
+        array([0.1935, 0.1209])
         """
         variance = self.spectral_moments((0.0,), of)[0.0]
         if not 0.0 < variance < math.inf:
