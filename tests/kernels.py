@@ -30,12 +30,12 @@ KINDS = (
 )  # fmt: skip
 
 
-BRANCHED = sp.Oscillator(), of_many_kinds(*FEW)
+BRANCHED = (sp.Oscillator(), "distance"), (of_many_kinds(*FEW), "distance"), (PAIR, "a_distance")
 
 
-def branched(problem: sp.System) -> None:
+def branched(problem: sp.System, name: str) -> None:
     """Have the kernel that splits paths."""
-    sp.exceedance(problem, {"distance": 1e-9}, duration=1.0, step=0.1, start="rest", rtol=1.0)
+    sp.exceedance(problem, {name: 1e-9}, duration=1.0, step=0.1, start="rest", rtol=1.0)
 
 
 def compiled(problem: sp.System, scheme: str, tolerance: float) -> None:
@@ -45,6 +45,6 @@ def compiled(problem: sp.System, scheme: str, tolerance: float) -> None:
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-        own = pool.map(branched, BRANCHED)
+        own = pool.map(branched, *zip(*BRANCHED, strict=True))
         list(pool.map(compiled, *zip(*KINDS, strict=True)))
         list(own)

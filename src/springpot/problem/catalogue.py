@@ -113,7 +113,7 @@ def _is_soft(part: Part) -> bool:
 
 
 def _has_force(part: Part) -> bool:
-    return _has_spring(part) or "damping" in part.powers
+    return _has_spring(part) or "damping" in part.powers or _is_soft(part)
 
 
 def _is_counted(part: Part) -> bool:
@@ -182,11 +182,12 @@ def _felt(
     name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
-    given: dict[str, Any] = {"of": _is_counted if name.endswith("_of_one") else _has_force, "where": where,
-                             "asked": True}  # fmt: skip
-    asked = f"`forces=`{when}"
-    # of the mean force of a wall ``rtol`` controls the error
-    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
+    has = _is_counted if name.endswith("_of_one") else _has_force
+    given: dict[str, Any] = {"of": has, "where": where, "asked": True}
+    asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
+    # the mean force of a stop is in every run, and ``rtol`` controls its error
+    mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)
     yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
     others = (
         ("density", unit_times("1", unit, -1), "probability density of the", "distributions", (f"{name}_bin",)),
@@ -286,6 +287,14 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
     *(entry for each in _FELT for entry in _felt(*each)),
+    *(Quantity(f"{_OF}peak_force_{ending}", unit, f"{words} the largest force of each touch of a soft contact",
+               when=f"`forces=`{more}", dimensions=dimensions, of=_is_soft, **_ASKED)
+      for ending, unit, words, more, dimensions in (
+          ("mean", "N", "mean of", "", ()), ("mean_square", "N2", "mean square of", "", ()),
+          ("density", "N-1", "probability density of", " with `distributions=`", (f"{_OF}peak_force_bin",)),
+          ("quantile", "N", "quantiles of", " with `distributions=`", ("probability",)),
+          ("largest_quantile", "N", "quantiles over the paths of the largest of", " with `distributions=`",
+           ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",

@@ -12,6 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from tests import kernels
 from tests.sizes import validation
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
@@ -50,6 +51,17 @@ def test_one_level_and_many_quantities() -> None:
     assert found["impact_speed"].unit == "m s-1"
     with pytest.raises(KeyError, match="impact_speed"):
         found["impact_sped"]
+
+
+def test_several_masses_forces_and_functions_of_ones_own() -> None:
+    """A force and a function that is x have its probabilities, to the last bit on plain paths."""
+    found = sp.exceedance(
+        kernels.PAIR, {"a_x": [1.0, 4.5], "own": (lambda a_x: a_x, 1.0), "spring_1_force": 1.0}, **SHORT, rtol=0.3
+    )
+    assert found["a_x"].method == "splitting"
+    for name in ("own", "spring_1_force"):
+        assert abs(found.probability[name] - found.probability["a_x"][0]) < 0.1
+    assert str(found["own"]).startswith("own > 1: ")
 
 
 def test_what_is_not_rare_is_counted_on_plain_paths() -> None:
@@ -168,7 +180,12 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"x": 1.0}, {"duration": None}, "duration must be a real number"),
         (LIGHT, {"x": 1.0}, {"progress": 1}, "progress must be a function"),
         (LIGHT, {"x": 1.0}, {"seed": -1}, "seed must be in"),
-        (PAIR, {"x": 1.0}, {}, "exceedance is of systems of one mass"),
+        (PAIR, {"x": 1.0}, {}, "levels has 'x', which is no quantity that can be asked"),
+        (PAIR, {"a_x": [-1.0, 1.0]}, {}, "levels of a_x must lie on one side of the start, 0 m"),
+        (PAIR, {"a_acceleration": 1.0}, {}, "a_acceleration cannot be seen: white_noise would be in it"),
+        (LIGHT, {"spring_force": [-1.0, 1.0]}, {}, "levels of spring_force must lie on one side of 0"),
+        (LIGHT, {"own": (lambda y: y, 1.0)}, {}, "argument"),
+        (LIGHT, {"x": (lambda t, x, v: x, 1.0)}, {}, "x"),
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0)), {"x": 1.0}, {}, "system must have noise or a random phase"),
         (1.0, {"x": 1.0}, {}, "system must be a System"),
     ],

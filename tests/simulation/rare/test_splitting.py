@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Simulation, simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.rare import exceedance as door
-from springpot.simulation.rare.asked import Asked, asked_of
+from springpot.simulation.rare.asked import Asked, asked_of, quantity_of
 from springpot.simulation.rare.splitting import Tally, _Paths, repetitions
 from tests.simulation.systems import of_many_kinds
 from tests.sizes import validation
@@ -37,11 +38,28 @@ WELLS = sp.System(sp.Spring(-1.0), sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dash
 QUAKE = sp.System(
     sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.8, envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
 )
+PAIR = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"),
+    sp.Spring(1.0, between=("ground", "a")), sp.Spring(1.0, between=("a", "b")),
+    sp.Springpot(0.5, 0.2, between=("ground", "a")), sp.Dashpot(0.1, between=("a", "b")),
+    sp.WhiteNoise(0.2, on="ground"), sp.Harmonic(0.2, 1.1, on="a"), sp.ColoredNoise(1.0, 0.1, on="b"),
+    stop=sp.Barrier(-1.0, 0.7, between=("a", "b")),
+)  # fmt: skip
+ON_GROUND = sp.System(
+    sp.Mass(0.8), sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.WhiteNoise(0.2, on="ground"), sp.Barrier(-50.0)
+)
 SHAKEN = sp.System(sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(0.3), sp.ParametricNoise(0.1))
 
 
 def prepared(
-    system: sp.System, name: str, levels: list[float], *, sign: float = 1.0, threads: int = 2, **given: Any
+    system: sp.System,
+    name: str,
+    levels: list[float],
+    *,
+    sign: float = 1.0,
+    threads: int = 2,
+    own: Any = None,
+    **given: Any,
 ) -> tuple[Simulation, Asked]:
     plan = door._settled(
         plan_of(system, **{"duration": 20.0, "step": 0.1, "threads": threads, "start": "rest", **given})
@@ -49,11 +67,14 @@ def prepared(
     if plan.settings.start == "stationary":
         plan = door.adapt(plan)
     simulation = simulation_of(door._split_early(plan))
-    return simulation, asked_of(plan, simulation.parts, name, np.array(levels), sign)  # type: ignore[arg-type]
+    asked = asked_of(plan, simulation.parts, quantity_of(plan.motion, name, own), np.array(levels), sign)
+    return simulation, asked.told_by(tally((simulation, asked), 0, 32, splits=False, stream=9).ends)
 
 
-def tally(of: tuple[Simulation, Asked], first: int, count: int, paths: int = 64, splits: bool = True) -> Tally:
-    given: dict[str, Any] = {"stream": 3 + splits, "clock": Clock(None), "tell": lambda _: None}
+def tally(
+    of: tuple[Simulation, Asked], first: int, count: int, paths: int = 64, splits: bool = True, stream: int = 3
+) -> Tally:
+    given: dict[str, Any] = {"stream": stream + splits, "clock": Clock(None), "tell": lambda _: None}
     return repetitions(*of, first=first, count=count, paths=paths, splits=splits, **given)
 
 
@@ -67,11 +88,13 @@ def mean_of(samples: Floats) -> tuple[Floats, Floats]:
     return samples.mean(axis=0), samples.std(axis=0, ddof=1) / np.sqrt(len(samples))
 
 
-@pytest.mark.parametrize(("system", "name"), [(WALL, "x"), validation(MANY, "impact_speed"), validation(MANY, "x")])
+@pytest.mark.parametrize(
+    ("system", "name"), [(WALL, "x"), validation(MANY, "impact_speed"), validation(MANY, "x"), validation(PAIR, "b_x")]
+)
 def test_a_kept_state_is_complete(system: sp.System, name: str) -> None:
     """With the noise of before, a path goes on from it to the same bits."""
-    of = prepared(system, name, [3.0])
-    paths = _Paths(*of, 0, 256, 4, True, Clock(None), lambda _: None)
+    simulation, asked = prepared(system, name, [3.0])
+    paths = _Paths(simulation, replace(asked, floor=-np.inf), 0, 256, 4, True, Clock(None), lambda _: None)
     ends = np.full((256, MARKS), -np.inf)
     rows = paths.advance(np.arange(256), np.full(256, -1), np.zeros(256, np.int64), ends, 0)
     of_path, kept = [], []
@@ -90,7 +113,12 @@ def test_a_kept_state_is_complete(system: sp.System, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("system", "name", "start"),
-    [(WALL, "x", "rest"), validation(ABOVE, "impact_speed", "stationary"), validation(MANY, "x", "rest")],
+    [
+        (WALL, "x", "rest"),
+        validation(ABOVE, "impact_speed", "stationary"),
+        validation(MANY, "x", "rest"),
+        validation(PAIR, "b_x", "rest"),
+    ],
 )
 def test_the_bits_of_a_repetition_are_its_own(system: sp.System, name: str, start: str) -> None:
     """Not those of threads, nor of the repetitions that are advanced with it."""
@@ -131,6 +159,15 @@ def test_without_splitting_paths_are_those_of_a_plain_run() -> None:
         validation(SHAKEN, "distance", 1.0, {}, [2.0, 3.0], 2.0),
         validation(QUAKE, "x", 1.0, {}, [1.0, 2.0, 3.0], 2.0),
         validation(SHAKEN, "speed", 1.0, {}, [2.0, 3.0], 2.0),
+        validation(PAIR, "b_x", 1.0, {}, [1.5, 2.5, 3.2], 1.0),
+        validation(PAIR, "a_v", -1.0, {}, [-1.5, -2.2, -3.0], 1.0),
+        validation(PAIR, "a_b_elongation", 1.0, {}, [1.2, 1.9, 2.4], 1.0),
+        validation(PAIR, "stop_impact_speed", 1.0, {}, [0.5, 0.9, 1.4], 1.0),
+        validation(PAIR, "force_on_ground", 1.0, {}, [1.2, 2.0, 2.6], 1.0),
+        validation(PAIR, "mine", 1.0, {"own": lambda a_x, b_x: a_x * a_x + b_x * b_x}, [3.0, 8.0, 14.0], 1.0),
+        validation(ON_GROUND, "acceleration", -1.0, {}, [-1.5, -2.2, -3.0], 2.0),
+        validation(ON_GROUND, "springpot_force", 1.0, {}, [0.2, 0.4, 0.6], 2.0),
+        validation(WALL, "mine", 1.0, {"own": lambda t, x, v: x * abs(x)}, [2.0, 4.0, 6.8], 2.0),
     ],
 )
 def test_the_mean_is_that_of_plain_paths(

@@ -11,6 +11,7 @@ import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import linear
+from tests.simulation.systems import of_many_kinds
 
 SHAKING = sp.WhiteNoise(1.0, on="ground")
 
@@ -250,3 +251,68 @@ def test_forces_of_too_many_recorded_points_are_refused() -> None:
             device(0.5), paths=10, duration=1e5, step=0.05, record=10,
             forces=("mount_force", "spring_force", "acceleration"),
         )  # fmt: skip
+
+
+# --- soft stops -------------------------------------------------------------------------------------------------------
+
+
+def half_sines(run: Any, stop: str, of_all: bool) -> None:
+    """A linear stop that is touched at rest of all springs pushes for half a period of sqrt(k / m): 1 kg, 1e4 N/m."""
+    speed = run["impact_speed_mean_square" if of_all else f"{stop}_impact_speed_mean_square"].value
+    highest, rate = run[f"{stop}_peak_force_mean_square"], run[f"{stop}_impact_rate"].value
+    assert highest.value == pytest.approx(1e4 * speed, rel=0.006)
+    assert highest.unit == "N2"
+    assert run[f"{stop}_force_mean_square"].value == pytest.approx(rate * 1e4 * speed * np.pi / 200.0, rel=0.015)
+    found = run.distributions[f"{stop}_peak_force"]
+    speeds = run.distributions["impact_speed" if of_all else f"{stop}_impact_speed"]
+    assert found.size == pytest.approx(speeds.size, abs=10)
+    parts = [0.25, 0.5, 0.75, 0.95]
+    assert np.allclose(found.quantile(parts)[0], 100.0 * speeds.quantile(parts)[0], rtol=0.01)
+    deepest = run.to_xarray()[f"{stop}_peak_force_largest_quantile"]
+    assert deepest.units == "N"
+    assert np.nanmax(deepest) == pytest.approx(run.extremes[f"{stop}_peak_force_largest"].max(), rel=0.05)
+
+
+def test_the_peaks_of_a_stiff_contact_are_half_sines() -> None:
+    system = of_many_kinds(
+        sp.Mass(1.0), sp.Spring(4.0), sp.Springpot(0.5, 0.4), SHAKING, sp.Contact(0.0, 1e4, 1.0, side="above")
+    )
+    run = simulated(
+        system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.01, start="rest", distributions=True,
+        forces=("contact_force", "contact_peak_force"),
+    )  # fmt: skip
+    half_sines(run, "contact", of_all=True)
+
+
+def test_soft_stops_of_several_masses_push_as_one_does_and_give_what_the_parts_take() -> None:
+    ends: dict[str, Any] = {"between": ("ground", "a")}
+    system = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(4.0, **ends), sp.Springpot(0.5, 0.4, **ends),
+        sp.Spring(4.0, between=("ground", "b")), sp.Dashpot(0.4, between=("ground", "b")), SHAKING,
+        stop=sp.Contact(0.0, 1e4, 1.0, side="above", **ends),
+    )  # fmt: skip
+    run = simulated(
+        system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.0025, distributions=True, record=1,
+        forces=("stop_force", "stop_peak_force", "force_on_ground"),
+    )  # fmt: skip
+    half_sines(run, "stop", of_all=False)
+    balance = run["force_on_ground_mean"]
+    assert abs(balance.value) < 3.0 * balance.error < 0.03 * run["stop_force_mean"].value
+    assert run.forces["stop_force"].min() == 0.0
+
+
+@pytest.mark.validation
+def test_a_lossy_contact_gives_what_the_parts_take() -> None:
+    """Springs and the springpot carry what two stops push; the mean square is that of the sum of all."""
+    system = device(0.5, low=sp.Contact(-0.1, 2e3, 1.5, 0.3), high=sp.Contact(0.3, 3e3, 1.0, 0.1))
+    run = simulated(
+        system, paths=1280, duration=120.0, window=(40.0, 120.0), step=0.01, start="rest",
+        forces=("spring_force", "mount_force", "low_force", "high_force", "force_on_ground", "acceleration"),
+        observables={"low_pushes": lambda low_force: low_force},
+    )  # fmt: skip
+    given = run["low_force_mean"].value - run["high_force_mean"].value
+    taken = run["spring_force_mean"].value + run["mount_force_mean"].value
+    assert taken == pytest.approx(given, abs=3.0 * run["force_on_ground_mean"].error)
+    assert run["low_pushes"].value == pytest.approx(run["low_force_mean"].value, rel=0.01)
+    assert abs(run["force_on_ground_mean"].value) < 3.0 * run["force_on_ground_mean"].error
+    assert run["force_on_ground_mean_square"].value == pytest.approx(4.0 * run["acceleration_mean_square"].value)

@@ -170,7 +170,7 @@ def block(
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     who, risen, last = lane_numbers(u32(0)), _state(0.0), _state(0.0)
-    lanes = (now, begun, d, h, z, modes, forcing, risen, last)
+    lanes = (1, 1, now, begun, d, h, z, modes, forcing, risen, last)
     for number in range(blocks):
         crowded = in_lanes(scheme, wall) and may_be_crowded(branches)  # all may start at a wall
         row = number * LANES
@@ -183,7 +183,7 @@ def block(
         for lane in range(LANES):
             accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
             accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
-            for k in range(extras(wall)):
+            for k in range(MOST_EXTRAS):
                 accumulators.extras[k * LANES + lane] = 0.0
             for k in range(slots(load)):
                 works[k * LANES + lane] = 0.0

@@ -37,8 +37,8 @@ _PARENTS = 0x20000000  # counter word of the numbers that choose parents
 class Kept(NamedTuple):
     """Kept states, one in a row: the pool that all calls share."""
 
-    state: npt.NDArray[np.float64]  # x, v and the marks
-    memory: npt.NDArray[np.floating]  # the two newest increments, the modes' force in four steps, the modes
+    state: npt.NDArray[np.float64]  # x and v of each coordinate, and the marks
+    memory: npt.NDArray[np.floating]  # of each row the two newest increments and its force in four steps; the modes
     sources: npt.NDArray[np.floating]  # states of the forces
     step: Numbers
     next: Numbers  # the next row of the same path, or -1
@@ -48,6 +48,7 @@ class Branches(NamedTuple):
     """What a call does beside advancing paths: of each path where it starts and what is kept of it."""
 
     every: int  # groups between two checkpoints
+    floor: float  # of the coordinate, above which states are kept of the first paths
     rise: float  # of the coordinate, from one kept state to the next
     who: npt.NDArray[np.uint32]  # numbers of the paths
     origin: Numbers  # row of the kept state to start from, or -1: from the start of a run
@@ -141,7 +142,7 @@ def _open_branches(branches, row, lanes):
     for lane in range(LANES):
         for k in range(MARKS):
             branches.marks[k * LANES + lane] = branches.ends[row + lane, k]
-        risen[lane], last[lane] = -np.inf, -1.0
+        risen[lane], last[lane] = branches.floor, -1.0
     return branches.born[row]
 
 
@@ -161,22 +162,26 @@ def _never_crowded(branches):
 def _birth(branches, n, births, row, steps, lanes):
     if n != births:
         return births
-    now, begun, d, h, z, modes, forcing, risen, _ = lanes
+    points, rows, now, begun, d, h, z, modes, forcing, risen, _ = lanes
     kept, soonest = branches.kept, steps
     for lane in range(LANES):
         i, born = branches.origin[row + lane], branches.born[row + lane]
         if n < born < soonest:
             soonest = born
         if born == n and i >= 0:
-            now.x[lane], now.v[lane] = kept.state[i, 0], kept.state[i, 1]
-            begun.x[lane], begun.v[lane] = now.x[lane], now.v[lane]
+            for p in range(points):
+                at = p * LANES + lane
+                now.x[at], now.v[at] = kept.state[i, 2 * p], kept.state[i, 2 * p + 1]
+                begun.x[at], begun.v[at] = now.x[at], now.v[at]
             for k in range(MARKS):
-                branches.marks[k * LANES + lane] = kept.state[i, 2 + k]
-            d[lane], d[LANES + lane] = kept.memory[i, 0], kept.memory[i, 1]
-            for j in range(GROUP):
-                h[j * LANES + lane] = kept.memory[i, 2 + j]
+                branches.marks[k * LANES + lane] = kept.state[i, 2 * points + k]
+            for e in range(rows):
+                for k in range(2):
+                    d[((GROUP + 2) * e + k) * LANES + lane] = kept.memory[i, 2 * e + k]
+            for j in range(GROUP * rows):
+                h[j * LANES + lane] = kept.memory[i, 2 * rows + j]
             for k in range(modes):
-                z[k * LANES + lane] = kept.memory[i, 2 + GROUP + k]
+                z[k * LANES + lane] = kept.memory[i, (2 + GROUP) * rows + k]
             for k in range(kept.sources.shape[1]):
                 forcing.state[k * LANES + lane] = kept.sources[i, k]
             risen[lane] = -np.inf
@@ -192,7 +197,7 @@ def _keep(branches, n, at_birth, row, steps, lanes):
     """
     if not at_birth and (n // GROUP % branches.every != 0 or n >= steps):
         return
-    now, _, d, h, z, modes, forcing, risen, last = lanes
+    points, rows, now, _, d, h, z, modes, forcing, risen, last = lanes
     kept, marks = branches.kept, branches.marks
     for lane in range(LANES):
         born = branches.born[row + lane]
@@ -203,14 +208,17 @@ def _keep(branches, n, at_birth, row, steps, lanes):
             risen[lane] = marks[lane] + branches.rise
             i = branches.free[branches.used[0]]
             branches.used[0] += 1
-            kept.state[i, 0], kept.state[i, 1] = now.x[lane], now.v[lane]
+            for p in range(points):
+                kept.state[i, 2 * p], kept.state[i, 2 * p + 1] = now.x[p * LANES + lane], now.v[p * LANES + lane]
             for k in range(MARKS):
-                kept.state[i, 2 + k] = marks[k * LANES + lane]
-            kept.memory[i, 0], kept.memory[i, 1] = d[lane], d[LANES + lane]
-            for j in range(GROUP):
-                kept.memory[i, 2 + j] = h[j * LANES + lane]
+                kept.state[i, 2 * points + k] = marks[k * LANES + lane]
+            for e in range(rows):
+                for k in range(2):
+                    kept.memory[i, 2 * e + k] = d[((GROUP + 2) * e + k) * LANES + lane]
+            for j in range(GROUP * rows):
+                kept.memory[i, 2 * rows + j] = h[j * LANES + lane]
             for k in range(modes):
-                kept.memory[i, 2 + GROUP + k] = z[k * LANES + lane]
+                kept.memory[i, (2 + GROUP) * rows + k] = z[k * LANES + lane]
             for k in range(kept.sources.shape[1]):
                 kept.sources[i, k] = forcing.state[k * LANES + lane]
             kept.step[i], kept.next[i] = n, -1
@@ -247,7 +255,7 @@ def choose_parents(ends, levels, splits, generation, first, k0, k1, head, kept, 
     there are, and how many rows are free.
     """
     repetitions, paths, _ = ends.shape
-    made = 0
+    made, coordinate = 0, kept.state.shape[1] - MARKS
     for r in range(repetitions):
         if not splits[r]:
             continue
@@ -258,7 +266,7 @@ def choose_parents(ends, levels, splits, generation, first, k0, k1, head, kept, 
                 living[alive] = s
                 alive += 1
             i = head[r * paths + s]
-            while i >= 0 and (not above or kept.state[i, 2] <= z):
+            while i >= 0 and (not above or kept.state[i, coordinate] <= z):
                 free[count] = i
                 count += 1
                 i = kept.next[i]

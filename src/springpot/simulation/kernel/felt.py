@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, f64
+from springpot.simulation.kernel.soft_contacts import force_of_contact
 
 __all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
 
 MOST_FELT = 40
-NUMBERS = 12
-"""Of a term: ten coefficients of springs, and the weights of the force of dampers and memory and of the velocity."""
+NUMBERS = 20
+"""Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity and of a
+contact; and from the 16th on the contact, as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
+"""
 
 
 @njit(**INLINE)
@@ -38,6 +41,11 @@ def feel(observers, number, u, pull, middle, to):
                     for _ in range(power):
                         product *= u[i + lane]
                     to[lane] += product
+        share, away, loss = observers.felt[k + 12], observers.felt[k + 16], observers.felt[k + 19]
+        if share != 0.0:
+            for lane in range(LANES):
+                _, force = force_of_contact(observers.felt, (k + 15) // 5, f64(u[i + lane]), 1.0)
+                to[lane] += share * force * (1.0 - away * loss * middle[i + lane])
 
 
 @njit(**INLINE)

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from springpot.simulation.kernel.branches import birth, closed, keep, name_paths, opened
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.felt import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.forces import Parametric, cubic, nonic
@@ -38,7 +39,7 @@ from springpot.simulation.kernel.lanes import (
     yes,
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
-from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
+from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
@@ -55,6 +56,7 @@ from springpot.simulation.kernel.several_impacts import (
     repair,
 )
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
+from springpot.simulation.kernel.steps import State
 from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
@@ -83,7 +85,7 @@ _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
 _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
-_hits = stack_array(HITS * MOST_WALLS * LANES)
+_hits = stack_array((HITS + 1) * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
@@ -530,7 +532,7 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
 @njit(**ENTRY)
 def several(
     size, q, exact, memories, sources, start,
-    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out,
+    first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out, branches,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -559,17 +561,22 @@ def several(
         _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
         _of_sources(0.0),
     )  # fmt: skip
+    peaks = HITS * MOST_WALLS * LANES if observers.on_impacts.size > 0 else 0  # where they begin in the hits
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
     shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
-    who = lane_numbers(u32(0))
+    who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
     forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
     one = typed(1.0, zero)
+    now = State(now_x, now_v)
+    lanes = (n, size.rows, now, now, d, h, z, size.modes, forcing, risen, last)
     for number in range(blocks):
-        number_lanes(first + number * LANES, who)
+        row = number * LANES
+        name_paths(branches, first, row, who)
+        births = t_0 = opened(branches, row, lanes)
         _clear(size, sums, 0.0)
-        _set(hits, HITS * (size.walls + size.contacts), 0.0)
+        _set(hits, (HITS + 1) * MOST_WALLS, 0.0)
         _set(limits, 2, 0.0)
         _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
@@ -587,7 +594,8 @@ def several(
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
         _wake_sources(size, sources, who, stream, k0, k1, forcing)
-        for t in range(0, steps, GROUP):
+        for t in range(t_0, steps, GROUP):
+            births = birth(branches, t, births, row, steps, lanes)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for r in range(size.noises + size.shaken):
@@ -614,7 +622,7 @@ def several(
                 _shake(size, q, j, step, g, forcing, s, weight)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
-                press(size, q, s, hits, f64(weight))
+                press(size, q, s, hits, peaks, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
@@ -635,7 +643,7 @@ def several(
                                 size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
-                touch(size, q, s, d, j, hits, f64(weight), observers)
+                touch(size, q, s, d, j, hits, peaks, f64(weight), observers)
                 if watched:
                     _show(size, exact, j, now_x, s, shown_x, shown_v)
                 if within:
@@ -686,6 +694,8 @@ def several(
                 _add(sums.ww, terms.ww, size.shown)
                 _add(sums.power, terms.power, 1)
                 _add(sums.works, terms.works, size.sources + size.dampers + size.shaken)
+            keep(branches, t + GROUP, no(), row, steps, lanes)
+        closed(branches, row)
         for lane in range(LANES):
             row, column = number * LANES + lane, 0
             column = _write(out, row, column, sums.x, n, lane)

@@ -12,12 +12,12 @@ from typing import NamedTuple
 from numba import njit
 
 from springpot.simulation.kernel.forces import CoulombDamper, PowerDamper, VanDerPolDamper
-from springpot.simulation.kernel.lanes import INLINE, LANES, f64, typed
+from springpot.simulation.kernel.lanes import INLINE, LANES, f64, greater, typed
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.several_impacts import HITS
 from springpot.simulation.kernel.several_laws import damp_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
-from springpot.simulation.kernel.watching import show_impact
+from springpot.simulation.kernel.watching import show_impact, show_peak
 
 __all__ = ["CONTACT", "COULOMB", "FORCE", "POWERS", "VAN_DER_POL", "damp_before", "damp_later", "press", "touch"]
 
@@ -111,14 +111,20 @@ def _turn(size, q, s, hits, k, weight):
 
 
 @njit(**INLINE)
-def press(size, q, s, hits, weight):
-    """The elastic impulses of contacts on the masses."""
+def press(size, q, s, hits, peaks, weight):
+    """The elastic impulses of contacts on the masses; the largest forces are kept from ``peaks`` on, if it is not 0."""
     for c in range(size.contacts):
         e, place = q.contact_at[c] * LANES, HITS * (size.walls + c) * LANES
         for lane in range(LANES):
             _, force = force_of_contact(q.contact, c, s.u[e + lane], q.step)
             hits[place + 4 * LANES + lane] += weight * force
             s.f[lane] = q.contact[5 * c + 1] * force
+        if peaks > 0:
+            loss = q.contact[5 * c + 1] * q.contact[5 * c + 4]
+            for lane in range(LANES):
+                whole = s.f[lane] * q.contact[5 * c + 1] * (typed(1.0, q.step) - loss * s.w[e + lane]) / q.step
+                top = peaks + c * LANES + lane
+                hits[top] = greater(hits[top], f64(whole))
         for p in range(q.row_begin[q.contact_at[c]], q.row_begin[q.contact_at[c] + 1]):
             value, i = q.row[p], q.row_at[p] * LANES
             for lane in range(LANES):
@@ -126,8 +132,8 @@ def press(size, q, s, hits, weight):
 
 
 @njit(**INLINE)
-def touch(size, q, s, d, j, hits, weight, observers):
-    """Count the contacts that a drift begins."""
+def touch(size, q, s, d, j, hits, peaks, weight, observers):
+    """Count the contacts that a drift begins, and show the largest forces of those that it ends."""
     for c in range(size.contacts):
         e, new = q.contact_at[c] * LANES, (6 * q.contact_at[c] + 2 + j) * LANES
         at, place, away = HITS * (size.walls + c) * LANES, q.contact[5 * c], q.contact[5 * c + 1]
@@ -140,6 +146,12 @@ def touch(size, q, s, d, j, hits, weight, observers):
                 hits[at + lane] += weight
                 hits[at + LANES + lane] += weight * speed
                 hits[at + 2 * LANES + lane] += weight * speed * speed
+        for lane in range(LANES if peaks > 0 else 0):
+            top = peaks + c * LANES + lane
+            if hits[top] > 0.0 and away * (s.u[e + lane] - place) >= q.zero:
+                if weight > 0.0:
+                    show_peak(observers, c, hits[top], lane)
+                hits[top] = 0.0
         if weight > 0.0 and observers.on_impacts.size > 0:
             for lane in range(LANES):
                 if s.f[lane] > q.zero:

@@ -25,7 +25,7 @@ __all__ = [
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
 ROUNDING = 1e-14  # of a closing speed, relative to the speeds that it is the difference of
-HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
+HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum; beyond all, peaks of contacts
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
 FIXED, POWER, RULE = 0, 1, 2  # kinds of restitution; from RULE on the user's, in the order of the chain
 

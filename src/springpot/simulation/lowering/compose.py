@@ -22,7 +22,7 @@ from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory
-from springpot.simulation.kernel.branches import MARKS, NO_BRANCHES, Kept
+from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
@@ -92,16 +92,17 @@ class Parts(Composed):
 
         return advance
 
-    def room_for_states(self, rows: int) -> Kept:
-        """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""
+    @property
+    def half_drift(self) -> tuple[float, float, float]:
+        """Of the circle of the linear spring."""
+        phase = 0.5 * self.frequency * self.scheme.step
+        return math.cos(phase), math.sin(phase), math.sin(phase)
+
+    @property
+    def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
+        """Those of one coordinate and one row."""
         of_sources = np.dtype(type(self.of_kernel()[1].zero))
-        return Kept(
-            state=np.empty((rows, 2 + MARKS)),
-            memory=np.empty((rows, 2 + GROUP + self.memory.powers.size // 4), self.memory.newest.dtype),
-            sources=np.empty((rows, self.states_of_sources), of_sources),
-            step=np.empty(rows, np.int64),
-            next=np.empty(rows, np.int64),
-        )
+        return 1, 1, self.memory.powers.size // 4, self.memory.newest.dtype, self.states_of_sources, of_sources
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -117,7 +118,9 @@ class Parts(Composed):
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else self.frequency
-        return [*self.units.state, self.units.time, frequency, self.wall_position, LANES]
+        length, speed = self.units.state
+        speed = self.felt.force if observer.peaks else speed
+        return [length, speed, self.units.time, frequency, self.wall_position, LANES]
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
@@ -222,6 +225,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
+        contacts=tuple(name for name, _ in total.contacts),
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
             motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,

@@ -7,7 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from springpot.memory import ExponentialSum
+from springpot.simulation.kernel.branches import MARKS, Kept
+from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.lowering.felt import FeltInKernel
 from springpot.simulation.lowering.kernel_units import Units
@@ -44,6 +49,8 @@ class Composed:
         Walls whose impacts are summed together; None where each has its own sums.
     walls : tuple of str
         Walls and contacts of which observers see the impacts alone.
+    contacts : tuple of str
+        The soft ones, in the order of the kernel.
     struck : dict
         The column with the impacts of each of them, by its name.
     damped : dict
@@ -64,7 +71,31 @@ class Composed:
     frequency: float = math.nan
     wall: Any = None
     walls: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
     damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
     readings: tuple[Reading, ...] = ()
     felt: FeltInKernel = field(default_factory=FeltInKernel)
+
+    @property
+    def half_drift(self) -> tuple[float, float, float]:
+        """Shares of a place, and of a velocity over ``frequency``, in the place half a drift away; and the latter
+        again where a drift may turn in between.
+        """
+        raise NotImplementedError
+
+    @property
+    def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
+        """Of coordinates, of rows and of memory modes, with their precision, and of states of sources, with theirs."""
+        raise NotImplementedError
+
+    def room_for_states(self, many: int) -> Kept:
+        """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""
+        points, rows, modes, of_memory, states, of_sources = self.numbers_kept
+        return Kept(
+            state=np.empty((many, 2 * points + MARKS)),
+            memory=np.empty((many, (2 + GROUP) * rows + modes), of_memory),
+            sources=np.empty((many, states), of_sources),
+            step=np.empty(many, np.int64),
+            next=np.empty(many, np.int64),
+        )

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.lowering.parts import Lowered
+from springpot.simulation.lowering.parts import Lowered, numbers_of
 from springpot.simulation.plan.felt import Felt
 
 __all__ = ["FeltInKernel", "lowered_felt"]
@@ -31,6 +31,8 @@ class FeltInKernel:
         What the mean square of each lacks by name, because the kernel sees the mean force of a step.
     scale : float
         A power of two that brings what the kernel shows near 1.
+    force : float
+        The kernel's unit of the forces of contacts.
     """
 
     begin: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
@@ -38,6 +40,7 @@ class FeltInKernel:
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     lacking: Mapping[str, float] = field(default_factory=dict)
     scale: float = 1.0
+    force: float = 1.0
 
 
 def lowered_felt(
@@ -78,6 +81,10 @@ def lowered_felt(
             term[11] -= term[10] * sum(map(_dashpots, parts.values()))
             row.append(e)
             numbers.append(term)
+            for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][12], numbers[-1][15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         begin.append(len(row))
@@ -86,7 +93,7 @@ def lowered_felt(
             for (a, one), (b, other) in itertools.product(rough, rough)
         )
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
-    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale)
+    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length)
 
 
 def _remembers(part: Lowered) -> bool:

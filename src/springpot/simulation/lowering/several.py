@@ -20,6 +20,7 @@ from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
+from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
@@ -119,7 +120,20 @@ class PartsOfSeveral(Composed):
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else 1.0
-        return [*self.units.state, self.units.time, frequency, observer.place / self.units.length, LANES]
+        length, speed = self.units.state
+        speed = self.felt.force if observer.peaks else speed
+        return [length, speed, self.units.time, frequency, observer.place / length, LANES]
+
+    @property
+    def half_drift(self) -> tuple[float, float, float]:
+        """Of a straight line."""
+        return 1.0, 0.5 * self.exact.step, 0.0
+
+    @property
+    def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
+        """All in the precision of the sweep."""
+        kind, states = np.dtype(type(self.sweep.zero)), sum(named.states for named in self.named)
+        return self.size.points, self.size.rows, self.size.modes, kind, states, kind
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -136,12 +150,12 @@ class PartsOfSeveral(Composed):
         """The kernel, with all arguments that are the same for all blocks."""
 
         def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows = given
+            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             low, high = settings.window_steps
             kernel.several(
                 self.size, self.sweep, self.exact, self.memories, self.sources, states,
                 first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows,
+                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
             )  # fmt: skip
             record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 
@@ -266,6 +280,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(totals))),
         walls=names,
+        contacts=tuple(name for _, name, _ in touched),
         struck={name: f"{name} impacts" for name in names},
     )  # fmt: skip
     _check_sizes(whole)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
-from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, Observer, Observers
+from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
 from springpot.simulation.lowering.compose import Floats, Parts, compose
 from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
@@ -190,13 +190,18 @@ def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts:
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
         return np.fromiter(values, np.int64)
 
+    def seen(observer: Observer) -> int:
+        if observer.peaks:
+            return PEAKS - parts.contacts.index(observer.stop)
+        return parts.walls.index(observer.stop) if observer.stop else ALL
+
     return Observers(
         on_steps=numbers(0 if o.on_steps is None else o.on_steps.address for o in observers),
         on_impacts=numbers(0 if o.on_impacts is None else o.on_impacts.address for o in observers),
         place=numbers(array.ctypes.data for array in arrays),
         every=numbers(o.every for o in observers),
         begin=numbers(o.of * GROUP * LANES for o in observers),
-        stop=numbers(parts.walls.index(o.stop) if o.stop else ALL for o in observers),
+        stop=numbers(map(seen, observers)),
         feels=numbers(sorted({number for o in observers for number in o.feels})),
         felt_begin=parts.felt.begin,
         felt_row=parts.felt.row,

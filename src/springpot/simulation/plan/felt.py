@@ -11,6 +11,7 @@ from springpot.machine.faults import listed
 from springpot.problem.parts import (
     Barrier,
     Constant,
+    Contact,
     Dashpot,
     FractionalMaxwell,
     Maxwell,
@@ -28,6 +29,7 @@ __all__ = ["Felt", "felt_in"]
 
 _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
+    Contact,
 )  # fmt: skip
 
 
@@ -72,10 +74,11 @@ def felt_in(system: System) -> dict[str, Felt]:
     found = {}
     for name in (name for name in elements if name not in unseen):
         alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
+        own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
-        found[f"{name}_force"] = Felt({name: 1.0}, reason=reason)
+        found[f"{name}_force"] = Felt({name: own}, reason=reason)
         if count := system.counts.get(name):
-            found[f"{name}_force_of_one"] = Felt({name: 1.0 / count}, reason=reason)
+            found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         reason = _beside([n for n in below if n in unseen]) or _hot(system, below)

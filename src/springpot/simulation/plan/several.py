@@ -460,6 +460,29 @@ class MotionOfSeveral(Motion):
         """Mean, deviation and deviation of the velocity of a displacement, about."""
         return 0.0, self.modes.spread(seen.row), self.modes.speed(seen.row)
 
+    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Floats, Floats, Floats]:
+        """Of each mode what displacements, and velocities, bring to a quantity, over its usual size; and the place of
+        rest.
+
+        The root of the sum of both squares is what the mode can bring in a cycle.  With ``by_energy`` it
+        is the root of the energy of the mode.
+        """
+        at, modes, rows = self.system.coordinates, self.modes, self.system.coordinates.elongations
+        lowest = min(modes.frequency[modes.frequency > _RIGID * modes.frequency.max()], default=1.0)
+        w = np.maximum(modes.frequency, lowest)
+        if by_energy:
+            shares = w
+        elif seen.feels:
+            felt, parts = [*self.felt.values()][seen.feels[0]], self.system.elements
+            of_parts = [share * (rows[n] @ modes.shapes) * [parts[n].modulus(1j * each) for each in w]
+                        for n, share in felt.shares.items()]  # fmt: skip
+            shares = np.abs(sum(of_parts))
+        else:
+            shares = np.abs(seen.row @ modes.shapes) * (w if of_speed else 1.0)
+        usual = math.sqrt(float((shares**2 * modes.temperature / w**2).sum())) or 1.0
+        placed = (shares / usual)[:, None] * modes.shapes.T @ at.mass
+        return placed, placed / w[:, None], np.array([*self.placed(None).values()])
+
     @property
     def uncountable(self) -> str:
         """Why the impacts on some walls cannot be counted."""

@@ -1,61 +1,127 @@
 """What is asked of the paths, and the coordinate by which splitting tells which of them are near to it.
 
 The coordinate is the energy of mass and springs: how far a path could go if noise and losses stopped.  Where a wall
-behind the motion takes energy, a path that moves towards it counts with what the next impact will leave.  Any
-coordinate gives the right mean; a good one a small spread.
+behind the motion takes energy, a path that moves towards it counts with what the next impact will leave.  Of several
+masses it is the largest value of the quantity that the modes could make together if all of them came to be in phase; of
+impacts and functions of the user their energy.  Any coordinate gives the right mean; a good one a small spread.
 
-Between two kicks the mass moves exactly as the linear spring makes it, so that the extremes of x are those of circular
-arcs, not of their ends.  Velocities jump at kicks: between two observations those of white noise of intensity q exceed
-the observed ones by 0.5826 sqrt(q h) on average (see `springpot.simulation.watch.first_passage`).
+Between two kicks one mass moves exactly as the linear spring makes it, so that the extremes of x are those of circular
+arcs, and several masses on straight lines, so that they are at the kicks.  Velocities jump at kicks: between two
+observations those of white noise of intensity q exceed the observed ones by 0.5826 sqrt(q h) on average (see
+`springpot.simulation.watch.first_passage`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.faults import few, meant, shown
+from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
-from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.first_passage import SHIFT
+from springpot.simulation.watch.observables import is_taken, mean_of
 
-__all__ = ["UNITS", "Asked", "asked_of"]
+__all__ = ["Asked", "Quantity", "asked_of", "quantity_of"]
 
 Floats = npt.NDArray[np.float64]
 
-UNITS = {
-    "x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2",
-    "impact_speed": "m s-1",
-}  # fmt: skip
-"""Quantities that can be asked, and the units of their levels."""
-
 SPACING = 0.05  # of kept states, in units of the mean square of v
+FLOOR = 0.25  # share of plain paths below the coordinate under which the first paths keep no states
 
 _FIRST = len(HEADER)
 _FREQUENCY = HEADER.index("frequency")
 _TERMS = 12  # of the potential beside the quadratic one
-# constants; then arrays with a number for each lane: the marks, and the potential of the moment
+# constants; then arrays with a number for each lane: the marks, and room for what is found in a step
 (
-    _PLACED, _SIGN, _COSINE, _SINE, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK, _BEGIN,
-    _HALF, _COUNT, _COEFFICIENTS,
-) = range(_FIRST, _FIRST + 16)  # fmt: skip
+    _PLACED, _SIGN, _COSINE, _SINE, _TURNING, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK,
+    _BEGIN, _HALF, _COUNT, _COEFFICIENTS,
+) = range(_FIRST, _FIRST + 17)  # fmt: skip
 _MARKS = _COEFFICIENTS + _TERMS
 _MOST = _MARKS + LANES
 _BY_HALF = _MOST + LANES
 _POTENTIAL = _MARKS + MARKS * LANES
-_SIZE = _POTENTIAL + LANES
+_SPEED = _POTENTIAL + LANES
+_TOGETHER = _SPEED + LANES
+_POINTS = _TOGETHER + LANES  # then of each mode its offset, and what each displacement and velocity adds to it
+_MODES = _POINTS + 1
+_IN_PHASE = _POINTS + 2
+_SHAPES = _POINTS + 3
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """What can be asked.
+
+    Attributes
+    ----------
+    name, unit : str
+    kind : str
+        Its name with one mass; "force" of forces and accelerations, "own" of a function of the user.
+    seen : Seen
+        The displacement that it is of.
+    observer : Observer or None
+        Of a function of the user.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    seen: Seen
+    observer: Observer | None = None
+
+    @property
+    def has_sides(self) -> bool:
+        """Whether it may be exceeded downwards."""
+        return self.kind in ("x", "v", "force")
+
+
+def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None = None) -> Quantity:
+    """The quantity of this name, or a function of the user that has it.
+
+    Raises
+    ------
+    TypeError, ValueError, NotCoveredError
+        In one sentence.
+    """
+    if function is not None:
+        if name in motion.levels or is_taken(motion.system, str(name)):
+            raise ValueError(f"levels cannot call a function {shown(name)}: there is a quantity of that name.")
+        observer = mean_of(motion, name, function, "state", most=_MOST)
+        return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
+    known = dict(motion.levels)
+    known |= {
+        each.names["impact_speed"]: ("impact_speed", each) for each in motion.seen if "impact_speed" in each.names
+    }
+    if name not in known and name in motion.felt:
+        return Quantity(
+            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, "levels")
+        )
+    if name not in known:
+        near = meant(str(name), [*known, *motion.felt]) or f"; there are {few([*known, *motion.felt])}."
+        raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
+    kind, seen = known[name]
+    if kind == "impact_speed" and not motion.touched:
+        raise ValueError("levels of impact_speed need a wall or a contact, and the system has none.")
+    if kind in ("amplitude", "energy") and not motion.system.natural_frequency > 0.0:
+        raise ValueError(f"levels of {name} need a linear spring: use x, v, speed or distance.")
+    return Quantity(name, LEVELS.get(kind, "m s-1"), kind, seen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,91 +130,133 @@ class Asked:
 
     Attributes
     ----------
-    name : str
+    name, unit : str
     given : ndarray
         The levels, in the user's units, in the order of rarity.
     levels : ndarray
         Of the mark that the observer keeps, in the kernel's units: a path exceeds a level if its mark does.
-    observer : Observer
-        Its array, without the header, holds the marks from ``marks`` on.
+    observers : tuple of Observer
+        Of the coordinate and of the quantity: they share one array, which holds the marks.
     spacing : float
         By which the coordinate must rise before a state is kept again.
     duration : float
         The time that counts, in s.
     target : float
-        The coordinate that a path has, about, when it exceeds the last level.
+        The coordinate that a path has, about, when it exceeds the last level; NaN where plain paths must tell.
+    floor : float
+        No state of the first paths is kept below this coordinate.
     """
 
     name: str
+    unit: str
     given: Floats
     levels: Floats
-    observer: Observer
+    observers: tuple[Observer, ...]
     spacing: float
     duration: float
     target: float
+    floor: float = -math.inf
 
     @property
     def marks(self) -> slice:
         """Where in the array, with its header, the marks are."""
         return slice(_MARKS, _MARKS + MARKS * LANES)
 
+    def told_by(self, ends: Floats) -> Asked:
+        """With what plain paths tell of the coordinate: ``ends`` are their marks, (paths, MARKS).
 
-def asked_of(plan: Plan, parts: Parts, name: str, levels: Floats, sign: float) -> Asked:
-    """The quantity of this name, in the window of the plan; the coordinate counts in that of the run.
+        Half of the first paths will be replaced at once, so that their states below that need not be kept; and where
+        the coordinate at the last level is not known, it is that which the largest values of the paths point to.
+        """
+        reached, most = ends[:, 0], ends[:, 1]
+        own, target = np.isfinite(most), self.target
+        if not math.isfinite(target):
+            least = float(reached.min())
+            rooted, values = np.sqrt(reached[own] - least), most[own]
+            spread = float(values.var()) if own.any() else 0.0
+            slope = float(((values - values.mean()) * rooted).mean()) / spread if spread > 0.0 else 0.0
+            there = float(rooted.mean()) + slope * (float(self.levels[-1]) - float(values.mean())) if own.any() else 0.0
+            target = least + max(there, float(rooted.max()) if own.any() else 0.0) ** 2
+        return replace(self, target=target, floor=float(np.quantile(reached, FLOOR)))
+
+
+def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, sign: float) -> Asked:
+    """The quantity, in the window of the plan; the coordinate counts in that of the run.
 
     Parameters
     ----------
     levels : ndarray
         In the user's units, in the order of rarity.
     sign : float
-        1 if levels of x or v are exceeded upwards, -1 downwards.
+        1 if levels of a quantity with sides are exceeded upwards, -1 downwards.
     """
     motion, units, (low, high) = plan.motion, parts.units, plan.settings.window_steps
-    phase = 0.5 * parts.frequency * parts.scheme.step
-    root = SHIFT * math.sqrt(motion.intensity * plan.settings.step) / units.speed
-    scale = {"m": units.length, "m s-1": units.speed, "m2 s-2": units.speed**2}[UNITS[name]]
-    kernels = np.asarray(levels, float) * (sign if name in ("x", "v") else 1.0) / scale
+    kind, seen, up = quantity.kind, quantity.seen, sign * units.sign if quantity.has_sides else 0.0
+    scale = {"own": 1.0, "energy": units.speed**2}.get(kind, units.speed if quantity.unit == "m s-1" else units.length)
+    kernels = np.asarray(levels, float) * (sign if quantity.has_sides else 1.0) / scale
     constants = np.zeros(_MARKS - _FIRST)
 
     def put(at: int, value: Any) -> None:
         constants[at - _FIRST : at - _FIRST + np.size(value)] = value
 
-    up = sign * units.sign if name in ("x", "v") else 0.0
-    put(_PLACED, 1.0 if name in ("x", "distance") else -1.0 if name == "impact_speed" else 0.0)
+    def root() -> float:
+        """By which noise lets velocities exceed the observed ones."""
+        return SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
+
+    put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
-    put(_COSINE, math.cos(phase))
-    put(_SINE, math.sin(phase))
-    ends = sorted(units.sign * end / units.length for end in (motion.low, motion.high))
-    put(_LOWEST, ends)
-    if name in ("v", "speed"):
+    put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
+    put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
+    if kind in ("v", "speed"):
         put(_PUSH, 1.0)
-        kernels = kernels - root
-    if name in ("energy", "amplitude"):
-        frequency = motion.system.natural_frequency if name == "energy" else motion.system.resonance
+        kernels = kernels - root()
+    if kind in ("energy", "amplitude"):
+        frequency = motion.system.natural_frequency if kind == "energy" else motion.system.resonance
         put(_SQUARES, (frequency * units.time) ** 2)
-        put(_PUSH, root)
-        if name == "amplitude":
+        put(_PUSH, root())
+        if kind == "amplitude":
             kernels = 0.5 * (frequency * units.time * kernels) ** 2
+    put(_BEGIN, low)
+    put(_HALF, low + (high - low) // (2 * GROUP) * GROUP)
+    by_energy = kind in ("own", "impact_speed")  # of impacts as good, and better than the speed without the place
+    modes = motion.modes_near(seen, of_speed=quantity.unit == "m s-1", by_energy=by_energy)
+    shapes, spacing, target = np.zeros(3), SPACING, math.nan
+    if modes is None:
+        _put_energy(put, motion, parts, quantity, sign)
+        spacing *= motion.law.temperature / units.speed**2
+        if kind not in ("force", "own"):
+            target = _target(plan, kind, float(levels[-1])) / units.speed**2
+    else:
+        placed, moved, rest = modes
+        rows = np.hstack([-(placed @ rest)[:, None], units.length * placed, units.speed * moved])
+        shapes = np.concatenate([[rest.size, len(rows), float(not by_energy)], rows.ravel()])
+        put(_STRUCK, -math.inf)
+    initial = np.concatenate([constants, np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
+    on_energy, on_modes, on_steps, on_impacts = _compiled()
+    nearness = Observer(on_energy if modes is None else on_modes, None, initial, per_path=True)
+    own = observer_of(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
+    own = replace(own, on_steps=on_steps)  # also where only impacts are seen
+    observers = nearness, *([quantity.observer] if quantity.observer else []), own
+    duration = (high - low) * plan.settings.step
+    return Asked(quantity.name, quantity.unit, levels, kernels, observers, spacing, duration, target)
+
+
+def _put_energy(
+    put: Callable[[int, Any], None], motion: Motion, parts: Composed, quantity: Quantity, sign: float
+) -> None:
+    """What the energy of one mass, and the loss at a wall behind its motion, is made of."""
+    ends = sorted(parts.units.sign * end / parts.units.length for end in (motion.low, motion.high))
     energy = _energy(motion, parts)
     put(_STIFFNESS, energy.stiffness)
     put(_BEHIND, math.inf)
     put(_LEFT, 1.0)
-    struck = [energy(end) for end in ends if math.isfinite(end)]
-    put(_STRUCK, min(struck, default=0.0))
-    behind = ends[0] if up > 0.0 else ends[1]
-    if name == "x" and math.isfinite(behind):
+    put(_STRUCK, min((energy(end) for end in ends if math.isfinite(end)), default=0.0))
+    behind = ends[0] if sign * parts.units.sign > 0.0 else ends[1]
+    if quantity.kind == "x" and math.isfinite(behind):
         put(_BEHIND, energy(behind))
         put(_LEFT, _share_left(motion, "above" if sign > 0.0 else "below"))
-    put(_BEGIN, low)
-    put(_HALF, low + (high - low) // (2 * GROUP) * GROUP)
     put(_COUNT, len(energy.beyond))
     put(_COEFFICIENTS, energy.beyond)
-    initial = np.concatenate([constants, np.full(MARKS * LANES, -np.inf), np.zeros(LANES)])
-    on_steps, on_impacts = _compiled()
-    observer = Observer(on_steps, on_impacts if name == "impact_speed" else None, initial, per_path=True)
-    target = _target(plan, name, float(levels[-1])) / units.speed**2
-    spacing = SPACING * motion.law.temperature / units.speed**2
-    return Asked(name, levels, kernels, observer, spacing, (high - low) * plan.settings.step, target)
 
 
 @dataclass(frozen=True)
@@ -162,7 +270,7 @@ class _Energy:
         return 0.5 * self.stiffness * x * x + sum(c * x ** (n + 1) for n, c in enumerate(self.beyond))
 
 
-def _energy(motion: Motion, parts: Parts) -> _Energy:
+def _energy(motion: Motion, parts: Composed) -> _Energy:
     """Of the springs, with what the elements with memory add at the resonance."""
     units, system = parts.units, motion.system
     force = [
@@ -184,7 +292,7 @@ def _share_left(motion: Motion, side: str) -> float:
     return restitution_at(wall, math.sqrt(motion.law.temperature)) ** 2
 
 
-def _target(plan: Plan, name: str, level: float) -> float:
+def _target(plan: Plan, kind: str, level: float) -> float:
     """The coordinate at a level, in m^2/s^2."""
     motion, system = plan.motion, plan.system
     more = system.resonance**2 - system.natural_frequency**2 if system.stiffness > 0.0 else 0.0
@@ -196,15 +304,15 @@ def _target(plan: Plan, name: str, level: float) -> float:
         return float(potential(np.linspace(start, end, 257)).max())
 
     start, (mean, spread, _) = float(cast(float, plan.settings.initial_position)), motion.size_of(motion.seen[0])
-    if name == "x":
+    if kind == "x":
         return height(level)
-    if name == "distance":
+    if kind == "distance":
         return min(height(end) for end in (-level, level) if motion.low <= end <= motion.high)
-    if name == "amplitude":
+    if kind == "amplitude":
         return 0.5 * (system.resonance * level) ** 2
-    if name == "energy":
+    if kind == "energy":
         return level
-    if name == "impact_speed":
+    if kind == "impact_speed":
         places = np.array([stop.position for stop in motion.touched.values()])
     else:
         places = np.clip(mean + spread * np.linspace(-6.0, 6.0, 257), motion.low, motion.high)
@@ -212,15 +320,12 @@ def _target(plan: Plan, name: str, level: float) -> float:
 
 
 @cache
-def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
+def _compiled() -> tuple[Callable[..., None], ...]:
     @callback(ON_STEPS)
-    def on_steps(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
+    def on_energy(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
         if n < low:
             return
-        sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
-        cosine, sine, slow = array[_COSINE], array[_SINE], 1.0 / array[_FREQUENCY]
-        lowest, highest = array[_LOWEST], array[_HIGHEST]
-        stiffness, behind, left = array[_STIFFNESS], array[_BEHIND], array[_LEFT]
+        sign, stiffness, behind, left = array[_SIGN], array[_STIFFNESS], array[_BEHIND], array[_LEFT]
         terms = int(array[_COUNT])
         for j in range(GROUP):
             at = j * LANES
@@ -238,15 +343,50 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
                 energy = kept if energy > behind and sign * speed < 0.0 else energy
                 top = array[_MARKS + lane]
                 array[_MARKS + lane] = energy if energy > top else top
+
+    @callback(ON_STEPS)
+    def on_modes(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
+        """At the end of each group, where states are kept."""
+        if n < low:
+            return
+        points, modes, in_phase = int(array[_POINTS]), int(array[_MODES]), array[_IN_PHASE] > 0.0
+        for lane in range(LANES):
+            array[_TOGETHER + lane] = 0.0
+        for m in range(modes):
+            at = _SHAPES + m * (2 * points + 1)
+            for lane in range(LANES):
+                array[_POTENTIAL + lane], array[_SPEED + lane] = array[at], 0.0
+            for k in range(points):
+                of_x, of_v, i = array[at + 1 + k], array[at + 1 + points + k], (GROUP * (k + 1) - 1) * LANES
+                for lane in range(LANES):
+                    array[_POTENTIAL + lane] += of_x * x[i + lane]
+                    array[_SPEED + lane] += of_v * v[i + lane]
+            for lane in range(LANES):
+                square = array[_POTENTIAL + lane] ** 2 + array[_SPEED + lane] ** 2
+                array[_TOGETHER + lane] += math.sqrt(square) if in_phase else square
+        for lane in range(LANES):
+            whole, top = array[_TOGETHER + lane], array[_MARKS + lane]
+            whole = 0.5 * (whole * whole if in_phase else whole)
+            array[_MARKS + lane] = whole if whole > top else top
+
+    @callback(ON_STEPS)
+    def on_steps(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
+        if n < low:
+            return
+        sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
+        cosine, sine, turning, slow = array[_COSINE], array[_SINE], array[_TURNING], 1.0 / array[_FREQUENCY]
+        lowest, highest = array[_LOWEST], array[_HIGHEST]
+        for j in range(GROUP):
+            at = j * LANES
             if array[_PLACED] > 0.0:
                 for lane in range(LANES):
-                    here, speed = x[at + lane], abs(v[at + lane]) * slow
+                    here, speed = x[at + lane], abs(v[at + lane]) * slow if sine > 0.0 else 0.0
                     end = highest if here > 0.0 else -lowest
                     out = abs(here)
                     end = end if sign == 0.0 else highest if sign > 0.0 else -lowest
                     out = out if sign == 0.0 else sign * here
                     far = cosine * out + sine * speed
-                    far = math.sqrt(out * out + speed * speed) if sine * out > cosine * speed else far
+                    far = math.sqrt(out * out + speed * speed) if turning * out > cosine * speed else far
                     far = far if far < end else end
                     most = array[_MOST + lane]
                     array[_MOST + lane] = far if far > most else most
@@ -257,7 +397,7 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
                     value = push * out + (0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0)
                     most = array[_MOST + lane]
                     array[_MOST + lane] = value if value > most else most
-        if n < array[_BEGIN]:
+        if n < array[_BEGIN]:  # what comes before the time that counts is forgotten
             for lane in range(LANES):
                 array[_MOST + lane] = -np.inf
         if n < array[_HALF]:
@@ -272,4 +412,4 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
         if speed > array[_MOST + lane]:
             array[_MOST + lane] = speed
 
-    return on_steps, on_impacts
+    return on_energy, on_modes, on_steps, on_impacts

@@ -6,24 +6,23 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError, few, meant, name_results, shown
+from springpot.machine.faults import name_results, shown
 from springpot.machine.progress import Clock
 from springpot.problem.messages import Message
 from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
-from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.options import DEFAULTS, StartKind
 from springpot.simulation.plan.plan import Plan, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
-from springpot.simulation.rare.asked import UNITS, asked_of
+from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.search import ExceedanceCurve, search
 
 __all__ = ["Exceedance", "exceedance"]
@@ -123,12 +122,16 @@ def exceedance(
     Parameters
     ----------
     system : System
-        Of one mass.
     levels : dict
         Quantities and their levels, one or many, such as ``{"x": [0.004, 0.005, 0.006]}``: ``"x"`` (m) and ``"v"``
         (m/s), upwards if the levels lie above the start, else downwards; ``"distance"`` (m), the size of x;
         ``"speed"`` (m/s), the size of v; ``"amplitude"`` (m), sqrt(x^2 + v^2 / w^2) with w the ``resonance``;
-        ``"energy"`` (m^2/s^2), (v^2 + Omega^2 x^2) / 2; ``"impact_speed"`` (m/s), of the fastest impact.
+        ``"energy"`` (m^2/s^2), (v^2 + Omega^2 x^2) / 2; ``"impact_speed"`` (m/s), of the fastest impact.  Of several
+        masses, as in ``first_passage`` of `springpot.simulate`: ``"a_x"``, ``"a_b_elongation"``, ``"stop_distance"``
+        and so on, and ``"stop_impact_speed"`` of a wall.  Forces and accelerations, as in its ``forces``:
+        ``"spring_force"``, ``"force_on_ground"``, upwards if the levels are positive.  Any other name is that of a
+        function of your own, with its levels: ``{"stress": (function, [1e6, 2e6])}``, whose arguments are those of an
+        observable.
     duration : float
         The time in s.
     rtol : float
@@ -157,7 +160,7 @@ def exceedance(
     TypeError, ValueError
         If an argument is wrong; nothing has been computed then.
     NotCoveredError
-        Of several masses.
+        Of a force or an acceleration that cannot be seen.
     TimeoutError
         If ``max_time`` is too short for any result.
 
@@ -184,8 +187,6 @@ def exceedance(
     (True, 'splitting')
     """
     checked_system(system)
-    if len(system.points) > 1:
-        raise NotCoveredError("exceedance is of systems of one mass.")
     rtol = finite_number(rtol, "rtol", low=0.01, high=1.0)
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
@@ -205,12 +206,12 @@ def exceedance(
         plan = adapt(plan)
     simulation = simulation_of(_split_early(plan))
     curves = dict[str, ExceedanceCurve]()
-    for number, (name, (given, sign)) in enumerate(wanted.items()):
+    for number, (quantity, given, sign) in enumerate(wanted):
         order = np.argsort(sign * given.ravel())
-        asked = asked_of(plan, cast(Parts, simulation.parts), name, given.ravel()[order], sign)
+        asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
         found = search(simulation, asked, rtol, own, told, _STREAMS * number)
-        curves[name] = found.arranged(np.argsort(order), given.shape)
+        curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
     result = Exceedance(system, replace(plan.settings, paths=paths), curves)
     for sentence in result.warnings:
@@ -226,45 +227,41 @@ def _share(progress: Progress | None, number: int, count: int) -> Callable[[floa
     return lambda fraction: None if progress is None else progress((number + fraction) / count)
 
 
-def _checked(plan: Plan, levels: object) -> dict[str, tuple[Floats, float]]:
-    """The levels of each quantity, and the sign of the direction in which they are exceeded."""
+def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]:
+    """The quantities with their levels, and the sign of the direction in which these are exceeded."""
     if not isinstance(levels, Mapping) or not levels:
         raise TypeError(
             f"levels must be a dict of names and levels, such as {{'x': [0.01, 0.02]}}, not {shown(levels)}."
         )
-    return {name: _checked_levels(plan, name, given) for name, given in levels.items()}
+    return [_checked_levels(plan, name, given) for name, given in levels.items()]
 
 
-def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Floats, float]:
-    motion = plan.motion
-    if not isinstance(name, str) or name not in UNITS:
-        near = meant(str(name), UNITS) or f"; there are {few(UNITS)}."
-        raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
-    if name == "impact_speed" and not motion.touched:
-        raise ValueError("levels of impact_speed need a wall or a contact, and the system has none.")
-    if name in ("amplitude", "energy") and not motion.system.natural_frequency > 0.0:
-        raise ValueError(f"levels of {name} need a linear spring: use x, v, speed or distance.")
-    words, signed = f"level of {name}", name in ("x", "v")
+def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Floats, float]:
+    motion, function = plan.motion, None
+    if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
+        function, given = given
+    quantity = quantity_of(motion, name, function)
+    words, seen, least = f"level of {name}", quantity.seen, quantity.kind in ("x", "v", "force", "own")
     listed = np.asarray(given, object)
     if not listed.size:
         raise ValueError(f"levels of {name} must not be empty.")
-    low = -LARGEST if signed else 0.0
-    checked = [finite_number(each, words, low=low, high=LARGEST, open_low=not signed) for each in listed.ravel()]
+    low = -LARGEST if least else 0.0
+    checked = [finite_number(each, words, low=low, high=LARGEST, open_low=not least) for each in listed.ravel()]
     numbers = np.array(checked, float).reshape(listed.shape)
-    if not signed:
-        return numbers, 1.0
-    x, v = motion.start_of(motion.seen[0], plan.settings.initial_position, plan.settings.initial_velocity)
-    if plan.settings.start == "stationary":
-        x = motion.scales.mean
-    start = x if name == "x" else float(v)
+    if not quantity.has_sides:
+        return quantity, numbers, 1.0
+    start = 0.0
+    if quantity.kind != "force":
+        x, v = motion.start_of(seen, plan.settings.initial_position, plan.settings.initial_velocity)
+        x = motion.scales.mean if plan.settings.start == "stationary" else x
+        start = x if quantity.kind == "x" else float(v)
     sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
     if len(sides) != 1 or (numbers == start).any():
-        raise ValueError(
-            f"levels of {name} must lie on one side of the start, {start:.3g} {UNITS[name]}: ask for both in two calls."
-        )
-    if name == "x" and not ((motion.low < numbers) & (numbers < motion.high)).all():
-        raise ValueError(f"levels of x must lie between the walls, {motion.low:g} and {motion.high:g} m.")
-    return numbers, sides.pop()
+        of = "0" if quantity.kind == "force" else f"the start, {start:.3g}"
+        raise ValueError(f"levels of {name} must lie on one side of {of} {quantity.unit}: ask for both in two calls.")
+    if quantity.kind == "x" and not ((seen.low < numbers) & (numbers < seen.high)).all():
+        raise ValueError(f"levels of {name} must lie between the walls, {seen.low:g} and {seen.high:g} m.")
+    return quantity, numbers, sides.pop()
 
 
 def _settled(plan: Plan) -> Plan:

@@ -15,7 +15,7 @@ from springpot.machine.faults import per_cent, with_error
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.rare.asked import UNITS, Asked
+from springpot.simulation.rare.asked import Asked
 from springpot.simulation.rare.splitting import Tally, repetitions
 
 __all__ = ["ExceedanceCurve", "search"]
@@ -104,7 +104,7 @@ class ExceedanceCurve:
         for level, p, error, high, again in zip(*map(np.ravel, columns), strict=True):
             said = with_error(p, error) if p > 0.0 else f"at most {high:.2g}"
             often = f", once in {again:.2g} s" if math.isfinite(again) else ""
-            lines.append(f"{self.name} > {level:g} {self.unit}: {said}{often}")
+            lines.append(f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}{often}")
         return "\n".join(lines)
 
 
@@ -170,7 +170,8 @@ class _Repetitions:
 
     def again(self, paths: int) -> _Repetitions:
         """Splitting of so many paths each."""
-        own = replace(self, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
+        asked = self.asked if self.splits else self.asked.told_by(self.tallies[0].ends)
+        own = replace(self, asked=asked, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
         try:
             own.add(REPETITIONS)
         except OutOfTimeError:
@@ -243,7 +244,7 @@ class _Repetitions:
         with np.errstate(divide="ignore", invalid="ignore"):  # a probability may be 1
             rate = -2.0 / self.asked.duration * (np.log1p(-p) - np.log1p(-half.mean(axis=0)))
             rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p)
-        name, units = self.asked.name, UNITS[self.asked.name]
+        name, units = self.asked.name, self.asked.unit
         return ExceedanceCurve(
             name, units, self.asked.given, p, error, p / wide, high, rate, rate_error,
             method="splitting" if self.splits else "plain",
@@ -263,7 +264,7 @@ class _Repetitions:
         return min(self.most, own) if not self.last.any() else 1.0
 
     def _doubts(self, p: Floats, error: Floats, high: Floats, rtol: float, reason: str) -> list[Message]:
-        said, of = [], {"name": self.asked.name, "unit": UNITS[self.asked.name]}
+        said, of = [], {"name": self.asked.name, "unit": self.asked.unit}
         if not p.all():
             n = int(np.argmin(p))
             said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))

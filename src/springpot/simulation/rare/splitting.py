@@ -22,8 +22,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import cast
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +32,6 @@ from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
-from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.paths.simulation import Simulation, addresses_of
 from springpot.simulation.rare.asked import Asked
 
@@ -64,6 +62,8 @@ class Tally:
     path_steps : float
     complete : bool
         Whether all repetitions have ended by themselves.
+    ends : ndarray, shape (paths, MARKS)
+        The marks of plain paths.
     """
 
     exceeded: Floats
@@ -71,6 +71,7 @@ class Tally:
     iterations: Numbers
     path_steps: float
     complete: bool
+    ends: Floats
 
 
 def repetitions(
@@ -104,12 +105,16 @@ def repetitions(
     ------
     OutOfTimeError
         If the time is over before the first paths have ended.
+    ValueError
+        If a function of the user gives no number.
     """
     run = _Paths(simulation, asked, first * paths, count * paths, stream, splits, clock, tell)
     size, levels = count * paths, asked.levels
     ends = np.full((count, paths, MARKS), -np.inf)
     flat = ends.reshape(size, MARKS)
     head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0)
+    if np.isnan(flat).any():
+        raise ValueError(f"levels: {asked.name} gives no number at some place that the motion comes to.")
     work = float(size) * run.steps
     weights, going = np.ones(count), np.full(count, splits)
     gone, iterations = np.zeros((count, 2, levels.size)), np.zeros(count, np.int64)
@@ -129,7 +134,8 @@ def repetitions(
     branch, origin = np.empty(size, np.int64), np.empty(size, np.int64)
     living = np.empty(paths, np.int64)
     for generation in itertools.count(1):
-        found = Tally(gone + counted(there), weights.copy(), iterations.copy(), work, complete=True)
+        marks = np.zeros((0, MARKS)) if splits else flat
+        found = Tally(gone + counted(there), weights.copy(), iterations.copy(), work, True, marks)
         at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
         going &= at < asked.target
         if not going.any() or generation > MOST_ITERATIONS:
@@ -152,7 +158,7 @@ def repetitions(
         try:
             head[of] = run.advance(of, rows, born, marks, generation)
         except OutOfTimeError:
-            return Tally(found.exceeded, found.weights, found.iterations, work, complete=False)
+            return replace(found, path_steps=work, complete=False)
         flat[of] = marks
         work += float((run.steps - born).sum())
     raise AssertionError
@@ -165,7 +171,7 @@ class _Paths:
         self, simulation: Simulation, asked: Asked, first: int, paths: int, stream: int, splits: bool, clock: Clock,
         tell: Callable[[float], None],
     ) -> None:  # fmt: skip
-        settings, parts = simulation.settings, cast(Parts, simulation.parts)
+        settings, parts = simulation.settings, simulation.parts
         self.settings, self.parts, self.asked, self.first, self.stream = settings, parts, asked, first, stream
         self.clock, self.tell, self.steps = clock, tell, settings.steps
         self.keys, self.kernel = key_words(settings.seed), parts.kernel()
@@ -192,18 +198,18 @@ class _Paths:
         head, stop, calls = np.full(size, -1), np.zeros(1, np.uint8), itertools.count()
         together = max(1, min(BLOCKS_OF_A_CALL, blocks // (6 * settings.threads)))
         states = parts.states(settings, self.first, size if generation == 0 else LANES, self.stream)
-        word, observer = generation << 16 | self.stream, self.asked.observer
+        word, observers = generation << 16 | self.stream, self.asked.observers
 
         def work() -> None:
-            array = np.concatenate([parts.header_of(observer), observer.initial])
-            addresses = addresses_of([observer], [array], parts)
-            out, record = np.empty((together * LANES, len(parts.columns))), np.empty((0, 1, 2))
+            array = np.concatenate([parts.header_of(observers[0]), observers[0].initial])
+            addresses = addresses_of(observers, [array] * len(observers), parts)
+            out, record = np.empty((together * LANES, len(parts.columns))), np.empty((0, 1, *parts.shape_of_state))
             while not stop[0] and (number := together * next(calls)) < blocks:
                 some = slice(number * LANES, min(number + together, blocks) * LANES)
                 mine, used = self._take((some.stop - some.start) * self.most), np.zeros(2, np.int64)
                 branches = Branches(
-                    self.every, self.asked.spacing, who[some], origin[some], begin[some], array[self.asked.marks],
-                    marks[some], head[some], mine, used, self.kept,
+                    self.every, self.asked.floor, self.asked.spacing, who[some], origin[some], begin[some],
+                    array[self.asked.marks], marks[some], head[some], mine, used, self.kept,
                 )  # fmt: skip
                 self.kernel(
                     states[some] if len(states) > LANES else states, 0, (some.stop - some.start) // LANES, settings,

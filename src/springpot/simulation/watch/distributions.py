@@ -28,7 +28,7 @@ __all__ = ["Distribution", "distributions_in", "observer_of", "sample_quantiles"
 Floats = npt.NDArray[np.float64]
 
 FIRST = len(HEADER)
-_, _, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
+_, _SPEED_UNIT, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
 
 _PARTS = 64  # bins in an octave
 _LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
@@ -63,8 +63,9 @@ def observer_of(
     """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
     steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
     return Observer(
-        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels
-    )
+        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels,
+        seen.peaks,
+    )  # fmt: skip
 
 
 @njit(**INLINE)
@@ -222,7 +223,7 @@ def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, cou
     both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
     x, v = units.state
     x = x / header[_FREQUENCY] if seen.feels else x
-    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
+    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": abs(header[_SPEED_UNIT])}
     distributions = {}
     for name, called in seen.names.items():
         taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign

@@ -39,6 +39,7 @@ __all__ = [
     "faster_than",
     "is_taken",
     "mean_of",
+    "peaks",
     "squares",
 ]
 
@@ -72,8 +73,12 @@ They are taken at the ends of the steps and at the impacts.
 # --- a user's own ---------------------------------------------------------------------------------------------------
 
 
-def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Literal["state", "impact"]) -> Observer:
+def mean_of(
+    motion: Motion, name: str, function: Callable[..., float], kind: Literal["state", "impact"], *, most: int = 0
+) -> Observer:
     """Sum of a user's function: of the state over the steps of the window, or of the speed over its impacts.
+
+    With ``most`` it is the largest value of a function of the state instead, from this place of the array on.
 
     Of one mass the state is (t, x, v), and the speed one argument; of several, and with forces or accelerations among
     them, the names of the arguments say what they are.  Variables that the function captures have their values at the
@@ -103,7 +108,7 @@ def mean_of(motion: Motion, name: str, function: Callable[..., float], kind: Lit
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
         stop = stops[_arguments(name, own, stops, most=1)[0]]
     try:
-        compiled = _on_steps_of(own, takes) if kind == "state" else _on_impacts_of(own)
+        compiled = _on_steps_of(own, takes, most or FIRST, most > 0) if kind == "state" else _on_impacts_of(own)
     except (NumbaError, TypeError) as reason:
         raise ValueError(
             f"observable {name!r} must be a function of {wanted} that Numba can compile to a real number: "
@@ -196,8 +201,12 @@ def _with(rest: Any, kind: str, begin: int) -> Any:
     return value
 
 
-def _on_steps_of(function: Callable[..., float], takes: Sequence[tuple[str, int]]) -> Any:
-    """``takes`` says for each argument whether it is t, x or v, and the number of the displacement."""
+def _on_steps_of(
+    function: Callable[..., float], takes: Sequence[tuple[str, int]], place: int = FIRST, most: bool = False
+) -> Any:
+    """The sum, or the most, at this place; ``takes`` says of each argument if it is t, x or v, and the number of the
+    displacement.
+    """
     inner = njit(**INLINE)(function)
 
     @njit(**INLINE)
@@ -215,9 +224,10 @@ def _on_steps_of(function: Callable[..., float], takes: Sequence[tuple[str, int]
                 t = time * step * (n + j + 1)
                 for lane in range(LANES):
                     at = j * LANES + lane
-                    so_far = array[FIRST + lane]
-                    array[FIRST + lane] = np.nan  # stays if the function raises
-                    array[FIRST + lane] = so_far + value(t, length, speed, x, v, at, ())
+                    so_far = array[place + lane]
+                    array[place + lane] = np.nan  # stays if the function raises
+                    found = value(t, length, speed, x, v, at, ())
+                    array[place + lane] = (found if found > so_far else so_far) if most else so_far + found
 
     return on_steps
 
@@ -235,6 +245,11 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
 
 
 # --- impacts that are not slow ---------------------------------------------------------------------------------------
+
+
+def peaks(seen: Seen) -> Observer:
+    """The largest forces of the touches of a contact: their number, sum and the sum of their squares."""
+    return observer_of(seen, None, _on_fast_impacts(), np.zeros(4 * LANES))
 
 
 def faster_than(speed: float, stop: str) -> Observer:
