@@ -113,7 +113,7 @@ def _is_soft(part: Part) -> bool:
 
 
 def _has_force(part: Part) -> bool:
-    return _has_spring(part) or "damping" in part.powers or _is_soft(part)
+    return _has_spring(part) or "damping" in part.powers or part.remembers or _is_soft(part)
 
 
 def _is_counted(part: Part) -> bool:

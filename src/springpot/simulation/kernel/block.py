@@ -266,7 +266,8 @@ def block(
                 which = observers.feels[k]
                 for i in range(0, GROUP * LANES, LANES):
                     to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                    feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
+                    at, pull, middle = beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i)
+                    feel(observers, which, at, pull, middle, beyond(forcing.state, i), to)
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)

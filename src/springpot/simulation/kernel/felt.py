@@ -1,7 +1,7 @@
 """Forces of parts, and what they add up to, in the middle of a step: observers see them beside the displacements.
 
-In a kick the springs have the elongation of that time, dashpots the mean of the velocities before and after it, and
-memory its mean force over the step around it.
+In a kick the springs have the elongation of that time, and parts that yield their z then; dashpots the mean of the
+velocities before and after it, and memory its mean force over the step around it.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ __all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
 
 MOST_FELT = 40
 NUMBERS = 20
-"""Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity and of a
-contact; and from the 16th on the contact, as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
+"""Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity, of a contact
+and of the z of a part that yields; the place of this z among the states of all forces; from the 16th on the contact,
+as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
 """
 
 
 @njit(**INLINE)
-def feel(observers, number, u, pull, middle, to):
+def feel(observers, number, u, pull, middle, state, to):
     """What is felt in one step of all lanes, from lane arrays of each row at the kick: the elongation, the force of
-    dampers and memory, and the mean velocity.
+    dampers and memory, and the mean velocity; and from the states of forces.
     """
     for lane in range(LANES):
         to[lane] = 0.0
@@ -46,6 +47,11 @@ def feel(observers, number, u, pull, middle, to):
             for lane in range(LANES):
                 _, force = force_of_contact(observers.felt, (k + 15) // 5, f64(u[i + lane]), 1.0)
                 to[lane] += share * force * (1.0 - away * loss * middle[i + lane])
+        share = observers.felt[k + 13]
+        if share != 0.0:
+            i = int(observers.felt[k + 14]) * LANES
+            for lane in range(LANES):
+                to[lane] += share * state[i + lane]
 
 
 @njit(**INLINE)

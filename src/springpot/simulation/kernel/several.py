@@ -40,7 +40,7 @@ from springpot.simulation.kernel.lanes import (
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
-from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
+from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch, wake_dampers
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
     HITS,
@@ -68,7 +68,7 @@ __all__ = [
 MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
 MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
-MOST_STATES = 480  # of sources
+MOST_STATES = 480  # of sources, and of parts that yield
 FILTERED, HARMONIC, TABLE, POISSON, MODULATED = 0, 1, 2, 3, 4  # kinds of sources
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
@@ -436,7 +436,7 @@ def _stretch(size, q, s, d, j, weight, sums):
 
 
 @njit(**INLINE)
-def _feel(size, q, s, j, observers, shown):
+def _feel(size, q, s, j, observers, state, shown):
     """Write what observers feel of the kick, of which ``kicked`` and ``middle`` have the elongations and their rates
     before it.
     """
@@ -450,7 +450,7 @@ def _feel(size, q, s, j, observers, shown):
     for k in range(observers.feels.size):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
-        feel(observers, which, s.kicked, s.pull, s.middle, to)
+        feel(observers, which, s.kicked, s.pull, s.middle, beyond(state, j * LANES), to)
 
 
 @njit(**INLINE)
@@ -594,6 +594,7 @@ def several(
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
         _wake_sources(size, sources, who, stream, k0, k1, forcing)
+        wake_dampers(size, q, forcing)
         for t in range(t_0, steps, GROUP):
             births = birth(branches, t, births, row, steps, lanes)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
@@ -631,7 +632,7 @@ def several(
                     s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
                 if felt:
-                    _feel(size, q, s, j, observers, shown_x)
+                    _feel(size, q, s, j, observers, forcing.state, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):

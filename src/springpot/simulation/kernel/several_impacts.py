@@ -81,7 +81,7 @@ class Numbers(NamedTuple):
     mass: Any  # (points * points,)
     damper_at: Any  # (dampers,) number of the elongation
     damper_kind: Any
-    damper: Any  # (3 dampers,) two numbers of its law, per unit of reduced mass, and that; of a contact its number, chi
+    damper: Any  # (6 dampers,) numbers of its law, per unit of reduced mass, and that; of a contact its number, chi
     turn: Any  # (dampers * points,) as jump
     cross: Any  # (dampers * rows,) change of the elongations' velocities per unit of change of its own
     contact_at: Any  # (contacts,) number of the elongation

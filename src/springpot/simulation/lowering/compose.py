@@ -229,7 +229,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
             motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
-            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),
+            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)), named,
         ),
     )  # fmt: skip
 

@@ -12,7 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.lowering.parts import Lowered, numbers_of
+from springpot.simulation.kernel.hysteresis import STATES
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.felt import Felt
 
 __all__ = ["FeltInKernel", "lowered_felt"]
@@ -45,7 +47,7 @@ class FeltInKernel:
 
 def lowered_felt(
     felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
-    length: float, step: float, lags: int,
+    length: float, step: float, lags: int, named: Sequence[Named],
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -63,7 +65,10 @@ def lowered_felt(
         In the kernel's units.
     lags : int
         Steps within which the motion changes.
+    named : sequence of Named
+        The forces with names: of those that yield, the places of their states.
     """
+    yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
@@ -85,6 +90,11 @@ def lowered_felt(
                 row.append(e)
                 numbers.append(np.zeros(NUMBERS))
                 numbers[-1][12], numbers[-1][15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
+            for n in (n for n in own if n in yields):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
+                numbers[-1][14] = yields[n].place + STATES - GROUP
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         begin.append(len(row))

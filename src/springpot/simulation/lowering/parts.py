@@ -19,6 +19,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.memory import power_law_sum
 from springpot.problem.parts import (
     Barrier,
+    BoucWen,
     CloughPenzienNoise,
     ColoredNoise,
     Constant,
@@ -43,7 +44,8 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.simulation.kernel import forces, sources
+from springpot.problem.parts.hysteresis import Yielding
+from springpot.simulation.kernel import forces, hysteresis, sources
 from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
 from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.user_forces import user_force
@@ -102,6 +104,8 @@ class Named:
         expected of noise that multiplies x, or not at all.
     join : callable, optional
         As ``make``, with the variance of the impulses of white noise last: a part that is both.
+    place : int
+        Of its first number among those of all forces.
     """
 
     name: str
@@ -109,6 +113,7 @@ class Named:
     states: int
     does: str
     join: Callable[[int, int, int, float], Any] | None = None
+    place: int = 0
 
 
 @dataclass(frozen=True)
@@ -213,6 +218,17 @@ def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
 def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
     law = forces.CoulombDamper(0.5 * step * part.force / units.length * units.time**2)
     return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
+    impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
+    law: Any = hysteresis.Plastic(limit)
+    if isinstance(part, BoucWen):
+        first = hysteresis.FirstPower(limit, part.beta)
+        law = first if part.exponent == 1.0 else hysteresis.AnyPower(limit, part.beta, part.exponent)
+    make = lambda word, place, parts: hysteresis.Hysteresis(impulse, step, place, law)  # noqa: E731
+    return Lowered(forces=(Named(name, make, hysteresis.STATES, "dissipates"),))
 
 
 @lower.register
@@ -533,7 +549,7 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
         else:
             law = force.make(word, place, parts_of_step)
             parts.append(law._replace(share=share) if isinstance(law, sources.ModulatedParametric) else law)
-            named.append(force)
+            named.append(replace(force, place=place))
         word, place = word + sources.WORDS, place + force.states
     if len(named) > MOST_FORCES or place > MOST_STATES:
         raise ValueError(

@@ -18,7 +18,7 @@ from springpot.memory import ExponentialSum
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
+from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES
@@ -240,7 +240,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     noises, given, constant = _excitation(plan, frame, parts_of_step)
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(frame, touched)]
+    dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
     shaken = [*_shaken(frame, settings)]
     exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
     random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
@@ -269,7 +269,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.law if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)),
-        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
+        moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
             **{f"work of {each.named.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
@@ -294,7 +294,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     ]  # fmt: skip
     felt = lowered_felt(
         plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)), whole.named,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -331,7 +331,7 @@ def _numbers(
         *_restitutions(rules), jump.ravel(), (jump @ frame.rows.T).ravel(),
         frame.reduced[struck], (at.mass / frame.unit_mass).ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
-        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
+        np.array([each.padded for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
         np.array([each.row for each in shaken], np.int64),
@@ -390,7 +390,7 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
         ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
         ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
-        ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
+        ("states of noise and of what yields", sum(named.states for named in parts.named), kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
             raise ValueError(f"the system has {count} {what}, but the kernel of several masses holds at most {most}.")
@@ -481,7 +481,7 @@ def _no_law(word: int, place: int, parts: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Damper:
-    """A nonlinear damper, the dissipation of a contact, or a force of the user.
+    """A nonlinear damper, a part that yields, the dissipation of a contact, or a force of the user.
 
     Attributes
     ----------
@@ -489,7 +489,7 @@ class _Damper:
     row, kind : int
         The number of its elongation, and the kind of its law.
     numbers : tuple of float
-        As the kernel has them.
+        Of its law per unit of the reduced mass, and that.
     law : NamedTuple or None
         Of the user's force.
     """
@@ -497,22 +497,37 @@ class _Damper:
     named: Named
     row: int
     kind: int
-    numbers: tuple[float, float, float]
+    numbers: tuple[float, ...]
     law: Any = None
 
+    @property
+    def padded(self) -> list[float]:
+        """As the kernel has them, the reduced mass last."""
+        *own, mass = self.numbers
+        return [*own, *(0.0,) * (several_dampers.DAMPER - len(self.numbers)), mass]
 
-def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]]) -> Iterator[_Damper]:
+
+def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: int) -> Iterator[_Damper]:
+    """With the first place of their states."""
+    kinds = {
+        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.FirstPower: several_dampers.WEN,
+        hysteresis.AnyPower: several_dampers.BOUC_WEN,
+    }  # fmt: skip
     own = 0
     for n, total in enumerate(frame.totals):
         mass = float(frame.reduced[n])
         for named in total.forces:
-            match law := named.make(0, 0, 1):
+            match law := named.make(0, place, 1):
                 case forces.CoulombDamper():
                     yield _Damper(named, n, several_dampers.COULOMB, (law.impulse / mass, 0.0, mass))
                 case forces.PowerDamper():
                     yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
                 case forces.VanDerPolDamper():
                     yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                case hysteresis.Hysteresis(impulse, _, _, inner):
+                    law = impulse / mass, float(place), *inner, mass
+                    yield _Damper(replace(named, place=place), n, kinds[type(inner)], law)
+                    place += named.states
                 case _:
                     force, own = law._replace(half=law.half / mass), own + 1
                     yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)

@@ -22,6 +22,7 @@ from springpot.problem.parts import (
     Springpot,
     ThermalNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
@@ -29,7 +30,7 @@ __all__ = ["Felt", "felt_in"]
 
 _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
-    Contact,
+    Yielding, Contact,
 )  # fmt: skip
 
 
@@ -73,7 +74,7 @@ def felt_in(system: System) -> dict[str, Felt]:
     unseen = [name for name, part in elements.items() if not _is_felt(part)]
     found = {}
     for name in (name for name in elements if name not in unseen):
-        alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
+        alike = [n for n, each in elements.items() if _is_in_memory(each) and np.array_equal(rows[n], rows[name])]
         own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
         found[f"{name}_force"] = Felt({name: own}, reason=reason)
@@ -102,6 +103,10 @@ def _alone(name: str, alike: list[str]) -> str:
     if name not in alike or len(alike) == 1:
         return ""
     return f"{listed(alike)} have the same ends, and the memory of both is one: only the sum of their forces is known"
+
+
+def _is_in_memory(part: Element) -> bool:
+    return part.remembers and part.is_linear  # a part that yields has a state of its own
 
 
 def _hot(system: System, names: Iterable[str]) -> str:
