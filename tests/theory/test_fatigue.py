@@ -80,11 +80,9 @@ def test_forces_have_the_moments_of_their_spectra() -> None:
     mount, noise = sp.Springpot(0.3, 2.0), sp.ColoredNoise(1.0, 0.2, on="ground")
     system = sp.System(sp.Mass(2.0), sp.Spring(8.0), noise, mount=mount)
     linear = sp.theory.linear(system)
-    for name, of, what in (
-        ("mount_force", "mount", "force"), ("force_on_ground", "ground", "force"), ("acceleration", "", "acceleration"),
-    ):  # fmt: skip
+    for name in ("mount_force", "force_on_ground", "acceleration"):
         found = sp.theory.fatigue(system, sp.Basquin(3.0), name)
-        assert found.moments[0.0] == pytest.approx(linear.mean_square(of, what), rel=1e-7)
+        assert found.moments[0.0] == pytest.approx(linear.mean_square(name), rel=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +96,7 @@ def test_forces_have_the_moments_of_their_spectra() -> None:
             "springpot_force",
             "crosses its mean infinitely",
         ),
-        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0)), "velocity", "of must be such as 'x'"),
+        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0)), "velocity", "of must be one of"),
     ],
 )
 def test_what_is_refused(parts: tuple[object, ...], of: str, words: str) -> None:

@@ -6,23 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from springpot.machine.faults import NotCoveredError, listed, shown
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.basquin import Basquin
-from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
 from springpot.problem.system import System
-from springpot.theory.methods.systems.felt import What
-from springpot.theory.numerics.frequencies import integrals, resonances
 
 __all__ = ["Fatigue", "damage_rates", "fatigue"]
 
-FloatArray = NDArray[np.float64]
-
 ORDERS = (0.0, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Powers of the frequency in the spectral moments that the formulas take."""
-_FAR = 1e6  # of the largest frequency: there the density has its last slope
 
 
 @dataclass(frozen=True)
@@ -174,48 +165,17 @@ def fatigue(system: System, curve: Basquin, of: str = "") -> Fatigue:
     """
     from springpot.theory.methods.systems.linear import linear  # slow to import
 
+    if not isinstance(of, str):
+        raise TypeError(f"of must be the name of a displacement, force or acceleration, not {shown(of)}.")
     if not isinstance(curve, Basquin):
         raise TypeError(f"curve must be a Basquin curve, such as sp.Basquin(5.0, strength=0.01), not {shown(curve)}.")
     response = linear(system)
-    if rough := response.system.of(Harmonic, ParametricNoise, PoissonImpulses):
-        names = listed([name for name, part in response.system.named() if part in rough])
-        raise NotCoveredError(f"The formulas of fatigue cover Gaussian responses, which that to {names} is not.")
-    response.moments  # noqa: B018 (says if there is no stationary state)
-    companion = response.companion
-    cuts = resonances(companion.nearest, companion.scales)
-    top = _FAR * max(companion.scales)
-    place, what = _asked(system, of)
-
-    last, beyond = response.spectrum([top, 2.0 * top], place, what)
-    slope = -math.log2(beyond / last) if last > 0.0 else math.inf
-    finite = [order for order in ORDERS if slope >= order + 1.01]  # of others the density falls too slowly
-    if 2.0 not in finite:
+    name = "" if of == "x" else of.removesuffix("_x").removesuffix("_elongation")
+    moments = response.spectral_moments(ORDERS, name)
+    if math.isinf(moments[2.0]):
         raise NotCoveredError(
             f"{of} crosses its mean infinitely often under white noise, so that the formulas of fatigue do not hold: "
             "count its cycles with rainflow= of simulate."
         )
-
-    def weighted(w: FloatArray) -> FloatArray:
-        return np.asarray(response.spectrum(w, place, what)[:, None] * w[:, None] ** finite)
-
-    found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
-    moments = {**dict.fromkeys(ORDERS, math.inf), **dict(zip(finite, found, strict=True))}
     rates = damage_rates(moments, curve.exponent)
     return Fatigue(moments, {name: curve.damage_per_hour(rate, 1.0) for name, rate in rates.items()})
-
-
-def _asked(system: System, of: str) -> tuple[str, What]:
-    """The point or part, and what of it, from the name of a result."""
-    if not isinstance(of, str):
-        raise TypeError(f"of must be the name of a displacement, force or acceleration, not {shown(of)}.")
-    if of == "force_on_ground":
-        return "ground", "force"
-    endings: dict[str, What] = {
-        "force": "force", "acceleration": "acceleration", "elongation": "displacement", "x": "displacement",
-    }  # fmt: skip
-    place, _, end = of.rpartition("_")
-    if end in endings:
-        return place, endings[end]
-    if of:
-        raise ValueError(f"of must be such as 'x', 'mount_elongation', 'mount_force' or 'acceleration', not {of!r}.")
-    return "", "displacement"
