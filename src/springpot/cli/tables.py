@@ -36,8 +36,11 @@ def plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None:
-    """Estimates with a budget first, its parts in columns; then those with a standard error only."""
+def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str], heavy: bool) -> None:
+    """Estimates with a budget first, its parts in columns; then those with a standard error only.
+
+    ``heavy``: with a mass, or per unit mass.
+    """
     controlled = [name for name in units if f"{name}_error" in answer]
     rest = [name for name in units if name not in controlled]
     if controlled:
@@ -62,6 +65,8 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None
             rows.append([name, *(with_error(*number) for number in numbers)])
         header = ["mean time", "of times cut off at the end", "share not passed", "share beyond at the start"]
         print_table([["first passage +- standard error", *header], *rows])
+    if "time_bin" in answer:
+        _print_profiles(answer, heavy)
     if "probability" in answer:
         _print_quantiles(answer, units)
 
@@ -69,6 +74,21 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None
 def _first_passages(answer: Mapping[str, Any]) -> list[str]:
     """Names such as ``x_first_passage``."""
     return [name.removesuffix("_survival") for name in answer if name.endswith("_first_passage_survival")]
+
+
+def _print_profiles(answer: Mapping[str, Any], heavy: bool) -> None:
+    """Results in bins of time, one column for each bin."""
+    from springpot.problem.catalogue import unit_of
+
+    bins = zip(answer["time_bin"], answer["time_bin_width"], strict=True)
+    rows = []
+    for name in (name for name in answer if name.endswith("_profile")):
+        unit = unit_of(name, heavy) or "1"
+        values = zip(answer[name], answer[f"{name}_se"], strict=True)
+        rows.append([name.removesuffix("_profile"), *(with_error(value, error, unit) for value, error in values)])
+    print()
+    head = [f"{middle - 0.5 * width:.6g} to {middle + 0.5 * width:.6g} s" for middle, width in bins]
+    print_table([["in bins of time +- standard error", *head], *rows])
 
 
 def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> None:
