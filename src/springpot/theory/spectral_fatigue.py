@@ -6,22 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError, listed
-from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
 from springpot.problem.system import System
-from springpot.theory.numerics.frequencies import integrals, resonances
 
 __all__ = ["Fatigue", "damage_rates", "fatigue"]
 
-FloatArray = NDArray[np.float64]
-
 ORDERS = (0.0, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Powers of the frequency in the spectral moments that the formulas take."""
-_FAR = 1e6  # of the largest frequency: there the density has its last slope
 
 
 @dataclass(frozen=True)
@@ -144,9 +135,9 @@ def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = ""
         K of the curve, in the unit of the stress to the power k.
     of : str
         The point whose displacement it is, or the part with two ends whose elongation it is; needed where there are
-        several masses.
+        several masses.  Or a force or absolute acceleration, such as ``"mount_force"``.
     stress : float
-        Amplitude of the stress per metre of the displacement or elongation.
+        Amplitude of the stress per metre of the displacement or elongation, or per newton of the force.
 
     Returns
     -------
@@ -181,22 +172,6 @@ def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = ""
     k = finite_number(exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
     basquin = finite_number(constant, "constant", low=0.0, open_low=True)
     unit = finite_number(stress, "stress", low=0.0, high=LARGEST, open_low=True, hint="It is in Pa per m.")
-    if rough := response.system.of(Harmonic, ParametricNoise, PoissonImpulses):
-        names = listed([name for name, part in response.system.named() if part in rough])
-        raise NotCoveredError(f"The formulas of fatigue cover Gaussian responses, which that to {names} is not.")
-    response.moments  # noqa: B018 (says if there is no stationary state)
-    companion = response.companion
-    cuts = resonances(companion.nearest, companion.scales)
-    top = _FAR * max(companion.scales)
-
-    last, beyond = response.spectrum([top, 2.0 * top], of)
-    slope = -math.log2(beyond / last) if last > 0.0 else math.inf
-    finite = [order for order in ORDERS if slope >= order + 1.01]  # of others the density falls too slowly
-
-    def weighted(w: FloatArray) -> FloatArray:
-        return np.asarray(response.spectrum(w, of)[:, None] * w[:, None] ** finite)
-
-    found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
-    moments = {**dict.fromkeys(ORDERS, math.inf), **dict(zip(finite, found, strict=True))}
+    moments = response.spectral_moments(ORDERS, of)
     rates = damage_rates(moments, k)
     return Fatigue(moments, {name: unit**k * rate / basquin for name, rate in rates.items()})

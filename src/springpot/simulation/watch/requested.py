@@ -31,7 +31,7 @@ from springpot.simulation.watch.observables import (
     peaks,
     squares,
 )
-from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -105,7 +105,7 @@ class Requested:
             seen.names["x"]: spectrum_in(self.frequencies, settings, next(left), observer.every)
             for seen, observer in self.spectra
         }
-        passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
+        passed = passage_times(simulation, self.passages, [next(left) for _ in self.passages])
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for seen, _ in self.felt:
             counted |= _moments(simulation, seen, next(left) / (high - low))
@@ -170,7 +170,7 @@ class Observed:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, Floats] = field(default_factory=dict)
     spectra: dict[str, Spectrum] = field(default_factory=dict)
-    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
+    first_passages: dict[str, PassageTimes | PassagesOfLevels] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
     forces: dict[str, Floats] = field(default_factory=dict)
