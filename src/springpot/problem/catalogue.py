@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
-from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
+from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
 __all__ = [
@@ -139,7 +139,7 @@ def _has_force(part: Part) -> bool:
 
 
 def _is_counted(part: Part) -> bool:
-    return getattr(part, "count", 1) > 1 and _has_force(part)
+    return isinstance(part, Element) and part.count > 1 and _has_force(part)
 
 
 _ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"
