@@ -436,7 +436,7 @@ def _stretch(size, q, s, d, j, weight, sums):
 
 
 @njit(**INLINE)
-def _feel(size, q, s, j, observers, state, shown):
+def _feel(size, q, s, j, observers, given, state, shown):
     """Write what observers feel of the kick, of which ``kicked`` and ``middle`` have the elongations and their rates
     before it.
     """
@@ -450,7 +450,7 @@ def _feel(size, q, s, j, observers, state, shown):
     for k in range(observers.feels.size):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
-        feel(observers, which, s.kicked, s.pull, s.middle, beyond(state, j * LANES), to)
+        feel(observers, which, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to)
 
 
 @njit(**INLINE)
@@ -632,7 +632,7 @@ def several(
                     s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
                 if felt:
-                    _feel(size, q, s, j, observers, forcing.state, shown_x)
+                    _feel(size, q, s, j, observers, given, forcing.state, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):

@@ -293,8 +293,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         for each in shaken for n in (each.row,)
     ]  # fmt: skip
     felt = lowered_felt(
-        plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)), whole.named,
+        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, whole.named,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
