@@ -45,11 +45,11 @@ for name, passage in watched.first_passages.items():
     print(f"{name} > {passage.level:g} m after {mean:.0f} +- {error:.0f} s on average. {assumed}")
 
 # %%
-# Several levels in one run, and how often they are passed. A list is levels, a pair such as ``(-0.4, 0.3)`` an interval that
-# is left on either side. From some time on the rate of passages of the paths that are left is constant; a test on the
-# passages decides from when. With this rate the run of five minutes tells the probability within hours: the bands are
-# 95 % intervals, and beyond the vertical line the rate is assumed to go on. The highest level was never passed; it has
-# an upper bound.
+# Several levels in one run, and how often they are passed. A list is levels, a pair such as ``(-0.4, 0.3)`` an interval
+# that is left on either side. From some time on the rate of passages of the paths that are left is constant; a test on
+# the passages decides from when. With this rate the run of five minutes tells the probability within hours: the bands
+# are 95 % intervals, and beyond the vertical line the rate is assumed to go on. The highest level was never passed; it
+# has an upper bound.
 free = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=None, excitation=sp.WhiteNoise(0.14))
 levels = [2.0, 3.0, 4.0, 5.0]
 short = sp.simulate(free, paths=500, duration=300.0, step=0.05, start="rest", first_passage={"x": levels})
@@ -66,5 +66,6 @@ sp.figures.plot_return_periods(sp.theory.exceedance(free, {"x": np.linspace(1.5,
 plt.show()
 
 # %%
-# Right: ``sp.exceedance`` reaches by splitting what plain paths cannot. Rice's formula counts all crossings, also those that
-# follow each other in one clump; Vanmarcke's corrects for the clumps, and the envelope diffuses from cycle to cycle.
+# Right: ``sp.exceedance`` reaches by splitting what plain paths cannot. Rice's formula counts all crossings, also those
+# that follow each other in one clump; Vanmarcke's corrects for the clumps, and the envelope diffuses from cycle to
+# cycle.

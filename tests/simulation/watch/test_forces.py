@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -35,9 +36,7 @@ DAMPERS = sp.Dashpot(0.096, between=("ground", "base")), sp.Springpot(0.5, 0.3, 
 
 def off(run: Any, system: sp.System, name: str) -> tuple[float, float]:
     """How far a mean square is from linear theory's, and its standard error, as shares."""
-    named = {"acceleration": ("", "acceleration"), "force_on_ground": ("ground", "force")}
-    of, what = named.get(name) or name.rsplit("_", 1)
-    exact = linear(system).mean_square(of, what)
+    exact = linear(system).mean_square(name)
     found = run[f"{name}_mean_square"]
     return found.value / exact - 1.0, found.error / exact
 
@@ -83,17 +82,17 @@ def test_forces_of_several_masses_are_those_of_linear_theory(damper: Any) -> Non
 
 def test_linear_theory_has_the_absolute_acceleration_of_an_isolated_storey() -> None:
     by_lyapunov = linear(isolated(DAMPERS[0]))
-    found = [by_lyapunov.mean_square(point, "acceleration") for point in ("base", "top")]
+    found = [by_lyapunov.mean_square(f"{point}_acceleration") for point in ("base", "top")]
     assert found == pytest.approx([0.111115, 0.108969], abs=6e-7)
 
 
-@pytest.mark.parametrize(("of", "what"), [("mount", "force"), ("ground", "force"), ("", "acceleration")])
-def test_a_mean_square_is_the_integral_of_the_spectrum(of: str, what: Any) -> None:
+@pytest.mark.parametrize("of", ["mount_force", "force_on_ground", "acceleration"])
+def test_a_mean_square_is_the_integral_of_the_spectrum(of: str) -> None:
     found = linear(device(0.5))
     u = np.linspace(-14.0, 16.0, 200_001)
     w = np.exp(u)
-    whole = 2.0 * np.trapezoid(found.spectrum(w, of, what) * w, u)
-    assert whole == pytest.approx(found.mean_square(of, what), rel=1e-4)
+    whole = 2.0 * np.trapezoid(found.spectrum(w, of) * w, u)
+    assert whole == pytest.approx(found.mean_square(of), rel=1e-4)
 
 
 def test_one_of_two_masses_that_do_not_meet_is_one_mass() -> None:
@@ -105,8 +104,35 @@ def test_one_of_two_masses_that_do_not_meet_is_one_mass() -> None:
             mount=sp.Springpot(0.5, 2.0, between=("ground", "a")), shaking=SHAKING,
         )
     )  # fmt: skip
-    assert both.mean_square("mount") == pytest.approx(alone.mean_square("mount"), rel=1e-6)
-    assert both.mean_square("a", "acceleration") == pytest.approx(alone.mean_square(what="acceleration"), rel=1e-6)
+    assert both.mean_square("mount_force") == pytest.approx(alone.mean_square("mount_force"), rel=1e-6)
+    assert both.mean_square("a_acceleration") == pytest.approx(alone.mean_square("acceleration"), rel=1e-6)
+
+
+PUSHES = {
+    "colored": sp.ColoredNoise(1.0, 0.5), "kanai-tajimi": sp.KanaiTajimiNoise(3.0, 0.4, 1.0, on="mass"),
+    "harmonic": sp.Harmonic(1.0, 1.5),
+    "spectral": sp.SpectralExcitation.from_psd((0.05, 0.2, 1.0), (0.5, 1.0, 0.2), "N2/Hz"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("masses", [pytest.param(1, marks=pytest.mark.validation), 2])
+@pytest.mark.parametrize("kind", PUSHES)
+def test_a_smooth_force_on_the_mass_is_in_its_acceleration(kind: str, masses: int) -> None:
+    ends: dict[str, Any] = {"between": ("ground", "a")} if masses == 2 else {}
+    push, mount = PUSHES[kind], sp.Springpot(0.5, 2.0, **ends)
+    if masses == 1:
+        system = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=mount, push=push)
+    else:
+        system = sp.System(
+            sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, **ends), sp.Spring(4.0, between=("ground", "b")),
+            sp.Dashpot(1.0, between=("ground", "b")), rough=sp.WhiteNoise(1.0, on="b"), mount=mount,
+            push=dataclasses.replace(push, on="a"),
+        )  # fmt: skip
+    name = "acceleration" if masses == 1 else "a_acceleration"
+    run = simulated(system, paths=1280, duration=150.0, window=(50.0, 150.0), step=0.02, start="rest", forces=(name,))
+    found, exact = run[f"{name}_mean_square"], linear(system).mean_square(name)
+    assert found.error < 0.006 * exact
+    assert abs(found.value - exact) < 3.5 * found.error + 0.002 * exact
 
 
 # --- momentum ---------------------------------------------------------------------------------------------------------
@@ -137,6 +163,7 @@ def test_pounding_masses_give_what_the_parts_take() -> None:
     ("system", "names", "words"),
     [
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0)), ("acceleration",), "white_noise would be in"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ColoredNoise(1.0, 1.0), SHAKING), ("acceleration",), "one"),
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1.0)), ("dashpot_force",), "matched noise of"),
         (sp.System(sp.Spring(1.0), sp.Friction(1.0), SHAKING), ("force_on_ground",), "friction is not seen"),
         (device(0.5, sp.Springpot(0.3, 1.0)), ("mount_force",), "have the same ends"),
@@ -157,11 +184,11 @@ def test_an_unknown_force_is_refused_with_the_nearest() -> None:
 def test_theory_refuses_what_has_no_finite_mean_square() -> None:
     pushed = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), push=sp.WhiteNoise(1.0))
     with pytest.raises(NotCoveredError, match="push acts on the mass itself"):
-        linear(pushed).mean_square(what="acceleration")
+        linear(pushed).mean_square("acceleration")
     warm = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.0), hot=sp.ThermalNoise(1.0)))
     with pytest.raises(NotCoveredError, match="matched noise of mount"):
-        warm.mean_square("mount")
-    assert warm.mean_square("spring") == pytest.approx(8.0)
+        warm.mean_square("mount_force")
+    assert warm.mean_square("spring_force") == pytest.approx(8.0)
 
 
 # --- spectra and peaks ------------------------------------------------------------------------------------------------
@@ -177,8 +204,7 @@ def test_spectra_and_peaks_of_forces(named: str) -> None:
         spectrum=FREQUENCIES, distributions=True,
     )  # fmt: skip
     found = run.spectra[named]
-    of, what = ("mount", "force") if named == "mount_force" else ("", "acceleration")
-    exact = linear(system).spectrum(FREQUENCIES, of, what)
+    exact = linear(system).spectrum(FREQUENCIES, named)
     assert np.all(np.abs(found.density - exact) < 4.0 * found.standard_error + 0.01 * exact)
     assert np.all(found.standard_error < 0.04 * exact)
     peaks = run.extremes[f"{named}_maximum"] / np.sqrt(run[f"{named}_mean_square"].value)
@@ -208,7 +234,7 @@ def test_a_force_has_a_distribution_a_profile_and_a_record() -> None:
     spring = run.distributions["spring_force"]
     assert (spring.unit, spring.density_unit) == ("N", "N-1")
     at, error = spring.quantile([0.05, 0.95])
-    root = linear(system).mean_square("spring", "force") ** 0.5
+    root = linear(system).mean_square("spring_force") ** 0.5
     assert np.all(np.abs(at / root - [-1.6449, 1.6449]) < 4.0 * error / root)
     assert np.all(error < 0.02 * root)
     inside = run.profiles["mount_force_mean_square_profile"]

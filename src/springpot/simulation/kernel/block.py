@@ -267,7 +267,8 @@ def block(
                 for i in range(0, GROUP * LANES, LANES):
                     to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
                     at, pull, middle = beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i)
-                    feel(observers, which, at, pull, middle, beyond(forcing.state, i), to)
+                    given, state = beyond(forcing.given, i), beyond(forcing.state, i)
+                    feel(observers, which, at, pull, middle, given, state, to)
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)

@@ -22,14 +22,21 @@ as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
 
 
 @njit(**INLINE)
-def feel(observers, number, u, pull, middle, state, to):
+def feel(observers, number, u, pull, middle, given, state, to):
     """What is felt in one step of all lanes, from lane arrays of each row at the kick: the elongation, the force of
-    dampers and memory, and the mean velocity; and from the states of forces.
+    dampers and memory, and the mean velocity; and from the impulses of sources in the step, and the states of forces.
+
+    The row of a term with the source r is -1 - r.
     """
     for lane in range(LANES):
         to[lane] = 0.0
     for term in range(observers.felt_begin[number], observers.felt_begin[number + 1]):
         i, k = observers.felt_row[term] * LANES, NUMBERS * term
+        if i < 0:
+            at = (-1 - observers.felt_row[term]) * GROUP * LANES
+            for lane in range(LANES):
+                to[lane] += observers.felt[k + 10] * given[at + lane]
+            continue
         constant, linear = observers.felt[k], observers.felt[k + 1]
         weight, damping = observers.felt[k + 10], observers.felt[k + 11]
         for lane in range(LANES):

@@ -88,6 +88,8 @@ class Numbers(NamedTuple):
     contact: Any  # (5 contacts,) as of `springpot.simulation.kernel.soft_contacts.Soft`
     shaken_at: Any  # (shaken,) number of the elongation
     shaken: Any  # (2 shaken,) as of `springpot.simulation.kernel.forces.Parametric`
+    shaken_begin: Any  # (shaken + 1,)
+    shaken_square: Any  # the squares of their envelopes in each step, or nothing, one after another
     # chains of `springpot.simulation.kernel.several_laws`
     rules: Any  # of restitution
     forces: Any

@@ -228,8 +228,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         contacts=tuple(name for name, _ in total.contacts),
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
-            motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
-            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)), named,
+            plan, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length, step,
+            named,
         ),
     )  # fmt: skip
 

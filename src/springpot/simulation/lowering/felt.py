@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.parts.excitations import Excitation
 from springpot.simulation.kernel.felt import NUMBERS
 from springpot.simulation.kernel.hysteresis import STATES
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
-from springpot.simulation.plan.felt import Felt
+from springpot.simulation.plan.plan import Plan
 
 __all__ = ["FeltInKernel", "lowered_felt"]
 
@@ -46,14 +47,14 @@ class FeltInKernel:
 
 
 def lowered_felt(
-    felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
-    length: float, step: float, lags: int, named: Sequence[Named],
+    plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
+    step: float, named: Sequence[Named],
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
     Parameters
     ----------
-    felt : dict of Felt
+    plan : Plan
     rows : sequence of dict
         The parts on each row, by name.
     g : ndarray, shape (rows, coordinates)
@@ -63,12 +64,13 @@ def lowered_felt(
         The unit of mass over the square of that of time; and that of length.
     step : float
         In the kernel's units.
-    lags : int
-        Steps within which the motion changes.
     named : sequence of Named
-        The forces with names: of those that yield, the places of their states.
+        The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
     """
+    felt, excitations = plan.motion.felt, dict(plan.system.named())
+    lags = math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step))
     yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
+    sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
@@ -97,11 +99,16 @@ def lowered_felt(
                 numbers[-1][14] = yields[n].place + STATES - GROUP
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
+        smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}
+        for n, share in smooth.items():
+            row.append(-1 - sources[n])
+            numbers.append(np.zeros(NUMBERS))
+            numbers[-1][10] = unit * share / step
         begin.append(len(row))
         lacking[name] = length**2 * sum(
             float(one @ jumps @ other) * _lack(a, b, step, lags)
             for (a, one), (b, other) in itertools.product(rough, rough)
-        )
+        ) + sum(share**2 * _lack_of(excitations[n], plan.settings.step) for n, share in smooth.items())
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
     return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length)
 
@@ -112,6 +119,12 @@ def _remembers(part: Lowered) -> bool:
 
 def _dashpots(part: Lowered) -> float:
     return sum(c for order, c in part.springpots if order == 1.0)
+
+
+def _lack_of(part: Excitation, step: float) -> float:
+    """What the mean square of a force lacks by its mean over a step: of a density like r / (2 pi w^2), r h / 6."""
+    density, far = getattr(part, "density", None), 1e3 / step
+    return 0.0 if density is None or part.envelope is not None else 2.0 * math.pi * far**2 * density(far) * step / 6.0
 
 
 def _lack(one: float, other: float, step: float, lags: int) -> float:

@@ -241,8 +241,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
-    shaken = [(n, frame.step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
-              for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
+    shaken = [*_shaken(frame, settings)]
     exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
     random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
     own = any(each.law is not None for each in dampers)
@@ -269,11 +268,12 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         expected_power=frame.power * fed,
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.law if settings.start == "stationary" else None,
-        named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
+        named=(*(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)),
         moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
-            **{f"work of {named.name}": (1.0 - keep[n] * frame.reduced[n]) / settings.step for n, _, named in shaken},
+            **{f"work of {each.named.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
+               for each in shaken},
         },
         taps=taps,
         points=at.names,
@@ -288,13 +288,12 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     lack = frame.accelerations(frame.solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", at.rows, lack, at.rows)
     shaking = [
-        (f"row {n}", 0.25 * square * (units.speed / units.length) ** 2
+        (f"row {n}", 0.25 * each.mean_square(settings) * (units.speed / units.length) ** 2
          * (at.rows @ frame.solve @ frame.rows[n]) * (at.rows @ frame.jumps[n] / frame.reduced[n]))
-        for n, square, _ in shaken
+        for each in shaken for n in (each.row,)
     ]  # fmt: skip
     felt = lowered_felt(
-        plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)), whole.named,
+        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, whole.named,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -309,7 +308,7 @@ def _numbers(
     walls: Mapping[str, Barrier],
     dampers: Sequence[_Damper],
     touched: Sequence[tuple[int, str, Contact]],
-    shaken: Sequence[tuple[int, float, Named]],
+    shaken: Sequence[_Shaken],
 ) -> kernel.Numbers:
     """All numbers of the kernel but those of memory and sources, in double precision."""
     at, step, many = frame.at, frame.step, len(frame.at.names)
@@ -334,11 +333,51 @@ def _numbers(
         np.array([each.padded for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
-        np.array([n for n, _, _ in shaken], np.int64),
-        np.array([[square, 0.5 * square / frame.reduced[n]] for n, square, _ in shaken], float).ravel(),
+        np.array([each.row for each in shaken], np.int64),
+        np.array([[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken], float).ravel(),
+        _begins([each.squares for each in shaken]), np.concatenate([np.zeros(0), *(each.squares for each in shaken)]),
         chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
         chain_of([each.law for each in dampers if each.law is not None]),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Shaken:
+    """A white noise that multiplies an elongation: the variance of its impulses, and its envelope in each step.
+
+    Attributes
+    ----------
+    row : int
+    square : float
+    squares : ndarray
+        Of the envelope in each step; empty without one.
+    named : Named
+    """
+
+    row: int
+    square: float
+    squares: Floats
+    named: Named
+
+    def mean_square(self, settings: Settings) -> float:
+        """The mean variance in the window."""
+        return self.square * float(self.squares[slice(*settings.window_steps)].mean() if self.squares.size else 1.0)
+
+
+def _shaken(frame: _Frame, settings: Settings) -> Iterator[_Shaken]:
+    for n, total in enumerate(frame.totals):
+        if total.parametric > 0.0:
+            named = Named(f"parametric {n}", _no_law, 0, "expected")
+            yield _Shaken(n, frame.step * total.parametric, np.zeros(0), named)
+        for noise in total.modulated:
+            squares = noise.values(frame.units, frame.step, settings.steps)[1:] ** 2
+            named = Named(f"parametric {noise.name}", _no_law, 0, "expected")
+            yield _Shaken(n, frame.step * noise.intensity, squares, named)
+
+
+def _begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
+    """Where each begins where they lie one after another, and the end."""
+    return np.array([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)], np.int64)
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -567,10 +606,14 @@ def _of_thermal_noise(plan: Plan, parts: PartsOfSeveral, frame: _Frame) -> Itera
 def _drawn(law: Any, window: tuple[int, int]) -> float:
     """Variance of what a source draws anew for the impulse of each step, its mean over the window."""
     if isinstance(law, sources.Poisson):
-        return float(law.size**2 * law.rate)
+        return float(law.size**2 * law.rate) * _mean_envelope(law, window)
     if isinstance(law, sources.Modulated | sources.ModulatedWhite):
         return float((law.roots[slice(*window)] ** 2).mean())
-    return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
+    return float(law.newest[0]) ** 2 * _mean_envelope(law, window) if isinstance(law, sources.Filtered) else 0.0
+
+
+def _mean_envelope(law: Any, window: tuple[int, int]) -> float:
+    return float((law.envelope[slice(*window)] ** 2).mean()) if law.envelope.size else 1.0
 
 
 def _placed(
@@ -605,21 +648,18 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
     def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
         return np.array(numbers, np.int64)
 
-    def begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
-        return whole([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)])
-
     return kernel.Sources(
         parts_of_step,
         whole([kinds[type(law)] for law in laws]),
         whole([getattr(law, "word", 0) for law in laws]),
         whole([getattr(law, "place", 0) for law in laws]),
-        begins(pairs),
+        _begins(pairs),
         np.concatenate([np.zeros((0, 20)), *pairs]).astype(kind),
         np.array(newest, float).ravel().astype(kind),
-        begins(starts),
+        _begins(starts),
         np.concatenate([np.zeros((0, wide)), *starts]).astype(kind),
         np.array(waves, float).ravel(),
-        begins(tables),
+        _begins(tables),
         np.concatenate([np.zeros(0), *tables]).astype(kind),
     )
 
@@ -631,7 +671,9 @@ def _table_of(law: Any) -> Floats:
         case sources.ModulatedWhite():
             return np.asarray(law.roots)
         case sources.Modulated():
-            return np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen])
+            return np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
+        case sources.Filtered() | sources.Poisson():
+            return np.asarray(law.envelope)
     return np.zeros(0)
 
 
@@ -640,7 +682,7 @@ def _wave_of(law: Any) -> tuple[float, float]:
         case sources.Harmonic() | sources.Poisson():
             return float(law[2]), float(law[3])
         case sources.Modulated():
-            return float(law.seen.size), float(law.roots.size)
+            return float(law.seen.shape[1]), float(law.roots.size)
         case sources.ModulatedWhite():
             return 0.0, float(law.roots.size)
         case sources.Table():

@@ -10,6 +10,7 @@ from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
+from springpot.problem.felt import Felt, felt_in
 from springpot.problem.parts import (
     Barrier,
     CloughPenzienNoise,
@@ -32,7 +33,6 @@ from springpot.problem.system import System
 from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
-from springpot.simulation.plan.felt import Felt, felt_in
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales

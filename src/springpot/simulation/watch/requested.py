@@ -33,6 +33,7 @@ from springpot.simulation.watch.observables import (
 )
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
+from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observed", "Requested", "requested"]
@@ -64,6 +65,8 @@ class Requested:
         Of each displacement, or nothing.
     felt : tuple of (Seen, Observer)
         Of forces and accelerations.
+    cycles : tuple of (Seen, tuple of Basquin, Observer)
+        Of each displacement, force or acceleration whose cycles are counted.
     """
 
     observables: Mapping[str, Observer]
@@ -77,6 +80,7 @@ class Requested:
     edges: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     profiles: tuple[tuple[Seen, Observer], ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
+    cycles: tuple[Counted, ...] = ()
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -85,7 +89,7 @@ class Requested:
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
             *(passage.observer for passage in self.passages), *self.counted.values(),
-            *(observer for _, observer in (*self.felt, *self.profiles)),
+            *(observer for _, observer in (*self.felt, *self.profiles)), *(observer for *_, observer in self.cycles),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -115,6 +119,9 @@ class Requested:
             profiles |= {
                 name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
             }
+        for each in self.cycles:
+            fatigue, more = fatigue_in(simulation, each, next(left), next(left))
+            counted, distributions = counted | fatigue, distributions | more
         felt = {seen.names["x"]: seen.feels[0] for seen, _ in self.felt if seen.feels}
         recorded = {name: ensemble.felt[number] for name, number in felt.items() if settings.record}
         return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
@@ -161,7 +168,7 @@ class Observed:
         As in `springpot.simulation.Run`.
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
-        wall, and of the mean and mean square of forces and accelerations, if they were asked for.
+        wall, and of the moments of forces and accelerations, and of cycles and damage, if they were asked for.
     profiles, forces : dict
         As in `springpot.simulation.Run`.
     """
@@ -187,6 +194,7 @@ def requested(
     slowest_counted_impact: float | None = None,
     profile: Any = None,
     forces: Sequence[str] | None = None,
+    rainflow: Any = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -225,6 +233,7 @@ def requested(
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
         felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
+        cycles=wanted_cycles(motion, rainflow),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")

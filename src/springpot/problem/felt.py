@@ -1,26 +1,34 @@
-"""Forces of parts and absolute accelerations of masses, which observers see beside displacements."""
+"""Forces of parts and absolute accelerations of masses, which theory and observers see beside displacements."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.faults import listed
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
+    ColoredNoise,
     Constant,
     Contact,
     Dashpot,
     FractionalMaxwell,
+    Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
+    RecordedExcitation,
+    SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
+    WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
@@ -32,6 +40,9 @@ _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
     Yielding, Contact,
 )  # fmt: skip
+_FILTERED = ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation
+_SMOOTH = (*_FILTERED, Harmonic, RecordedExcitation)
+"""Excitation with a value at every time, which can be in the acceleration of a mass that it pushes."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +56,18 @@ class Felt:
     constant : float
         Added to it.
     reason : str
-        Why there is none, in words; empty if there is one.
+        Why a simulation cannot see it, in words; empty if it can.
+    row : ndarray or None
+        Of an acceleration, that of its point.
+    unseen : tuple of str
+        Parts whose forces are in it, too, but have no value at every time.
     """
 
     shares: dict[str, float] = field(default_factory=dict)
     constant: float = 0.0
     reason: str = ""
+    row: npt.NDArray[np.float64] | None = None
+    unseen: tuple[str, ...] = ()
 
 
 def felt_in(system: System) -> dict[str, Felt]:
@@ -82,21 +99,31 @@ def felt_in(system: System) -> dict[str, Felt]:
             found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
-        reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
-        found["force_on_ground"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)
-    pushed = [n for n in at.forces if not parts[n].of_ground]
-    loads = [n for n in pushed if not isinstance(parts[n], Constant)]
-    if unseen or loads:
-        reason = _beside(unseen) or f"{listed(loads)} would be in it: it is seen where the ground moves"
-    else:
-        reason = _hot(system, elements)
-    constant = sum((parts[n].force * at.forces[n] for n in pushed if n not in loads), np.zeros(len(at.names)))
+        beside = tuple(n for n in below if n in unseen)
+        shares = {n: sign for n, sign in below.items() if n not in unseen}
+        found["force_on_ground"] = Felt(shares, reason=_beside(beside) or _hot(system, below), unseen=beside)
+    pushed = {n: row for n, row in at.forces.items() if not parts[n].of_ground}
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
         light = at.accelerations(row)
-        shares = {n: -float(light @ rows[n]) for n in elements if n not in unseen}
-        found[name] = Felt({n: share for n, share in shares.items() if share}, float(light @ constant), reason)
+        loads = {n: share for n, own in pushed.items() if (share := float(light @ own))}
+        constant = sum(share * parts[n].force for n, share in loads.items() if isinstance(parts[n], Constant))
+        loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
+        shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
+        reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
+        found[name] = Felt(shares | loads, constant, reason, row)
     return found
+
+
+def _pushed(system: System, loads: Iterable[str]) -> str:
+    """Why forces on a mass leave its acceleration without a value."""
+    parts = dict(system.named())
+    if rough := [name for name in loads if not isinstance(parts[name], _SMOOTH)]:
+        return f"{listed(rough)} would be in it, which has no finite mean square: it is seen where the ground moves"
+    white = [name for name, part in parts.items() if isinstance(part, WhiteNoise)]
+    if white and len(system.points) == 1 and any(isinstance(parts[name], _FILTERED) for name in loads):
+        return f"{listed([*loads, *white])} are simulated as one force, of which only the sum is known"
+    return ""
 
 
 def _alone(name: str, alike: list[str]) -> str:
@@ -117,7 +144,7 @@ def _hot(system: System, names: Iterable[str]) -> str:
     return f"the matched noise of {listed(lossy)} belongs to it, and has no finite mean square"
 
 
-def _beside(unseen: list[str]) -> str:
+def _beside(unseen: Sequence[str]) -> str:
     return f"the force of {listed(unseen)} is not seen" if unseen else ""
 
 
