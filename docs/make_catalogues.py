@@ -26,15 +26,36 @@ RESULTS = """\
 Every result that a run can have, by its name: `run["impact_rate"]` has `value`, `error` (one standard error) and
 `unit`. In the dataset of `run.to_xarray()` the error has the same name with `_se`. `<part>` stands for the name of a
 part, as in `stop_impact_rate`, `<point>` for that of one of several masses or of a `Point`, as in `box_x_mean`, and
-`<pair>` for those of two of them, as in `panel_box_elongation_mean`, in the order in which the first part between them
-names them. In the dataset the walls and contacts have the dimension `barrier`, as in `barrier_impact_rate`, and
-several masses the dimension `point`, as in `x_mean` and in the paths `x` and `v`. Powers, forces and virials are those
-of the mass, or per unit mass in a system without a `Mass`: the second unit. $m$ is the mass, $v^-$ the velocity before
-an impact, $\\nu$ the impacts per unit time, $r$ the restitution. With `rtol=` the results that are marked have a
-bounded error, `run[name].budget.total`, in the dataset under their name with `_error`.
+`<pair>` for those of two of them, as in `panel_box_elongation_mean`, in the order in which the first part between
+them names them; `<quantity>` for any displacement, elongation, force or acceleration, as in `x_life` or
+`mount_force_life`, and `q` for its unit. In the dataset the walls and contacts have the dimension `barrier`, as in
+`barrier_impact_rate`, and several masses the dimension `point`, as in `x_mean` and in the paths `x` and `v`. Powers,
+forces and virials are those of the mass, or per unit mass in a system without a `Mass`: the second unit. $m$ is the
+mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per unit time, $r$ the restitution. With `rtol=` the
+results that are marked have a bounded error, `run[name].budget.total`, in the dataset under their name with `_error`.
 
 | name | unit | meaning | formula | when | `rtol` | dimensions |
 |---|---|---|---|---|---|---|
+"""
+ENDINGS = """
+`decay_rate`, in s-1, is a result of theory only: β, the rate at which the amplitude decays without noise.
+
+## Errors and curves of each result
+
+In `run.to_xarray()`, in files and in JSON further results have the same name with one of these endings; in Python they
+are `run["x_mean"].error`, `.step_bias` and `.budget`:
+
+| ending | meaning |
+|---|---|
+| `_se` | standard error: if there is no bias, the true value lies within 1.96 standard errors in 95 of 100 runs |
+| `_step_bias` | bound on the bias from the step; without `rtol` for few results, impact rate and speeds among them |
+| `_memory_bias`, `_transient` | with `rtol`: bounds on the bias from memory and start |
+| `_error` | with `rtol`: 1.96 `_se` and the three bounds together: half-width of a 95 % interval, printed after `+-` |
+
+The endings that need `rtol` exist for the results that are marked above. With `distributions` there are also `_density`
+and `_quantile` of `x`, `v`, `amplitude` and `impact_speed` over the window (those of the impact speed have a
+`_step_bias`, and so have the quantiles of `v_largest`), and `_quantile` over the paths of `x_minimum`, `x_maximum`,
+`v_largest` and `impact_speed_largest`.
 """
 WARNINGS = """\
 # All warnings and errors
@@ -88,7 +109,8 @@ ERRORS = {
 
 def results() -> str:
     """The text of the page *All results*."""
-    return RESULTS + "".join(f"| {' | '.join(_cells(entry))} |\n" for entry in CATALOGUE)
+    rows = "".join(f"| {' | '.join(_cells(entry))} |\n" for entry in CATALOGUE)
+    return RESULTS + rows + ENDINGS
 
 
 def _cells(entry: Quantity) -> list[str]:

@@ -250,7 +250,7 @@ def simulate(
         return _exit_code(answer["diagnostics"])
     print(_stated(result.system))
     print(f"settings: {plain(answer['settings'])}")
-    print_estimates(answer, result.units)
+    print_estimates(answer, result.units, result.system.has_mass)
     for place in saved:
         print(place)
     return _exit_code(answer["diagnostics"])

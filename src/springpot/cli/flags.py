@@ -213,6 +213,9 @@ RunFlags = _flags_class("RunFlags", (
     _flag("slowest_counted_impact", float, MONTE_CARLO,
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
           "impacts is infinite."),
+    _flag("profile", list[float], MONTE_CARLO,
+          "Also mean, mean squares and impact rate in bins between these times in s, such as 0 5 10.",
+          consume_multiple=True, metavar="TIME ..."),
     _flag("forces", list[str], MONTE_CARLO,
           "Also mean and mean square of these forces and absolute accelerations: PART_force, force_on_ground, "
           "acceleration (with several masses POINT_acceleration).", consume_multiple=True, metavar="NAME ..."),

@@ -36,8 +36,11 @@ def plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None:
-    """Estimates with a budget first, its parts in columns; then those with a standard error only."""
+def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str], heavy: bool) -> None:
+    """Estimates with a budget first, its parts in columns; then those with a standard error only.
+
+    ``heavy``: with a mass, or per unit mass.
+    """
     controlled = [name for name in units if f"{name}_error" in answer]
     rest = [name for name in units if name not in controlled]
     if controlled:
@@ -57,6 +60,8 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None
         print()
         header = [*(words for words, _ in _OF_PASSAGES.values()), "rate once constant, 95 %"]
         print_table([["first passage +- standard error", *header], *passages])
+    if "time_bin" in answer:
+        _print_profiles(answer, heavy)
     if "probability" in answer:
         _print_quantiles(answer, units)
 
@@ -82,6 +87,21 @@ def _first_passages(answer: Mapping[str, Any]) -> list[list[str]]:
             row = [with_error(value, error, unit) for value, error, (_, unit) in pairs]
             rows.append([name if level is None else f"{name} {level:g}", *row, rate])
     return rows
+
+
+def _print_profiles(answer: Mapping[str, Any], heavy: bool) -> None:
+    """Results in bins of time, one column for each bin."""
+    from springpot.problem.catalogue import unit_of
+
+    bins = zip(answer["time_bin"], answer["time_bin_width"], strict=True)
+    rows = []
+    for name in (name for name in answer if name.endswith("_profile")):
+        unit = unit_of(name, heavy) or "1"
+        values = zip(answer[name], answer[f"{name}_se"], strict=True)
+        rows.append([name.removesuffix("_profile"), *(with_error(value, error, unit) for value, error in values)])
+    print()
+    head = [f"{middle - 0.5 * width:.6g} to {middle + 0.5 * width:.6g} s" for middle, width in bins]
+    print_table([["in bins of time +- standard error", *head], *rows])
 
 
 def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> None:

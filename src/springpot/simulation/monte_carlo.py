@@ -47,7 +47,7 @@ LONG = 1e9  # path-steps from which the time of a run is told before it: some se
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
     "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
-    "profile", "forces",
+    "profile", "forces", "rainflow",
 )  # fmt: skip
 
 
@@ -261,6 +261,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         square has what it lacks by that, where noise is white.  What has no finite mean square is refused with the
         reason: an acceleration with white noise on a mass itself, or a force with the matched noise of its part.  With
         ``distributions``, ``spectrum``, ``profile`` and ``record`` there are these of them too.
+    rainflow : dict
+        Names of displacements, elongations, forces and accelerations, each with a `Basquin` curve or a list of them:
+        ``{"x": sp.Basquin(5.0, strength=0.01), "mount_force": [...]}``.  Their cycles in the window are counted while
+        the simulation runs, and their damage is added up.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -330,7 +334,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         speed and of the largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the
         step leaves. With ``rtol`` the means have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total
         ``_error``. With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds; with ``forces`` each has
-        ``_mean`` and ``_mean_square``. Then the observables; with
+        ``_mean`` and ``_mean_square``; with ``rainflow`` each has ``_cycle_rate``, ``_damage_rate`` (per hour) and
+        ``_life`` (in hours; of several curves ``_life_1``, ``_life_2``), and the distributions of its ranges, maxima
+        and minima, ``_range``, ``_peak`` and ``_valley``. Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
         extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has

@@ -13,7 +13,7 @@ from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
-from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
+from springpot.problem.parts.registration import Element, Ends, Instead, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
     STANDARD_GRAVITY,
     DensityUnit,
@@ -496,6 +496,16 @@ class SpectralExcitation(Excitation):
     """
 
     said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
+    instead = {  # noqa: RUF012
+        "level": Instead(
+            "scale", Number("L", "level above the table", "dB", "signed"), lambda _, dB: 10.0 ** min(0.1 * dB, 99.0)
+        ),
+        "rms": Instead(
+            "scale",
+            Number("σ", "overall rms", "N", hint="It is the root mean square."),
+            lambda own, rms: own.scale * (rms / own.rms) ** 2,
+        ),
+    }
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     frequency: Annotated[tuple[float, ...], Number("f", "frequency", "Hz", own=True)]

@@ -75,6 +75,9 @@ class Observer:
         Which forces and accelerations ``on_steps`` sees.
     peaks : bool
         Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
+    counts, forgotten : int
+        Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
+        not kept.
     """
 
     on_steps: Any
@@ -88,6 +91,13 @@ class Observer:
     per_block: bool = False
     feels: tuple[int, ...] = ()
     peaks: bool = False
+    counts: int = 0
+    forgotten: int = 0
+
+    @property
+    def own(self) -> int:
+        """How many numbers of the array are those of lanes."""
+        return self.initial.size - self.counts - self.forgotten if self.per_path else 0
 
 
 class Observers(NamedTuple):

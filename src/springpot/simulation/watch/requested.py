@@ -33,6 +33,7 @@ from springpot.simulation.watch.observables import (
 )
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
+from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observed", "Requested", "requested"]
@@ -66,6 +67,8 @@ class Requested:
         Of forces and accelerations.
     is_recorded : bool
         Whether these are stored of some paths.
+    cycles : tuple of (Seen, tuple of Basquin, Observer)
+        Of each displacement, force or acceleration whose cycles are counted.
     """
 
     observables: Mapping[str, Observer]
@@ -80,6 +83,7 @@ class Requested:
     profiles: tuple[tuple[Seen, Observer], ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
     is_recorded: bool = False
+    cycles: tuple[Counted, ...] = ()
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -88,7 +92,7 @@ class Requested:
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
             *(passage.observer for passage in self.passages), *self.counted.values(),
-            *(observer for _, observer in (*self.felt, *self.profiles)),
+            *(observer for _, observer in (*self.felt, *self.profiles)), *(observer for *_, observer in self.cycles),
         )  # fmt: skip
 
     @property
@@ -124,6 +128,9 @@ class Requested:
             profiles |= {
                 name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
             }
+        for each in self.cycles:
+            fatigue, more = fatigue_in(simulation, each, next(left), next(left))
+            counted, distributions = counted | fatigue, distributions | more
         felt = {seen.names["x"]: seen.feels[0] for seen, _ in self.felt if seen.feels}
         recorded = {name: ensemble.felt[number] for name, number in felt.items() if settings.record}
         return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
@@ -170,7 +177,7 @@ class Observed:
         As in `springpot.simulation.Run`.
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
-        wall, and of the mean and mean square of forces and accelerations, if they were asked for.
+        wall, and of the moments of forces and accelerations, and of cycles and damage, if they were asked for.
     profiles, forces : dict
         As in `springpot.simulation.Run`.
     """
@@ -196,6 +203,7 @@ def requested(
     slowest_counted_impact: float | None = None,
     profile: Any = None,
     forces: Sequence[str] | None = None,
+    rainflow: Any = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -235,6 +243,7 @@ def requested(
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
         is_recorded=settings.record > 0,
         felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
+        cycles=wanted_cycles(motion, rainflow),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")

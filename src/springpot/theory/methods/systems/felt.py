@@ -62,7 +62,7 @@ class _Felt:
         moved = own.displaced(w, own.push(source))
         if self.force:
             return np.asarray(sum((self._modulus(part, w) * (moved @ row) for part, row in self.parts), np.zeros(1)))
-        pulls = own.dynamic_stiffness(w) + (w**2)[:, None, None] * own.mass
+        pulls = own.stiffness + own.dissipative(w)
         light = np.linalg.solve(own.mass, self.row)
         return np.asarray(self.direct(source) - np.einsum("i,wij,wj->w", light, pulls, moved))
 
