@@ -14,6 +14,7 @@ from springpot.figures.from_rest import plot_survival, plot_transient
 from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_terms_against_tolerance
 from springpot.figures.motion import plot_path, plot_phase_portrait
 from springpot.figures.over_time import plot_over_time
+from springpot.figures.rare import plot_exceedance
 from springpot.figures.series import plot_fourier_error, plot_fourier_series
 from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
@@ -37,6 +38,7 @@ __all__ = [
     "plot_density",
     "plot_design_chart",
     "plot_design_curve",
+    "plot_exceedance",
     "plot_fit",
     "plot_fourier_error",
     "plot_fourier_series",
