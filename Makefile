@@ -6,7 +6,7 @@ export UV_PYTHON_DOWNLOADS := never
 # bytecode is kept: each of the many processes that the tests start would compile the package anew
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup figures lint style types kernels test test-page test-rest validate bench atlas docs screenshots clean
+.PHONY: help setup figures lint style types kernels test test-page test-rest validate coverage bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -51,6 +51,11 @@ test-rest: kernels
 
 validate: setup  ## the tests that take longer
 	$(RUN)/pytest -m validation
+
+# the page's tests, which start processes of their own, left out
+coverage: kernels  ## which lines and branches the everyday tests reach, what Numba compiles left out
+	$(RUN)/pytest -m "not validation" --ignore=tests/explorer --numprocesses=2 --dist=worksteal \
+		-p pytest_cov --cov --cov-report=term:skip-covered
 
 # an environment of its own, for the programs to compare with are large
 bench: export UV_PROJECT_ENVIRONMENT := .tools/bench

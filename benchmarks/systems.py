@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 from benchmarks.measure import Row, cpu_by_turns
@@ -11,6 +12,7 @@ from springpot import (
     Contact,
     Oscillator,
     PolynomialSpring,
+    SpectralExcitation,
     Spring,
     Springpot,
     System,
@@ -25,6 +27,11 @@ __all__ = ["systems"]
 _BASE = (Spring(1.0), Springpot(0.5, 0.5))
 _LOW, _HIGH, _WHITE = Barrier(-0.5, 0.9), Barrier(1.5, 0.9, "below"), WhiteNoise(1.0)
 _CUBIC, _COLORED = PolynomialSpring((0.0, 0.0, 0.2)), ColoredNoise(1.0, 0.5)
+_HERTZ = 1.0 / (60.0 * math.pi)  # a profile whose 30 Hz is the natural frequency
+_FLAT, _STANDARD = (
+    SpectralExcitation([_HERTZ * f for f in frequency], psd, on="mass")
+    for frequency, psd in (((10.0, 2000.0), (1.0, 1.0)), ((10.0, 40.0, 500.0, 2000.0), (1.0, 4.0, 4.0, 0.5)))
+)
 _PROBLEMS: dict[str, System] = {
     "oscillator with a wall": Oscillator(1.0, Springpot(0.5, 0.5), _LOW, _WHITE),
     "and a cubic spring": System(*_BASE, _LOW, _WHITE, _CUBIC),
@@ -32,6 +39,8 @@ _PROBLEMS: dict[str, System] = {
     "and colored noise": System(*_BASE, _LOW, _WHITE, _COLORED),
     "and all three": System(*_BASE, _LOW, _HIGH, _WHITE, _CUBIC, _COLORED),
     "a Hertz contact instead of the wall, touched 1 % of the time": System(*_BASE, Contact(-0.5, 3e4), _WHITE),
+    "a flat band of 10 to 2000 Hz instead of white noise": System(*_BASE, _LOW, _FLAT),
+    "the profile of a standard instead of white noise": System(*_BASE, _LOW, _STANDARD),
     "thermal noise instead of white, elastic wall": System(*_BASE, Barrier(-0.5), ThermalNoise(1.0)),
 }
 

@@ -26,6 +26,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
+    "sphinxcontrib.bibtex",
 ]
 exclude_patterns = [
     "_build", "_jupyter", "gallery/**", "auto_gallery/**.ipynb", "auto_gallery/**.py", "**.ipynb_checkpoints",
@@ -49,7 +50,7 @@ html_sidebars: dict[str, list[str]] = {
     page: []
     for page in (
         "tutorial", "tutorial_device", "device", "results", "questions", "glossary", "memory", "explorer",
-        "install", "performance", "users_of", "design", "citing", "changelog",
+        "install", "performance", "users_of", "references", "design", "citing", "changelog",
     )
 }  # fmt: skip
 html_show_sourcelink = False
@@ -76,6 +77,9 @@ nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True
 nb_render_markdown_format = "myst"
+
+bibtex_bibfiles = ["references.bib"]
+bibtex_reference_style = "author_year"
 
 # --- reference --------------------------------------------------------------------------------------------------------
 

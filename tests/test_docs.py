@@ -83,6 +83,14 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert there(target, page), target
 
 
+def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
+    given = re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text(encoding="utf-8"), flags=re.M)
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    cited = {key for keys in re.findall(r"\{cite:[pt]\}`([^`]+)`", text) for key in keys.split(",")}
+    assert given == sorted(given)
+    assert cited == set(given)
+
+
 def test_the_front_page_has_a_picture_and_the_installation() -> None:
     """Before any list of pages; the package is in no registry, so it installs from a clone."""
     top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorial]")[0]

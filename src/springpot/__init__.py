@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         fit,
         read_data,
     )
+    from springpot.problem.basquin import Basquin
     from springpot.problem.beams import beam
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
@@ -51,11 +52,11 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts", "MeasuredModuli",
-        "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator", "ProblemWarning",
-        "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam", "design",
-        "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study", "read_data",
-        "read_system", "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+        "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
+        "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
+        "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
+        "design", "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study",
+        "read_data", "read_system", "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -71,6 +72,7 @@ _LATER = {
         "explorer.commands": ("explore",),
         "figures": ("figures",),
         "fitting": ("fit", "read_data", *(f"Measured{data}" for data in _DATA)),
+        "problem.basquin": ("Basquin",),
         "problem.beams": ("beam",),
         "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),

@@ -23,6 +23,8 @@ ONE_OF_EACH: tuple[object, ...] = (
     sp.PolynomialDashpot((0.1, 0.2, 0.3)),
     sp.VanDerPol(0.1),
     sp.Friction(0.1),
+    sp.BoucWen(1.0, 0.1, 2.0, 0.8),
+    sp.Jenkins(1.0, 0.1),
     sp.Springpot(0.5, 0.2),
     sp.FractionalMaxwell(sp.Springpot(0.4, 0.3), sp.Spring(2.0)),
     sp.Maxwell(1.0, 0.5),
@@ -42,6 +44,7 @@ ONE_OF_EACH: tuple[object, ...] = (
 SMOOTH = System(*ONE_OF_EACH)
 KINDS_OF_FORCES = (
     sp.Friction, sp.VanDerPol, sp.ColoredNoise, sp.CloughPenzienNoise, sp.RecordedExcitation, sp.SpectralExcitation,
+    sp.BoucWen, sp.Jenkins,
 )  # fmt: skip
 FEWER = System(*(part for part in ONE_OF_EACH if not isinstance(part, KINDS_OF_FORCES)))  # a kernel holds eight forces
 OTHERS = System(*(part for part in ONE_OF_EACH if isinstance(part, (sp.Mass, sp.Spring, *KINDS_OF_FORCES))))
@@ -93,7 +96,7 @@ def test_units_are_of_the_mass_or_per_unit_mass() -> None:
     assert found["parts.barrier.restitution"] == ("1", "1")
     # what has no unit is known to have none
     assert {name.rpartition(".")[2] for name, (unit, _) in found.items() if unit == "1"} == {
-        "order", "base_damping", "damping", "restitution", "scale",
+        "order", "base_damping", "damping", "restitution", "scale", "exponent", "beta",
     }  # fmt: skip
     assert unit_of(SOFT, "parts.contact_1.exponent") == "1"
     assert label_of("parts.fractional_maxwell.springpot.order") == "fractional_maxwell_springpot_order"

@@ -226,6 +226,8 @@ EVERYTHING = sp.System(
     sp.PoissonImpulses(1.0, 0.2),
     sp.ParametricNoise(0.1),
     sp.Friction(0.01),
+    sp.BoucWen(20.0, 0.1, 2.0, 0.8),
+    sp.Jenkins(20.0, 0.1),
     sp.RecordedExcitation((0.0, 0.5, 1.0), (0.0, 0.3, -0.1)),
     sp.SpectralExcitation.from_psd((20.0, 2000.0), 0.02, "g2/Hz", scale=0.5),
     stop=sp.Barrier(0.003, 0.7, "below"),

@@ -38,7 +38,7 @@ def of_pair(*noises: Any, damping: float = 0.3) -> sp.System:
 def lyapunov(noise: Any, damping: float, times: list[float], stiffness: float = 4.0) -> np.ndarray:
     """x^2 and v^2 at times, of white noise, or of noise that it drives through one or two filters."""
     match noise:
-        case sp.WhiteNoise():
+        case sp.WhiteNoise() | sp.PoissonImpulses() | sp.ParametricNoise():
             rows, out = np.zeros((0, 0)), np.zeros(0)
         case sp.KanaiTajimiNoise(frequency=w, damping=z):
             rows, out = np.array([[0.0, 1.0], [-w * w, -2 * z * w]]), np.array([w * w, 2 * z * w])
@@ -58,7 +58,13 @@ def lyapunov(noise: Any, damping: float, times: list[float], stiffness: float = 
 
     def grow(t: float, p: np.ndarray) -> np.ndarray:
         square = p.reshape(size, size)
+        if isinstance(noise, sp.KanaiTajimiNoise):  # whose frequency may fall
+            own = noise.frequency + noise.frequency_rate * t
+            a[1, 2:] = own * own, 2.0 * noise.damping * own
+            a[3, 2:] = -a[1, 2:]
         fed = q * float(noise.envelope.at(t)) ** 2 * np.outer(push, push)
+        if isinstance(noise, sp.ParametricNoise):  # beside white noise of intensity 1
+            fed = fed * square[0, 0] + np.outer(push, push)
         return (a @ square + square @ a.T + fed).ravel()
 
     found = solve_ivp(grow, (0.0, times[-1]), np.zeros(size**2), t_eval=times, rtol=1e-9, atol=1e-12, max_step=0.1)
@@ -117,6 +123,9 @@ def test_a_wall_against_an_independent_program() -> None:
         sp.WhiteNoise(1.0, on="a", envelope=ENVELOPE),
         sp.ColoredNoise(1.0, 0.8, on="a", envelope=ENVELOPE),
         sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", envelope=sp.JenningsHousnerEnvelope(2.0, 5.0, 0.5)),
+        sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", frequency_rate=-0.35, envelope=ENVELOPE),
+        sp.PoissonImpulses(2.0, 0.5, on="a", envelope=ENVELOPE),
+        sp.ParametricNoise(0.3, between=("ground", "a"), envelope=ENVELOPE),
         sp.CloughPenzienNoise(
             6.0, 0.4, 0.9, 0.5, 1.0, on="a", envelope=sp.TabulatedEnvelope((0.0, 2.0, 6.0, 9.0), (0.0, 1.0, 0.6, 0.0))
         ),
@@ -125,7 +134,9 @@ def test_a_wall_against_an_independent_program() -> None:
 )
 def test_filtered_noise_against_the_equation_of_lyapunov(noise: Any) -> None:
     """In long steps: the law of the impulses is that of the driven filter, not of modulated output."""
-    run = sp.simulate(of_pair(noise), paths=40960, step=0.05, duration=12.0, profile=[0.0, 3.0, 6.0, 9.0, 12.0])
+    beside = [sp.WhiteNoise(1.0, on="a")] if isinstance(noise, sp.ParametricNoise) else []
+    system = of_pair(noise, *beside)
+    run = sp.simulate(system, paths=40960, step=0.05, duration=12.0, profile=[0.0, 3.0, 6.0, 9.0, 12.0])
     fine = np.linspace(0.0, 12.0, 481)
     exact = lyapunov(noise, 0.3, [*fine])
     for name, values in zip(("x", "v"), exact, strict=True):
@@ -210,3 +221,32 @@ def test_wrong_bins_are_refused(profile: Any, sentence: str) -> None:
         sp.simulate(
             of_pair(sp.WhiteNoise(1.0, on="a")), paths=64, duration=4.0, step=0.02, start="rest", profile=profile
         )
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(
+    "noise",
+    [
+        sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="mass", frequency_rate=-0.35, envelope=ENVELOPE),
+        sp.PoissonImpulses(2.0, 0.5, envelope=ENVELOPE), sp.ParametricNoise(0.3, envelope=ENVELOPE),
+    ],
+    ids=lambda noise: type(noise).__name__,
+)  # fmt: skip
+def test_the_kernel_of_one_mass_against_the_equation_of_lyapunov(noise: Any) -> None:
+    beside = [sp.WhiteNoise(1.0)] if isinstance(noise, sp.ParametricNoise) else []
+    system = sp.System(sp.Spring(4.0), sp.Dashpot(0.3), noise, *beside)
+    run = sp.simulate(system, paths=40960, step=0.05, duration=12.0, profile=[0.0, 3.0, 6.0, 9.0, 12.0])
+    exact = lyapunov(noise, 0.3, [*np.linspace(0.0, 12.0, 481)])
+    for name, values in zip(("x", "v"), exact, strict=True):
+        means = (0.5 * (values[1:] + values[:-1])).reshape(4, -1).mean(axis=1)
+        assert np.abs(apart(run.profiles[f"{name}_mean_square_profile"], means)).max() < 3.5
+    residual = run["energy_residual"] if beside else None
+    assert residual is None or abs(residual.value) < 3.0 * residual.error < 0.05
+
+
+def test_a_frequency_that_changes_needs_an_end() -> None:
+    with pytest.raises(ValueError, match="frequency_rate needs an envelope"):
+        sp.KanaiTajimiNoise(6.0, 0.4, 1.0, frequency_rate=-0.2)
+    falling = sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", frequency_rate=-1.0, envelope=ENVELOPE)
+    with pytest.raises(ValueError, match=r"takes its frequency to 0 at 6 s: end the run before"):
+        sp.simulate(of_pair(falling), paths=1, step=0.05, duration=12.0)

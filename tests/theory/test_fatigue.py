@@ -19,12 +19,12 @@ def test_light_damping_under_white_noise() -> None:
         (3.0, 0.5822, 0.0007, (2.8, -0.7, 0.0)), (5.0, 2.849, 0.018, (5.0, 1.4, 2.1)),
         (8.0, 56.6, 1.3, (8.0, 4.0, 5.0)),
     ):  # fmt: skip
-        found = sp.theory.fatigue(system, k)
+        found = sp.theory.fatigue(system, sp.Basquin(k))
         assert found.crossing_rate == pytest.approx(0.5 / math.pi, rel=1e-7)
         assert [*found.damage] == ["narrow_band", "alpha_075", "tovo_benasciutti"]  # x'' is white: there is no m_4
         assert math.isinf(found.peak_rate)
         for rate, percent in zip(found.damage.values(), above, strict=True):
-            assert 100.0 * (rate / counted - 1.0) == pytest.approx(percent, abs=100.0 * error / counted + 0.06)
+            assert 100.0 * (rate / 3600.0 / counted - 1.0) == pytest.approx(percent, abs=100.0 * error / counted + 0.06)
 
 
 def test_two_modes_under_a_smooth_force() -> None:
@@ -54,7 +54,8 @@ def test_two_modes_under_a_smooth_force() -> None:
 
 def test_units_of_the_curve() -> None:
     system = sp.System(sp.Mass(2.0), sp.Spring(50.0), sp.Springpot(0.5, 1.0), sp.ColoredNoise(4.0, 0.1))
-    plain, scaled = sp.theory.fatigue(system, 4.0), sp.theory.fatigue(system, 4.0, constant=5.0, stress=3.0)
+    curve = sp.Basquin(4.0, strength=0.5, cycles=80.0, stress=3.0)
+    plain, scaled = sp.theory.fatigue(system, sp.Basquin(4.0)), sp.theory.fatigue(system, curve, "x")
     assert scaled.damage["dirlik"] == pytest.approx(plain.damage["dirlik"] * 3.0**4 / 5.0)
     assert scaled.life["dirlik"] == pytest.approx(1.0 / scaled.damage["dirlik"])
     assert plain.moments[0.0] == pytest.approx(sp.theory.linear(system).x_mean_square, rel=1e-8)
@@ -69,23 +70,39 @@ def test_an_elongation_of_several_masses() -> None:
         mount=sp.Springpot(0.3, 5.0, between=("panel", "box")), shaker=sp.WhiteNoise(1.0, on="panel"),
     )  # fmt: skip
     linear = sp.theory.linear(pair)
-    found = sp.theory.fatigue(pair, 3.0, of="mount")
+    found = sp.theory.fatigue(pair, sp.Basquin(3.0), "mount_elongation")
     assert found.moments[0.0] == pytest.approx(linear.panel_box_elongation_mean_square, rel=1e-7)
     with pytest.raises(ValueError, match=r"^of must be one of .*mount"):
-        sp.theory.fatigue(pair, 3.0, of="mont")
+        sp.theory.fatigue(pair, sp.Basquin(3.0), "mont_elongation")
+
+
+def test_forces_have_the_moments_of_their_spectra() -> None:
+    mount, noise = sp.Springpot(0.3, 2.0), sp.ColoredNoise(1.0, 0.2, on="ground")
+    system = sp.System(sp.Mass(2.0), sp.Spring(8.0), noise, mount=mount)
+    linear = sp.theory.linear(system)
+    for name in ("mount_force", "force_on_ground", "acceleration"):
+        found = sp.theory.fatigue(system, sp.Basquin(3.0), name)
+        assert found.moments[0.0] == pytest.approx(linear.mean_square(name), rel=1e-7)
 
 
 @pytest.mark.parametrize(
-    ("parts", "exponent", "words"),
+    ("parts", "of", "words"),
     [
-        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.Harmonic(1.0, 2.0)), 3.0, "Gaussian"),
-        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.PoissonImpulses(1.0, 2.0)), 3.0, "poisson"),
-        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Barrier(0.0)), 3.0, "barrier"),
-        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0)), 0.5, "exponent must be"),
+        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.Harmonic(1.0, 2.0)), "", "Gaussian"),
+        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.PoissonImpulses(1.0, 2.0)), "", "poisson"),
+        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Barrier(0.0)), "", "barrier"),
+        (
+            (sp.Spring(1.0), sp.Springpot(0.5, 0.1), sp.WhiteNoise(1.0)),
+            "springpot_force",
+            "crosses its mean infinitely",
+        ),
+        ((sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0)), "velocity", "of must be one of"),
     ],
 )
-def test_what_is_refused(parts: tuple[object, ...], exponent: float, words: str) -> None:
+def test_what_is_refused(parts: tuple[object, ...], of: str, words: str) -> None:
     with pytest.raises((NotCoveredError, ValueError), match=words):
-        sp.theory.fatigue(sp.System(*parts), exponent)
+        sp.theory.fatigue(sp.System(*parts), sp.Basquin(3.0), of)
     with pytest.raises(sp.theory.NoStationaryStateError):
-        sp.theory.fatigue(sp.System(sp.Dashpot(1.0), sp.WhiteNoise(1.0)), 3.0)
+        sp.theory.fatigue(sp.System(sp.Dashpot(1.0), sp.WhiteNoise(1.0)), sp.Basquin(3.0))
+    with pytest.raises(TypeError, match=r"^curve must be a Basquin curve, such as"):
+        sp.theory.fatigue(sp.System(*parts), 3.0)

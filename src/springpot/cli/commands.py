@@ -250,7 +250,7 @@ def simulate(
         return _exit_code(answer["diagnostics"])
     print(_stated(result.system))
     print(f"settings: {plain(answer['settings'])}")
-    print_estimates(answer, result.units)
+    print_estimates(answer, result.units, result.system.has_mass)
     for place in saved:
         print(place)
     return _exit_code(answer["diagnostics"])
@@ -268,15 +268,16 @@ def _exit_code(diagnostics: Mapping[str, Any]) -> int:
     return 0 if diagnostics.get("reached", True) else 1
 
 
-def _levels(problem: System, pairs: Sequence[tuple[str, float]]) -> dict[str, float]:
-    """The levels by name; an error if a name is given twice, or is none of one mass."""
+def _levels(problem: System, pairs: Sequence[tuple[str, float]]) -> dict[str, Any]:
+    """The level of each name, or a list if it is given more than once; an error if a name is none of one mass."""
     from springpot.simulation.plan.seen import LEVELS
 
-    for name in [name for name, _ in pairs if len(problem.points) == 1]:
-        known_word(name, LEVELS, "--first-passage")
-    if len(levels := dict(pairs)) < len(pairs):
-        raise ValueError("--first-passage must be given only once for each name.")
-    return levels
+    found = dict[str, list[float]]()
+    for name, level in pairs:
+        if len(problem.points) == 1:
+            known_word(name, LEVELS, "--first-passage")
+        found.setdefault(name, []).append(level)
+    return {name: levels if len(levels) > 1 else levels[0] for name, levels in found.items()}
 
 
 @app.command

@@ -206,12 +206,16 @@ RunFlags = _flags_class("RunFlags", (
     ("distributions", Annotated[bool, Parameter(group=MONTE_CARLO, negative="", help=_QUANTILES)], False),
     _flag("first_passage", list[tuple[str, float]], MONTE_CARLO,
           "Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
-          "energy in m^2/s^2; can be repeated.  With several masses box_x, box_distance, box_v, box_speed, "
-          "panel_box_elongation or panel_box_distance.  Time counts from the start of the window; from rest from 0.",
+          "energy in m^2/s^2; can be repeated, also for levels of one NAME.  With several masses box_x, "
+          "box_distance, box_v, box_speed, panel_box_elongation or panel_box_distance.  Time counts from the start of "
+          "the window; from rest from 0.",
           metavar="NAME LEVEL"),
     _flag("slowest_counted_impact", float, MONTE_CARLO,
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
           "impacts is infinite."),
+    _flag("profile", list[float], MONTE_CARLO,
+          "Also mean, mean squares and impact rate in bins between these times in s, such as 0 5 10.",
+          consume_multiple=True, metavar="TIME ..."),
     _flag("forces", list[str], MONTE_CARLO,
           "Also mean and mean square of these forces and absolute accelerations: PART_force, force_on_ground, "
           "acceleration (with several masses POINT_acceleration).", consume_multiple=True, metavar="NAME ..."),

@@ -36,8 +36,11 @@ def plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None:
-    """Estimates with a budget first, its parts in columns; then those with a standard error only."""
+def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str], heavy: bool) -> None:
+    """Estimates with a budget first, its parts in columns; then those with a standard error only.
+
+    ``heavy``: with a mass, or per unit mass.
+    """
     controlled = [name for name in units if f"{name}_error" in answer]
     rest = [name for name in units if name not in controlled]
     if controlled:
@@ -55,20 +58,50 @@ def print_estimates(answer: Mapping[str, Any], units: Mapping[str, str]) -> None
     print_table([["", "value +- standard error"], *rows])
     if passages := _first_passages(answer):
         print()
-        parts = {"mean": "s", "restricted_mean": "s", "censored": "1", "at_start": "1"}
-        rows = []
-        for name in passages:
-            numbers = ((answer[f"{name}_{part}"], answer[f"{name}_{part}_se"], unit) for part, unit in parts.items())
-            rows.append([name, *(with_error(*number) for number in numbers)])
-        header = ["mean time", "of times cut off at the end", "share not passed", "share beyond at the start"]
-        print_table([["first passage +- standard error", *header], *rows])
+        header = [*(words for words, _ in _OF_PASSAGES.values()), "rate once constant, 95 %"]
+        print_table([["first passage +- standard error", *header], *passages])
+    if "time_bin" in answer:
+        _print_profiles(answer, heavy)
     if "probability" in answer:
         _print_quantiles(answer, units)
 
 
-def _first_passages(answer: Mapping[str, Any]) -> list[str]:
-    """Names such as ``x_first_passage``."""
-    return [name.removesuffix("_survival") for name in answer if name.endswith("_first_passage_survival")]
+_OF_PASSAGES = {
+    "mean": ("mean time", "s"),
+    "restricted_mean": ("of times cut off at the end", "s"),
+    "censored": ("share not passed", "1"),
+    "at_start": ("share beyond at the start", "1"),
+}
+
+
+def _first_passages(answer: Mapping[str, Any]) -> list[list[str]]:
+    """A row for each level, under its name such as ``x_first_passage``."""
+    rows = []
+    for name in [key.removesuffix("_survival") for key in answer if key.endswith("_first_passage_survival")]:
+        levels = answer.get(f"{name}_level")
+        wanted = *(f"{part}{end}" for part in _OF_PASSAGES for end in ("", "_se")), "rate_low", "rate_high"
+        columns = [answer[f"{name}_{part}"] for part in wanted]
+        for level, *numbers, low, high in zip(levels, *columns, strict=True) if levels else [(None, *columns)]:
+            pairs = zip(numbers[::2], numbers[1::2], _OF_PASSAGES.values(), strict=True)
+            rate = "none" if high is None else f"{low:.2g} to {high:.2g} s-1" if low else f"at most {high:.2g} s-1"
+            row = [with_error(value, error, unit) for value, error, (_, unit) in pairs]
+            rows.append([name if level is None else f"{name} {level:g}", *row, rate])
+    return rows
+
+
+def _print_profiles(answer: Mapping[str, Any], heavy: bool) -> None:
+    """Results in bins of time, one column for each bin."""
+    from springpot.problem.catalogue import unit_of
+
+    bins = zip(answer["time_bin"], answer["time_bin_width"], strict=True)
+    rows = []
+    for name in (name for name in answer if name.endswith("_profile")):
+        unit = unit_of(name, heavy) or "1"
+        values = zip(answer[name], answer[f"{name}_se"], strict=True)
+        rows.append([name.removesuffix("_profile"), *(with_error(value, error, unit) for value, error in values)])
+    print()
+    head = [f"{middle - 0.5 * width:.6g} to {middle + 0.5 * width:.6g} s" for middle, width in bins]
+    print_table([["in bins of time +- standard error", *head], *rows])
 
 
 def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> None:
@@ -79,6 +112,7 @@ def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> Non
     from springpot.problem.catalogue import unit_of
 
     names = [name.removesuffix("_quantile") for name in answer if name.endswith("_quantile")]
+    names = [name for name in names if f"{name}_level" not in answer]  # of several levels there are many
     units = {name: means.get(f"{name.rpartition('_')[0]}_mean") or unit_of(f"{name}_quantile") or "s" for name in names}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()

@@ -265,7 +265,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
 def _note(system: System, name: str, part: Part) -> str:
     kind, several = kind_of(part), len(system.points) > 1
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
-    if (count := getattr(part, "count", 1)) > 1:
+    if count := system.counts.get(name):
         words.append(f"{count} of them")
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")

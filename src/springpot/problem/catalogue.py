@@ -5,13 +5,14 @@ Runs, data sets, columns of studies, the page and the docs read it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
-from springpot.problem.parts.registration import Part, per_unit_mass, unit_times
+from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
 __all__ = [
@@ -21,6 +22,8 @@ __all__ = [
 _OF = "<part>_"
 _AT = "<point>_"
 _PAIRS = "<pair>_"
+_ANY = "<quantity>_"
+_MOST_CURVES = 9
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,11 @@ class Quantity:
     ----------
     name : str
         Of a part it begins with ``<part>_``, which stands for the part's name, of one of several masses with
-        ``<point>_``, and of two masses with a part between them with ``<pair>_``.
+        ``<point>_``, and of two masses with a part between them with ``<pair>_``; of any displacement, elongation,
+        force or acceleration with ``<quantity>_``.
     unit : str
-        In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.
+        In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.  ``q``
+        stands for that of the quantity.
     meaning, formula : str
         In words, and in TeX.
     when : str
@@ -48,6 +53,8 @@ class Quantity:
         Whether a run has it only with an argument that asks for it.
     dimensions : tuple of str
         In the data set of `springpot.simulate`.
+    numbered : bool
+        Whether there may be several, with the endings ``_1``, ``_2`` and so on.
     """
 
     name: str
@@ -60,11 +67,16 @@ class Quantity:
     controlled: bool = True
     asked: bool = False
     dimensions: tuple[str, ...] = ()
+    numbered: bool = False
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
         owners = [name for name, part in system.stated() if self.of(part)] if self.where(system) else []
-        if self.name.startswith(_AT) and self.where(system):
+        if self.name.startswith(_ANY):
+            for quantity in _quantities(system):
+                whole = quantity + self.name[len(_ANY) - 1 :]
+                yield from (whole, *(f"{whole}_{n + 1}" for n in range(_MOST_CURVES if self.numbered else 0)))
+        elif self.name.startswith(_AT) and self.where(system):
             yield from (point + self.name[len(_AT) - 1 :] for point in system.points)
         elif self.name.startswith(_PAIRS) and self.where(system):
             yield from (pair + self.name[len(_PAIRS) - 1 :] for pair in system.coordinates.pairs)
@@ -72,6 +84,16 @@ class Quantity:
             yield from (name + self.name[len(_OF) - 1 :] for name in owners)
         elif owners:
             yield self.name
+
+
+def _quantities(system: System) -> Iterator[str]:
+    """Displacements, elongations, forces and accelerations, by their names in results."""
+    several = _is_several(system)
+    yield from (f"{point}_x" for point in system.points) if several else ["x"]
+    yield from (f"{name}_elongation" for name in (*system.elements, *system.coordinates.pairs) if several)
+    yield from (f"{name}_force" for name in system.elements)
+    yield "force_on_ground"
+    yield from (f"{point}_acceleration" for point in system.points) if several else ["acceleration"]
 
 
 def _with(*powers: str) -> Callable[[Part], bool]:
@@ -113,11 +135,11 @@ def _is_soft(part: Part) -> bool:
 
 
 def _has_force(part: Part) -> bool:
-    return _has_spring(part) or "damping" in part.powers
+    return _has_spring(part) or "damping" in part.powers or part.remembers or _is_soft(part)
 
 
 def _is_counted(part: Part) -> bool:
-    return getattr(part, "count", 1) > 1 and _has_force(part)
+    return isinstance(part, Element) and part.count > 1 and _has_force(part)
 
 
 _ABSOLUTE = "absolute acceleration, that of the ground included, between impacts"
@@ -138,6 +160,7 @@ _SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_se
 _PAIR: dict[str, Any] = {"when": "of each two masses with a part between them", "where": _is_several}
 _END_OF_SEVERAL: dict[str, Any] = {**_SEVERAL, "controlled": False}
 _ASKED: dict[str, Any] = {"asked": True, "controlled": False}
+_CYCLES: dict[str, Any] = {"when": "`rainflow=`", **_ASKED}
 _COUNTED: dict[str, Any] = {"of": _with("stop"), **_ASKED}
 _OF_SEVERAL = {
     "<point>": ", of each of several masses", "<pair>": ", of each two of them with a part between them",
@@ -182,11 +205,12 @@ def _felt(
     name: str, unit: str, square: str, said: str, when: str, where: Callable[[System], bool]
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
-    given: dict[str, Any] = {"of": _is_counted if name.endswith("_of_one") else _has_force, "where": where,
-                             "asked": True}  # fmt: skip
-    asked = f"`forces=`{when}"
-    # of the mean force of a wall ``rtol`` controls the error
-    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=name == f"{_OF}force", **given)
+    has = _is_counted if name.endswith("_of_one") else _has_force
+    given: dict[str, Any] = {"of": has, "where": where, "asked": True}
+    asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
+    # the mean force of a stop is in every run, and ``rtol`` controls its error
+    mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
+    yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)
     yield Quantity(f"{name}_mean_square", square, f"mean square {said}", when=asked, controlled=False, **given)
     others = (
         ("density", unit_times("1", unit, -1), "probability density of the", "distributions", (f"{name}_bin",)),
@@ -286,6 +310,27 @@ CATALOGUE = (
                                (f"{_PAIRS}elongation_maximum", "m", "the largest difference of their displacements"),
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
     *(entry for each in _FELT for entry in _felt(*each)),
+    Quantity("<quantity>_cycle_rate", "s-1", "rainflow cycles per unit time of the displacement, force or acceleration",
+             **_CYCLES),
+    Quantity("<quantity>_damage_rate", "h-1", "damage per hour, by Basquin's curve and Miner's sum; of several curves "
+             "`..._1`, `..._2`", r"\sum_i 1 / N(S_i)", numbered=True, **_CYCLES),
+    Quantity("<quantity>_life", "h", "time to failure at this rate; of several curves `..._1`, `..._2`", numbered=True,
+             **_CYCLES),
+    *(entry
+      for name, said in (("range", "the ranges of its cycles"), ("peak", "its maxima"), ("valley", "its minima"))
+      for entry in (
+          Quantity(f"<quantity>_{name}_density", "q-1", f"probability density of {said} in the window",
+                   dimensions=(f"<quantity>_{name}_bin",), **_CYCLES),
+          Quantity(f"<quantity>_{name}_quantile", "q", f"quantiles of {said} in the window",
+                   dimensions=("probability",), **_CYCLES))),
+    *(Quantity(f"{_OF}peak_force_{ending}", unit, f"{words} the largest force of each touch of a soft contact",
+               when=f"`forces=`{more}", dimensions=dimensions, of=_is_soft, **_ASKED)
+      for ending, unit, words, more, dimensions in (
+          ("mean", "N", "mean of", "", ()), ("mean_square", "N2", "mean square of", "", ()),
+          ("density", "N-1", "probability density of", " with `distributions=`", (f"{_OF}peak_force_bin",)),
+          ("quantile", "N", "quantiles of", " with `distributions=`", ("probability",)),
+          ("largest_quantile", "N", "quantiles over the paths of the largest of", " with `distributions=`",
+           ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
     *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",
@@ -324,9 +369,10 @@ def _entry(name: str) -> Quantity | None:
     endings = {
         entry.name.partition(">")[2]: entry
         for entry in reversed(CATALOGUE)
-        if entry.name.startswith((_OF, _AT, _PAIRS))
+        if entry.name.startswith((_OF, _AT, _PAIRS, _ANY))
     }
-    found = max((ending for ending in endings if name.endswith(ending)), key=len, default="")
+    stem = re.sub(r"(?<=_(?:life|rate))_\d$", "", name)
+    found = max((ending for ending in endings if stem.endswith(ending)), key=len, default="")
     return known.get(name) or endings.get(found)
 
 
@@ -341,7 +387,16 @@ def unit_of(name: str, heavy: bool = False) -> str:
     entry = _entry(name)
     if entry is None:
         return ""
-    return entry.unit if heavy else per_unit_mass(entry.unit)
+    unit = entry.unit
+    if "q" in unit and not name.startswith(_ANY):
+        own = _unit_of_quantity(name[: -len(entry.name) + len(_ANY) - 1])
+        unit = own if unit == "q" else unit_times("1", own, -1)
+    return unit if heavy else per_unit_mass(unit)
+
+
+def _unit_of_quantity(name: str) -> str:
+    units = {"force": "N", "force_on_ground": "N", "acceleration": "m s-2"}
+    return next((unit for end, unit in units.items() if f"_{name}".endswith(f"_{end}")), "m")
 
 
 def unit_of_result(system: System, name: str) -> str:

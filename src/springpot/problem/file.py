@@ -74,6 +74,11 @@ _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], s
         {"frequency", "psd", "psd_unit"},
     ),
     (
+        SpectralExcitation.from_csv, "spectral_excitation", "path",
+        "A noise by the table of its spectral density in a CSV file, beside the system's own.",
+        {"path": str, "scale": float, "on": str}, {"path"},
+    ),
+    (
         RecordedExcitation.from_csv, "recorded_excitation", "path", "Records in CSV files, beside the system's own.",
         {"path": str | tuple[str, ...], "rate": float, "scale": float, "on": str, "taken": Taken}, {"path"},
     ),
@@ -92,7 +97,8 @@ def read_system(source: str | Path | Mapping[str, Any], folder: str | Path | Non
         in small letters, such as ``polynomial_spring``), its numbers under their names in Python and, if you like, a
         ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``; a
         ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too; a
-        ``recorded_excitation`` takes ``path``, the place of a CSV file or of several, and ``rate``.
+        ``recorded_excitation`` takes ``path``, the place of a CSV file or of several, and ``rate``; a
+        ``spectral_excitation`` with ``path`` that of its table.
     folder : str or Path, optional
         Where such places begin; that of the file if left out.
 
@@ -229,15 +235,19 @@ def _part(table: object, place: str, folder: Path | None) -> tuple[str, object]:
             _check_keys(numbers, keys, needed, where)
             read = _all_read(keys, numbers, where)
             if mark == "path":
-                read["path"] = _places(read["path"], folder, where)
+                read["path"] = _places(read["path"], folder, where, several=keys["path"] is not str)
             return kind, _made(make, read, where)
     return kind, _build(_KINDS[kind], numbers, where)
 
 
-def _places(given: Any, folder: Path | None, where: str) -> list[Path]:
+def _places(given: Any, folder: Path | None, where: str, several: bool) -> Path | list[Path]:
     """The places of files beside that of the system; what has no place, as a text of the page, reads no others."""
     if folder is None:
-        raise ValueError(f"{where}.path is read from a system's file only: give the points of the record.")
+        raise ValueError(f"{where}.path is read from a system's file only: give the points themselves.")
+    if isinstance(given, str) and not several:
+        return folder / given
+    if not several:
+        raise ValueError(f"{where}.path must be the place of a file, not {shown(given)}.")
     paths = given if isinstance(given, list) else [given]
     if not all(isinstance(path, str) for path in paths):
         raise ValueError(f"{where}.path must be the place of a file, or a list of them, not {shown(given)}.")

@@ -8,7 +8,7 @@ from typing import Any
 
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said
-from springpot.problem.parts.registration import Number, Part, kind_of
+from springpot.problem.parts.registration import Number, Part, in_range, kind_of
 from springpot.problem.system import System
 
 __all__ = ["ROOT", "check_number", "label_of", "number_of", "numbers_of", "unit_of", "with_numbers"]
@@ -128,6 +128,8 @@ def number_of(system: System, name: str) -> tuple[Part, Number, int]:
     """
     owner, path = _split(system, name)
     part = dict(system.stated())[owner]
+    if path[0] in part.instead:
+        return part, part.instead[path[0]].number, 0
     number, place = next((number, place) for found, _, number, place in _numbers(part) if found == ".".join(path))
     return part, number, place
 
@@ -162,7 +164,7 @@ def _split(system: System, name: str) -> tuple[str, tuple[str, ...]]:
     if part is None:
         near = meant(owner, system.names) or f": its parts are {listed(system.names)}."
         raise ValueError(f"the system has no part {shown(owner)}{near}")
-    known = [found for found, *_ in _numbers(part)]
+    known = [*(found for found, *_ in _numbers(part)), *part.instead]
     if ".".join(path) not in known:
         its = f"; its numbers are {listed(known)}."
         near = meant(".".join(path), known) or its
@@ -175,6 +177,12 @@ def _changed(part: Any, changes: Mapping[tuple[str, ...], float], where: str) ->
     updates: dict[str, Any] = {}
     for field in {path[0] for path in changes}:
         below = {path[1:]: value for path, value in changes.items() if path[0] == field}
+        if field in getattr(part, "instead", ()):
+            other = part.instead[field]
+            if other.field in updates or (other.field,) in changes:
+                raise ValueError(f"{where}.{field} and another of its numbers both say what {other.field} is.")
+            updates[other.field] = other.value(part, in_range(below[()], f"{where}.{field}", other.number))
+            continue
         now = getattr(part, field)
         if () in below:
             updates[field] = below[()]

@@ -260,7 +260,7 @@ class System:
     @property
     def counts(self) -> dict[str, int]:
         """How many equal ones there are of each part of which there are several, by name."""
-        return {name: part.count for name, part in self.stated() if getattr(part, "count", 1) > 1}
+        return {name: part.count for name, part in self.stated() if isinstance(part, Element) and part.count > 1}
 
     @property
     def grounded(self) -> dict[str, float]:

@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from springpot.simulation.result.load import load_run
     from springpot.simulation.result.results import Estimate, Run
     from springpot.simulation.watch.distributions import Distribution
-    from springpot.simulation.watch.passage_times import PassageTimes
+    from springpot.simulation.watch.passage_rates import Bounded, PassageRate
+    from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
     from springpot.simulation.watch.profiles import Profile
     from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
-    "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "PassageTimes", "Profile", "Run", "Spectrum",
-    "load_run", "simulate",
+    "Bounded", "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "PassageRate", "PassageTimes",
+    "PassagesOfLevels", "Profile", "Run", "Spectrum", "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
     "simulation.error.budget": ("Budget",),
@@ -37,7 +38,8 @@ _PLACES = {
     "simulation.result.results": ("Estimate", "Run"),
     "simulation.monte_carlo": ("simulate",),
     "simulation.watch.distributions": ("Distribution",),
-    "simulation.watch.passage_times": ("PassageTimes",),
+    "simulation.watch.passage_rates": ("Bounded", "PassageRate"),
+    "simulation.watch.passage_times": ("PassageTimes", "PassagesOfLevels"),
     "simulation.watch.profiles": ("Profile",),
     "simulation.watch.spectrum": ("Spectrum",),
 }

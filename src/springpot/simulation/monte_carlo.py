@@ -46,7 +46,7 @@ LONG = 1e9  # path-steps from which the time of a run is told before it: some se
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
     "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
-    "profile", "forces",
+    "profile", "forces", "rainflow",
 )  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     )
     chosen = about_options(plan, options)
     said = ["no_stationary_state"] if any(message.name == "starts_from_rest" for message in chosen) else []
-    counted = bool(observed.counted_impacts)
+    counted = bool(wanted.counted)
     doubtful = (
         *chosen,
         *(
@@ -228,14 +228,15 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         Frequencies in rad/s at which to estimate the spectral density of x in the window; with several masses that of
         each and of the elongation of each pair.
     first_passage : dict
-        Quantities and levels whose first passage is recorded, such as ``{"x": 0.01}``.  Levels of ``"x"`` (m) and
-        ``"v"`` (m/s) are passed away from where the run starts; ``"distance"`` (m) is the size of x, or of x -
-        reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size of v; ``"amplitude"`` (m)
-        is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem; ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2)
-        / 2.  Any other name is an observable's, with a pair of a function f(t, x, v) and its level.  With several
-        masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``, and of a part or a pair
-        ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Times count from the start of the window; from
-        rest the window is the whole run if left out.
+        Quantities whose first passage through a level is recorded, or through each of a list of levels, such as
+        ``{"x": [0.01, 0.012]}``.  Levels of ``"x"`` (m) and ``"v"`` (m/s) are passed away from where the run starts; a
+        pair in brackets, ``(-0.01, 0.012)``, is an interval of them that is left on either side; ``"distance"`` (m) is
+        the size of x, or of x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size
+        of v; ``"amplitude"`` (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem; ``"energy"``
+        (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function f(t, x, v)
+        and its level or levels.  With several masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``, and
+        of a part or a pair ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Times count from the start
+        of the window; from rest the window is the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
@@ -251,6 +252,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason: an
         acceleration with noise on a mass itself, or a force with the matched noise of its part.  With
         ``distributions`` there are their extremes in each path, with ``spectrum`` their spectra.
+    rainflow : dict
+        Names of displacements, elongations, forces and accelerations, each with a `Basquin` curve or a list of them:
+        ``{"x": sp.Basquin(5.0, strength=0.01), "mount_force": [...]}``.  Their cycles in the window are counted while
+        the simulation runs, and their damage is added up.
     paths : int
         Independent sample paths; 5000 if left out.
     duration : float
@@ -319,14 +324,18 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         speed and of the largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the
         step leaves. With ``rtol`` the means have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total
         ``_error``. With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds; with ``forces`` each has
-        ``_mean`` and ``_mean_square``. Then the observables; with
+        ``_mean`` and ``_mean_square``; with ``rainflow`` each has ``_cycle_rate``, ``_damage_rate`` (per hour) and
+        ``_life`` (in hours; of several curves ``_life_1``, ``_life_2``), and the distributions of its ranges, maxima
+        and minima, ``_range``, ``_peak`` and ``_valley``. Then the observables; with
         ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
         extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
         ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
         ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
-        ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
-        ``..._first_passage_time``. Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
+        ``_first_passage_rate`` (from when it is constant) with ``_rate_low`` and ``_rate_high``,
+        ``_first_passage_return_period``, ``_first_passage_quantile`` over ``probability`` and
+        ``_first_passage_survival`` over ``..._first_passage_time``, all of them also over ``..._first_passage_level``
+        if there is a list. Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------

@@ -25,7 +25,7 @@ from pydantic import (
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.file import read_system
-from springpot.problem.numbers import check_number, label_of, numbers_of, with_numbers
+from springpot.problem.numbers import ROOT, check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
@@ -258,7 +258,9 @@ def system_at(point: Mapping[str, Any], base: System) -> System:
     """
     known = numbers_of(base)
     named = ((*PARAMETERS.get(name, (name, 1)), value) for name, value in point.items())
-    return with_numbers(base, {number: value**power for number, power, value in named if number in known})
+    return with_numbers(
+        base, {number: value**power for number, power, value in named if number in known or number.startswith(ROOT)}
+    )
 
 
 def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:

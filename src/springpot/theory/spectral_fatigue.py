@@ -6,22 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError, listed
-from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
+from springpot.machine.faults import NotCoveredError, shown
+from springpot.problem.basquin import Basquin
 from springpot.problem.system import System
-from springpot.theory.numerics.frequencies import integrals, resonances
 
 __all__ = ["Fatigue", "damage_rates", "fatigue"]
 
-FloatArray = NDArray[np.float64]
-
 ORDERS = (0.0, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Powers of the frequency in the spectral moments that the formulas take."""
-_FAR = 1e6  # of the largest frequency: there the density has its last slope
 
 
 @dataclass(frozen=True)
@@ -34,7 +26,7 @@ class Fatigue:
         Spectral moments m_j = int w^j G(w) dw by their order j, of the one-sided density G per rad/s; m_4 is infinite
         under white noise.
     damage : dict
-        Damage per second by each formula: ``"narrow_band"``, ``"alpha_075"``, ``"tovo_benasciutti"``,
+        Damage per hour by each formula: ``"narrow_band"``, ``"alpha_075"``, ``"tovo_benasciutti"``,
         ``"wirsching_light"`` and ``"dirlik"``.  The last two need m_4, and are missing without it.
     """
 
@@ -53,7 +45,7 @@ class Fatigue:
 
     @property
     def life(self) -> Mapping[str, float]:
-        """Mean time to failure, in s, by each formula."""
+        """Mean time to failure, in h, by each formula."""
         return {name: 1.0 / rate for name, rate in self.damage.items()}
 
 
@@ -131,22 +123,18 @@ def _dirlik(middle: float, a2: float, k: float) -> float:
     return d1 * math.pow(q, k) * math.gamma(1.0 + k) + rayleigh * (d2 * math.pow(abs(r), k) + d3)
 
 
-def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = "", stress: float = 1.0) -> Fatigue:
-    """Damage of a linear system's stationary response, by Basquin's curve N S^k = K and Miner's sum.
+def fatigue(system: System, curve: Basquin, of: str = "") -> Fatigue:
+    """Damage of a linear system's stationary response, by Basquin's curve and Miner's sum.
 
     Parameters
     ----------
     system : System
         A linear one.
-    exponent : float
-        k of the curve, from 1 to 50.
-    constant : float
-        K of the curve, in the unit of the stress to the power k.
+    curve : Basquin
     of : str
-        The point whose displacement it is, or the part with two ends whose elongation it is; needed where there are
-        several masses.
-    stress : float
-        Amplitude of the stress per metre of the displacement or elongation.
+        What the cycles are of, as in ``rainflow=`` of `springpot.simulate`: ``"x"``, of several masses ``"box_x"`` or
+        ``"mount_elongation"`` of a part, or a force or acceleration, ``"mount_force"``, ``"force_on_ground"``,
+        ``"acceleration"``; the displacement if left out, of one mass.
 
     Returns
     -------
@@ -155,11 +143,11 @@ def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = ""
     Raises
     ------
     NotCoveredError
-        If the system is not linear, or its response is not Gaussian.
+        If the system is not linear, its response is not Gaussian, or a force crosses its mean infinitely often.
     NoStationaryStateError
         If it has no stationary state.
     TypeError, ValueError
-        If a number is out of its range, or there is no such point or part.
+        If the curve is none, or there is no such point or part.
 
     Notes
     -----
@@ -171,32 +159,23 @@ def fatigue(system: System, exponent: float, constant: float = 1.0, of: str = ""
     --------
     >>> import springpot as sp
     >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
-    >>> found = fatigue(device, 3.0)
-    >>> round(found.damage["narrow_band"], 4), round(found.crossing_rate, 4)
+    >>> found = fatigue(device, sp.Basquin(3.0))
+    >>> round(found.damage["narrow_band"] / 3600.0, 4), round(found.crossing_rate, 4)
     (0.5984, 0.1592)
     """
     from springpot.theory.methods.systems.linear import linear  # slow to import
 
+    if not isinstance(of, str):
+        raise TypeError(f"of must be the name of a displacement, force or acceleration, not {shown(of)}.")
+    if not isinstance(curve, Basquin):
+        raise TypeError(f"curve must be a Basquin curve, such as sp.Basquin(5.0, strength=0.01), not {shown(curve)}.")
     response = linear(system)
-    k = finite_number(exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
-    basquin = finite_number(constant, "constant", low=0.0, open_low=True)
-    unit = finite_number(stress, "stress", low=0.0, high=LARGEST, open_low=True, hint="It is in Pa per m.")
-    if rough := response.system.of(Harmonic, ParametricNoise, PoissonImpulses):
-        names = listed([name for name, part in response.system.named() if part in rough])
-        raise NotCoveredError(f"The formulas of fatigue cover Gaussian responses, which that to {names} is not.")
-    response.moments  # noqa: B018 (says if there is no stationary state)
-    companion = response.companion
-    cuts = resonances(companion.nearest, companion.scales)
-    top = _FAR * max(companion.scales)
-
-    last, beyond = response.spectrum([top, 2.0 * top], of)
-    slope = -math.log2(beyond / last) if last > 0.0 else math.inf
-    finite = [order for order in ORDERS if slope >= order + 1.01]  # of others the density falls too slowly
-
-    def weighted(w: FloatArray) -> FloatArray:
-        return np.asarray(response.spectrum(w, of)[:, None] * w[:, None] ** finite)
-
-    found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
-    moments = {**dict.fromkeys(ORDERS, math.inf), **dict(zip(finite, found, strict=True))}
-    rates = damage_rates(moments, k)
-    return Fatigue(moments, {name: unit**k * rate / basquin for name, rate in rates.items()})
+    name = "" if of == "x" else of.removesuffix("_x").removesuffix("_elongation")
+    moments = response.spectral_moments(ORDERS, name)
+    if math.isinf(moments[2.0]):
+        raise NotCoveredError(
+            f"{of} crosses its mean infinitely often under white noise, so that the formulas of fatigue do not hold: "
+            "count its cycles with rainflow= of simulate."
+        )
+    rates = damage_rates(moments, curve.exponent)
+    return Fatigue(moments, {name: curve.damage_per_hour(rate, 1.0) for name, rate in rates.items()})

@@ -316,12 +316,22 @@ def test_the_amplitude_is_that_of_the_motion_with_the_springpot() -> None:
         ({"x": -1.0}, "first_passage level of x is -1 m, behind a wall: x lies between 0 and inf."),
         ({"amplitude": 0.0}, "first_passage level of amplitude"),
         ({"distance": {"level": 1.0, "reference": "here"}}, "first_passage reference of distance"),
-        ({"distance": {"reference": 1.0}}, "must be one level, or {'level': 0.004"),
-        ({"x": {"level": 1.0, "reference": 0.5}}, "first_passage of x must be one level, not {"),
-        ({"distance": (0.004, 0.006)}, "'reference': 0.006} from a reference, not (0.004, 0.006)."),
-        ({"distance": [0.004, 0.006]}, "{'level': 0.004, 'reference': 0.006}"),
-        ({"x": [0.004, 0.006]}, "first_passage of x must be one level"),
-        ({"x": np.linspace(1.0, 9.0, 99)}, "first_passage of x must be one level"),
+        ({"distance": {"reference": 1.0}}, "must be a level or a list of levels, or {'level': 0.004"),
+        ({"x": {"level": 1.0, "reference": 0.5}}, "first_passage of x must be a level or a list of levels, not {"),
+        ({"distance": (0.004, 0.006)}, "first_passage of distance must be a level or a list of levels, not (0.004, "),
+        ({"distance": [0.004, -0.006]}, "first_passage level of distance must be"),
+        ({"distance": [0.004, (0.1, 0.2)]}, "first_passage of distance must be a level or a list of levels, not (0.1"),
+        ({"x": []}, "first_passage of x must have 1 to 1000 levels, not 0."),
+        ({"x": np.linspace(1.0, 9.0, 1001)}, "first_passage of x must have 1 to 1000 levels, not 1001."),
+        ({"x": [1.0, math.nan]}, "first_passage level of x must be in [-1e+50, 1e+50], not nan"),
+        ({"x": [1.0, [2.0]]}, "or (low, high) for an interval that is left, not [2.0]."),
+        ({"x": [1.0, -1.0]}, "first_passage level of x is -1 m, behind a wall: x lies between 0 and inf."),
+        ({"x": (-1.0, 1.0)}, "first_passage level of x is -1 m, behind a wall: x lies between 0 and inf."),
+        ({"x": (2.0, 1.0)}, "first_passage of x must have its interval from low to high, not (2.0, 1.0)."),
+        ({"v": (-1.0, 0.0, 1.0)}, "must be levels in a list, or an interval (low, high), not (-1.0, 0.0, 1.0)."),
+        ({"v": (-1.0, "up")}, "first_passage level of v must be"),
+        ({"energy": [1.0, 0.0]}, "first_passage level of energy must be"),
+        ({"own": (lambda t, x, v: x, [])}, "first_passage of own must have 1 to 1000 levels, not 0."),
         ({"own": 1.0}, "give a pair: a function of"),
         ({"two words": (abs, 1.0)}, "in one word"),
         ({"x_mean": (lambda t, x, v: x, 1.0)}, "already has a result of that name"),
@@ -366,3 +376,65 @@ def test_a_distance_may_be_from_a_reference() -> None:
     assert found["distance"].reference == 0.5
     assert passed.any()
     np.testing.assert_allclose(found["distance"].times[passed], found["same"].times[passed], atol=0.05)
+
+
+def test_several_levels_are_passed_as_each_alone() -> None:
+    """In any order and on both sides, to the last bit, for one thread and for three; a list of one is a list."""
+    problem = sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=sp.Barrier(-0.9, 0.8))
+    given: dict[str, Any] = {"paths": 150, "duration": 20.0, "step": 0.05, "start": "rest"}
+    levels: dict[str, list[Any]] = {
+        "x": [1.2, -0.5, (-0.6, 1.1), 0.4, -0.8, 2.0, 0.4], "energy": [1.0, 0.2], "v": [(-1.0, 2.0), 1.5, -1.5, 0.5],
+    }  # fmt: skip
+    one, other = (
+        simulate(problem, **given, first_passage=levels, threads=threads).first_passages for threads in (1, 3)
+    )
+    for name, own in levels.items():
+        assert [each.title for each in one[name]] == [each.title for each in other[name]]
+        for number, level in enumerate(own):
+            alone = simulate(problem, **given, first_passage={name: level}).first_passages[name]
+            np.testing.assert_array_equal(one[name][number].times, alone.times)
+            np.testing.assert_array_equal(one[name][number].times, other[name][number].times)
+    assert (one["x"][2].title, one["x"].levels[:2]) == ("x out of -0.6 to 1.1 m", (1.2, -0.5))
+    assert 0.1 < one["x"][5].share_censored < 0.9
+    single = simulate(problem, **given, first_passage={"x": [0.4]}).first_passages["x"]
+    assert len(single) == 1
+
+
+def test_an_interval_is_left_at_the_first_of_its_ends() -> None:
+    """Of x and v: the earlier of both passages."""
+    given: dict[str, Any] = {"paths": 150, "duration": 20.0, "step": 0.05, "start": "rest"}
+    free = sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=None)
+    for name in ("x", "v"):
+        found = simulate(free, **given, first_passage={name: [(-1.5, 1.0), -1.5, 1.0]}).first_passages[name]
+        left, low, high = (each.times for each in found)
+        first = np.minimum(low, high)
+        np.testing.assert_array_equal(np.isfinite(left), np.isfinite(first))
+        passed = np.isfinite(first)
+        np.testing.assert_allclose(left[passed], first[passed], rtol=1e-9)
+        assert 0.2 < np.mean(low < high) < 0.8
+
+
+def test_levels_are_in_every_form_of_the_result(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    words = "simulate --paths 640 --duration 20 --step 0.05 --start rest --first-passage x 1.2 --first-passage x 9"
+    assert cli.main(words.split()) == 0
+    out = capsys.readouterr().out
+    assert "x_first_passage 1.2" in out
+    assert "at most 0.00" in out
+    assert cli.main([*words.split(), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    found = simulate(
+        sp.Oscillator(), paths=640, duration=20.0, step=0.05, start="rest", first_passage={"x": [1.2, 9.0]}
+    )
+    passages, data = found.first_passages["x"], found.to_xarray()
+    assert answer["x_first_passage_level"] == data["x_first_passage_level"].to_numpy().tolist() == [1.2, 9.0]
+    assert answer["x_first_passage_rate_high"] == [each.rate.high for each in passages]
+    assert answer["x_first_passage_return_period"][1] is None
+    assert data["x_first_passage_survival"].dims == ("x_first_passage_level", "x_first_passage_time")
+    np.testing.assert_array_equal(data["x_first_passage_survival_low"][1, -1], passages[1].survival_interval(20.0)[0])
+    for name in ("run.nc", "run.json", "run.csv"):
+        found.save(tmp_path / name)
+        if name != "run.csv":
+            again = sp.load_run(tmp_path / name).first_passages["x"]
+            assert again[0].rate == passages[0].rate
+            np.testing.assert_array_equal(again[1].times, passages[1].times)
+    assert "x_first_passage_rate,9.0,x_first_passage_level,0.0" in (tmp_path / "run.csv").read_text()

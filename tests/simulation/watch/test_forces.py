@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import linear
+from tests.simulation.systems import of_many_kinds
 
 SHAKING = sp.WhiteNoise(1.0, on="ground")
 
@@ -34,9 +36,7 @@ DAMPERS = sp.Dashpot(0.096, between=("ground", "base")), sp.Springpot(0.5, 0.3, 
 
 def off(run: Any, system: sp.System, name: str) -> tuple[float, float]:
     """How far a mean square is from linear theory's, and its standard error, as shares."""
-    named = {"acceleration": ("", "acceleration"), "force_on_ground": ("ground", "force")}
-    of, what = named.get(name) or name.rsplit("_", 1)
-    exact = linear(system).mean_square(of, what)
+    exact = linear(system).mean_square(name)
     found = run[f"{name}_mean_square"]
     return found.value / exact - 1.0, found.error / exact
 
@@ -82,17 +82,17 @@ def test_forces_of_several_masses_are_those_of_linear_theory(damper: Any) -> Non
 
 def test_linear_theory_has_the_absolute_acceleration_of_an_isolated_storey() -> None:
     by_lyapunov = linear(isolated(DAMPERS[0]))
-    found = [by_lyapunov.mean_square(point, "acceleration") for point in ("base", "top")]
+    found = [by_lyapunov.mean_square(f"{point}_acceleration") for point in ("base", "top")]
     assert found == pytest.approx([0.111115, 0.108969], abs=6e-7)
 
 
-@pytest.mark.parametrize(("of", "what"), [("mount", "force"), ("ground", "force"), ("", "acceleration")])
-def test_a_mean_square_is_the_integral_of_the_spectrum(of: str, what: Any) -> None:
+@pytest.mark.parametrize("of", ["mount_force", "force_on_ground", "acceleration"])
+def test_a_mean_square_is_the_integral_of_the_spectrum(of: str) -> None:
     found = linear(device(0.5))
     u = np.linspace(-14.0, 16.0, 200_001)
     w = np.exp(u)
-    whole = 2.0 * np.trapezoid(found.spectrum(w, of, what) * w, u)
-    assert whole == pytest.approx(found.mean_square(of, what), rel=1e-4)
+    whole = 2.0 * np.trapezoid(found.spectrum(w, of) * w, u)
+    assert whole == pytest.approx(found.mean_square(of), rel=1e-4)
 
 
 def test_one_of_two_masses_that_do_not_meet_is_one_mass() -> None:
@@ -104,8 +104,35 @@ def test_one_of_two_masses_that_do_not_meet_is_one_mass() -> None:
             mount=sp.Springpot(0.5, 2.0, between=("ground", "a")), shaking=SHAKING,
         )
     )  # fmt: skip
-    assert both.mean_square("mount") == pytest.approx(alone.mean_square("mount"), rel=1e-6)
-    assert both.mean_square("a", "acceleration") == pytest.approx(alone.mean_square(what="acceleration"), rel=1e-6)
+    assert both.mean_square("mount_force") == pytest.approx(alone.mean_square("mount_force"), rel=1e-6)
+    assert both.mean_square("a_acceleration") == pytest.approx(alone.mean_square("acceleration"), rel=1e-6)
+
+
+PUSHES = {
+    "colored": sp.ColoredNoise(1.0, 0.5), "kanai-tajimi": sp.KanaiTajimiNoise(3.0, 0.4, 1.0, on="mass"),
+    "harmonic": sp.Harmonic(1.0, 1.5),
+    "spectral": sp.SpectralExcitation.from_psd((0.05, 0.2, 1.0), (0.5, 1.0, 0.2), "N2/Hz"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("masses", [pytest.param(1, marks=pytest.mark.validation), 2])
+@pytest.mark.parametrize("kind", PUSHES)
+def test_a_smooth_force_on_the_mass_is_in_its_acceleration(kind: str, masses: int) -> None:
+    ends: dict[str, Any] = {"between": ("ground", "a")} if masses == 2 else {}
+    push, mount = PUSHES[kind], sp.Springpot(0.5, 2.0, **ends)
+    if masses == 1:
+        system = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=mount, push=push)
+    else:
+        system = sp.System(
+            sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, **ends), sp.Spring(4.0, between=("ground", "b")),
+            sp.Dashpot(1.0, between=("ground", "b")), rough=sp.WhiteNoise(1.0, on="b"), mount=mount,
+            push=dataclasses.replace(push, on="a"),
+        )  # fmt: skip
+    name = "acceleration" if masses == 1 else "a_acceleration"
+    run = simulated(system, paths=1280, duration=150.0, window=(50.0, 150.0), step=0.02, start="rest", forces=(name,))
+    found, exact = run[f"{name}_mean_square"], linear(system).mean_square(name)
+    assert found.error < 0.006 * exact
+    assert abs(found.value - exact) < 3.5 * found.error + 0.002 * exact
 
 
 # --- momentum ---------------------------------------------------------------------------------------------------------
@@ -136,6 +163,7 @@ def test_pounding_masses_give_what_the_parts_take() -> None:
     ("system", "names", "words"),
     [
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0)), ("acceleration",), "white_noise would be in"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ColoredNoise(1.0, 1.0), SHAKING), ("acceleration",), "one"),
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1.0)), ("dashpot_force",), "matched noise of"),
         (sp.System(sp.Spring(1.0), sp.Friction(1.0), SHAKING), ("force_on_ground",), "friction is not seen"),
         (device(0.5, sp.Springpot(0.3, 1.0)), ("mount_force",), "have the same ends"),
@@ -156,11 +184,11 @@ def test_an_unknown_force_is_refused_with_the_nearest() -> None:
 def test_theory_refuses_what_has_no_finite_mean_square() -> None:
     pushed = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), push=sp.WhiteNoise(1.0))
     with pytest.raises(NotCoveredError, match="push acts on the mass itself"):
-        linear(pushed).mean_square(what="acceleration")
+        linear(pushed).mean_square("acceleration")
     warm = linear(sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.0), hot=sp.ThermalNoise(1.0)))
     with pytest.raises(NotCoveredError, match="matched noise of mount"):
-        warm.mean_square("mount")
-    assert warm.mean_square("spring") == pytest.approx(8.0)
+        warm.mean_square("mount_force")
+    assert warm.mean_square("spring_force") == pytest.approx(8.0)
 
 
 # --- spectra and peaks ------------------------------------------------------------------------------------------------
@@ -176,8 +204,7 @@ def test_spectra_and_peaks_of_forces(named: str) -> None:
         spectrum=FREQUENCIES, distributions=True,
     )  # fmt: skip
     found = run.spectra[named]
-    of, what = ("mount", "force") if named == "mount_force" else ("", "acceleration")
-    exact = linear(system).spectrum(FREQUENCIES, of, what)
+    exact = linear(system).spectrum(FREQUENCIES, named)
     assert np.all(np.abs(found.density - exact) < 4.0 * found.standard_error + 0.01 * exact)
     assert np.all(found.standard_error < 0.04 * exact)
     peaks = run.extremes[f"{named}_maximum"] / np.sqrt(run[f"{named}_mean_square"].value)
@@ -207,7 +234,7 @@ def test_a_force_has_a_distribution_a_profile_and_a_record() -> None:
     spring = run.distributions["spring_force"]
     assert (spring.unit, spring.density_unit) == ("N", "N-1")
     at, error = spring.quantile([0.05, 0.95])
-    root = linear(system).mean_square("spring", "force") ** 0.5
+    root = linear(system).mean_square("spring_force") ** 0.5
     assert np.all(np.abs(at / root - [-1.6449, 1.6449]) < 4.0 * error / root)
     assert np.all(error < 0.02 * root)
     inside = run.profiles["mount_force_mean_square_profile"]
@@ -250,3 +277,68 @@ def test_forces_of_too_many_recorded_points_are_refused() -> None:
             device(0.5), paths=10, duration=1e5, step=0.05, record=10,
             forces=("mount_force", "spring_force", "acceleration"),
         )  # fmt: skip
+
+
+# --- soft stops -------------------------------------------------------------------------------------------------------
+
+
+def half_sines(run: Any, stop: str, of_all: bool) -> None:
+    """A linear stop that is touched at rest of all springs pushes for half a period of sqrt(k / m): 1 kg, 1e4 N/m."""
+    speed = run["impact_speed_mean_square" if of_all else f"{stop}_impact_speed_mean_square"].value
+    highest, rate = run[f"{stop}_peak_force_mean_square"], run[f"{stop}_impact_rate"].value
+    assert highest.value == pytest.approx(1e4 * speed, rel=0.006)
+    assert highest.unit == "N2"
+    assert run[f"{stop}_force_mean_square"].value == pytest.approx(rate * 1e4 * speed * np.pi / 200.0, rel=0.015)
+    found = run.distributions[f"{stop}_peak_force"]
+    speeds = run.distributions["impact_speed" if of_all else f"{stop}_impact_speed"]
+    assert found.size == pytest.approx(speeds.size, abs=10)
+    parts = [0.25, 0.5, 0.75, 0.95]
+    assert np.allclose(found.quantile(parts)[0], 100.0 * speeds.quantile(parts)[0], rtol=0.01)
+    deepest = run.to_xarray()[f"{stop}_peak_force_largest_quantile"]
+    assert deepest.units == "N"
+    assert np.nanmax(deepest) == pytest.approx(run.extremes[f"{stop}_peak_force_largest"].max(), rel=0.05)
+
+
+def test_the_peaks_of_a_stiff_contact_are_half_sines() -> None:
+    system = of_many_kinds(
+        sp.Mass(1.0), sp.Spring(4.0), sp.Springpot(0.5, 0.4), SHAKING, sp.Contact(0.0, 1e4, 1.0, side="above")
+    )
+    run = simulated(
+        system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.01, start="rest", distributions=True,
+        forces=("contact_force", "contact_peak_force"),
+    )  # fmt: skip
+    half_sines(run, "contact", of_all=True)
+
+
+def test_soft_stops_of_several_masses_push_as_one_does_and_give_what_the_parts_take() -> None:
+    ends: dict[str, Any] = {"between": ("ground", "a")}
+    system = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(4.0, **ends), sp.Springpot(0.5, 0.4, **ends),
+        sp.Spring(4.0, between=("ground", "b")), sp.Dashpot(0.4, between=("ground", "b")), SHAKING,
+        stop=sp.Contact(0.0, 1e4, 1.0, side="above", **ends),
+    )  # fmt: skip
+    run = simulated(
+        system, paths=640, duration=40.0, window=(10.0, 40.0), step=0.0025, distributions=True, record=1,
+        forces=("stop_force", "stop_peak_force", "force_on_ground"),
+    )  # fmt: skip
+    half_sines(run, "stop", of_all=False)
+    balance = run["force_on_ground_mean"]
+    assert abs(balance.value) < 3.0 * balance.error < 0.03 * run["stop_force_mean"].value
+    assert run.forces["stop_force"].min() == 0.0
+
+
+@pytest.mark.validation
+def test_a_lossy_contact_gives_what_the_parts_take() -> None:
+    """Springs and the springpot carry what two stops push; the mean square is that of the sum of all."""
+    system = device(0.5, low=sp.Contact(-0.1, 2e3, 1.5, 0.3), high=sp.Contact(0.3, 3e3, 1.0, 0.1))
+    run = simulated(
+        system, paths=1280, duration=120.0, window=(40.0, 120.0), step=0.01, start="rest",
+        forces=("spring_force", "mount_force", "low_force", "high_force", "force_on_ground", "acceleration"),
+        observables={"low_pushes": lambda low_force: low_force},
+    )  # fmt: skip
+    given = run["low_force_mean"].value - run["high_force_mean"].value
+    taken = run["spring_force_mean"].value + run["mount_force_mean"].value
+    assert taken == pytest.approx(given, abs=3.0 * run["force_on_ground_mean"].error)
+    assert run["low_pushes"].value == pytest.approx(run["low_force_mean"].value, rel=0.01)
+    assert abs(run["force_on_ground_mean"].value) < 3.0 * run["force_on_ground_mean"].error
+    assert run["force_on_ground_mean_square"].value == pytest.approx(4.0 * run["acceleration_mean_square"].value)

@@ -203,17 +203,22 @@ def column(run: Run, name: str) -> int:
 
 def test_observers_change_nothing_and_have_the_same_bits_for_any_number_of_threads() -> None:
     given: dict[str, Any] = {"paths": 300, "duration": 12.0, "step": 0.05, "window": (2.0, 12.0)}
-    watching: dict[str, Any] = {"distributions": True, "spectrum": [1.5], "first_passage": {"a_b_elongation": 0.4}}
+    watching: dict[str, Any] = {
+        "distributions": True,
+        "spectrum": [1.5],
+        "first_passage": {"a_b_elongation": [0.4, (-0.05, 0.3), 0.2]},
+    }
     system = sp.System(*LINEAR, sp.WhiteNoise(1.0, on="a"), gap=sp.Barrier(-0.1, 0.7, between=ENDS[1]))
-    plain = simulated(system, **given)
+    plain = simulated(system, **given, first_passage={"a_b_elongation": 0.4})
     one, other = (simulated(system, **given, **watching, threads=threads) for threads in (1, 2))
     assert all(plain[name] == one[name] for name in plain.estimates)
     assert one.spectra["b_x"].density.tobytes() == other.spectra["b_x"].density.tobytes()
     for name in one.distributions:
         assert one.distributions[name].counts.tobytes() == other.distributions[name].counts.tobytes()
-    assert (
-        one.first_passages["a_b_elongation"].times.tobytes() == other.first_passages["a_b_elongation"].times.tobytes()
-    )
+    own, same = (run.first_passages["a_b_elongation"] for run in (one, other))
+    assert [each.times.tobytes() for each in own] == [each.times.tobytes() for each in same]
+    assert own[0].times.tobytes() == plain.first_passages["a_b_elongation"].times.tobytes()
+    assert own[1].restricted_mean[0] < own[0].restricted_mean[0]
 
 
 def test_touches_of_contacts_are_seen() -> None:

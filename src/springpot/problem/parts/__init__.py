@@ -8,6 +8,7 @@ from springpot.problem.parts.dampers import *  # noqa: F403
 from springpot.problem.parts.envelopes import *  # noqa: F403
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.excitations import *  # noqa: F403
+from springpot.problem.parts.hysteresis import *  # noqa: F403
 from springpot.problem.parts.masses import *  # noqa: F403
 from springpot.problem.parts.records import *  # noqa: F403
 from springpot.problem.parts.registration import Part

@@ -13,7 +13,7 @@ from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, shown
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
-from springpot.problem.parts.registration import Element, Ends, Number, Part, PointName, checked_ends
+from springpot.problem.parts.registration import Element, Ends, Instead, Number, Part, PointName, checked_ends
 from springpot.problem.spectral_density import (
     STANDARD_GRAVITY,
     DensityUnit,
@@ -219,8 +219,54 @@ class ColoredNoise(Excitation):
         )
 
 
+_Before = Annotated[
+    float, Number("q", "intensity", "N2 s", "positive", "It is that of the white noise before filters.")
+]
+
+
 @dataclass(frozen=True)
-class KanaiTajimiNoise(Excitation):
+class GroundNoise(Excitation, abstract=True):
+    """White noise filtered by the ground, whose frequency may change in time."""
+
+    said, glyph, powers = "ground noise", "smooth", ("fed",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+
+    frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
+    damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
+    frequency_rate: Annotated[
+        float, Number("ω'", "frequency changes by", "rad s-2", "signed", "It is negative of ground that softens.")
+    ] = field(default=0.0, repr=False, kw_only=True)
+    envelope: Over = field(default=None, repr=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.frequency_rate and self.envelope is None:
+            raise ValueError("frequency_rate needs an envelope: without one the noise would have no end.")
+
+    def frequency_at(self, time: float, name: str) -> float:
+        """That of the ground's filter at a time.
+
+        Raises
+        ------
+        ValueError
+            If it is not above 0 there.
+        """
+        found = self.frequency + self.frequency_rate * time
+        if not found > 0.0:
+            raise ValueError(
+                f"{name} has a frequency_rate of {self.frequency_rate:g} rad/s^2, which takes its frequency to 0 at "
+                f"{-self.frequency / self.frequency_rate:.4g} s: end the run before."
+            )
+        return found
+
+    def modulated(self, words: str) -> str:
+        """What it is, with what changes in time."""
+        changing = f", frequency changing by {self.frequency_rate:.6g} rad/s^2" if self.frequency_rate else ""
+        return super().modulated(words + changing)
+
+
+@dataclass(frozen=True)
+class KanaiTajimiNoise(GroundNoise):
     """White noise filtered by the ground (Kanai-Tajimi): wg^2 u + 2 zg wg u', with u'' + 2 zg wg u' + wg^2 u = white.
 
     Parameters
@@ -233,6 +279,8 @@ class KanaiTajimiNoise(Excitation):
         qg > 0 of the white noise; at low frequency the filter passes it as it is.
     on : str
         The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+    frequency_rate : float
+        By which wg changes in time, in rad/s^2; it needs an envelope.
     envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
         e(t), by which the white noise before the filter is multiplied: there is no stationary state then.
 
@@ -247,16 +295,10 @@ class KanaiTajimiNoise(Excitation):
     0.1592
     """
 
-    said, glyph, powers = "kanai tajimi noise", "smooth", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+    said = "kanai tajimi noise"
 
-    frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
-    damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
-    intensity: Annotated[
-        float, Number("q", "intensity", "N2 s", "positive", "It is that of the white noise before the filter.")
-    ]
+    intensity: _Before
     on: On = "ground"
-    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -276,7 +318,7 @@ class KanaiTajimiNoise(Excitation):
 
 
 @dataclass(frozen=True)
-class CloughPenzienNoise(Excitation):
+class CloughPenzienNoise(GroundNoise):
     """Kanai-Tajimi noise without its slow part: u'', with u'' + 2 zf wf u' + wf^2 u = the Kanai-Tajimi noise.
 
     Its density falls like w^4 below wf, so that the displacement and the velocity of the ground do not grow.
@@ -291,6 +333,8 @@ class CloughPenzienNoise(Excitation):
         qg > 0 of the white noise before the filters.
     on : str
         The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+    frequency_rate : float
+        By which wg changes in time, in rad/s^2; it needs an envelope.
     envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
         e(t), by which the white noise before the filters is multiplied: there is no stationary state then.
 
@@ -310,22 +354,16 @@ class CloughPenzienNoise(Excitation):
     1.0055
     """
 
-    said, glyph, powers = "clough penzien noise", "smooth", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
+    said = "clough penzien noise"
 
-    frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
-    damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
     base_frequency: Annotated[
         float, Number("ω", "second filter at", "rad s-1", "positive", "It is that of the second filter, in rad/s.")
     ]
     base_damping: Annotated[
         float, Number("ζ", "second damping ratio", "1", "share", "It is that of the second filter.")
     ]
-    intensity: Annotated[
-        float, Number("q", "intensity", "N2 s", "positive", "It is that of the white noise before the filters.")
-    ]
+    intensity: _Before
     on: On = "ground"
-    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     def density(self, w: float) -> float:
         """Two-sided spectral density per rad/s."""
@@ -438,6 +476,8 @@ class SpectralExcitation(Excitation):
         Factor on the density, above 0: 0.5 for a test at -3 dB.
     on : str
         The acceleration of the ``"ground"``, or a force on the ``"mass"``, or on one of several by its name.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which it is multiplied itself: there is no stationary state then.
 
     Raises
     ------
@@ -456,12 +496,23 @@ class SpectralExcitation(Excitation):
     """
 
     said, glyph, powers = "noise of a given spectral density", "smooth", ("fed",)
+    instead = {  # noqa: RUF012
+        "level": Instead(
+            "scale", Number("L", "level above the table", "dB", "signed"), lambda _, dB: 10.0 ** min(0.1 * dB, 99.0)
+        ),
+        "rms": Instead(
+            "scale",
+            Number("σ", "overall rms", "N", hint="It is the root mean square."),
+            lambda own, rms: own.scale * (rms / own.rms) ** 2,
+        ),
+    }
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     frequency: Annotated[tuple[float, ...], Number("f", "frequency", "Hz", own=True)]
     psd: Annotated[tuple[float, ...], Number("G", "spectral density", "N2 s", own=True)]
     scale: Annotated[float, Number("×", "the density times", "1", "positive", "It is a factor on the density.")] = 1.0
     on: On = "ground"
+    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         put(self, frequency=_positive(self.frequency, "frequency"), psd=_positive(self.psd, "psd"))
@@ -483,6 +534,7 @@ class SpectralExcitation(Excitation):
     def from_psd(
         cls, frequency: Sequence[float], psd: float | Sequence[float], psd_unit: DensityUnit, *,
         frequency_unit: FrequencyUnit = "Hz", sides: Sides = 1, scale: float = 1.0, on: str = "",
+        envelope: Over = None,
     ) -> SpectralExcitation:  # fmt: skip
         """The noise of a table as test equipment and standards state it.
 
@@ -502,6 +554,8 @@ class SpectralExcitation(Excitation):
             Factor on the density.
         on : str
             The mass on which the force acts, by its name, where there are several.
+        envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+            e(t), by which it is multiplied.
 
         Returns
         -------
@@ -521,7 +575,7 @@ class SpectralExcitation(Excitation):
         f = _positive(frequency, "frequency")
         values = (psd,) * len(f) if isinstance(psd, int | float) else psd
         size = one_sided_si(_positive(values, "psd"), psd_unit, sides)
-        return cls(in_hertz(f, frequency_unit), size, scale, _driven(psd_unit, on))
+        return cls(in_hertz(f, frequency_unit), size, scale, _driven(psd_unit, on), envelope=envelope)
 
     @classmethod
     def from_slopes(
@@ -657,7 +711,7 @@ class SpectralExcitation(Excitation):
         density = np.exp(np.interp(u, np.log(self.frequency), np.log(self.psd)))
         w, rate = 2.0 * math.pi * np.exp(u), max(rate, 2.0 * float(u[1] - u[0]) * frequency)
         taken = rate * w**2 / ((frequency**2 - w**2) ** 2 + (rate * w) ** 2)
-        return self.scale * float(np.trapezoid(density * taken * np.exp(u), u))
+        return self.largest_square * self.scale * float(np.trapezoid(density * taken * np.exp(u), u))
 
     def measure(self, name: str, frequency: float) -> str:
         """Its density at the natural frequency."""
@@ -670,7 +724,7 @@ class SpectralExcitation(Excitation):
         of = unit("psd") == "N^2 s"
         size = f"{self.rms:.4g} N" if of else f"{self.rms:.4g} m/s^2 ({self.rms / STANDARD_GRAVITY:.4g} g)"
         band = f"{self.frequency[0]:.6g} to {self.frequency[-1]:.6g} Hz in {len(self.psd)} points"
-        return f"Gaussian noise of a given spectral density ({name}), {band}, overall rms {size}"
+        return self.modulated(f"Gaussian noise of a given spectral density ({name}), {band}, overall rms {size}")
 
 
 def _driven(psd_unit: DensityUnit, on: str) -> str:
@@ -779,6 +833,8 @@ class PoissonImpulses(Excitation):
         the same second moments has q = rate * mean_square.
     on : str
         A force on the ``"mass"``, or on one of several by its name, or the acceleration of the ``"ground"``.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which the impulses are multiplied: there is no stationary state then.
 
     Raises
     ------
@@ -797,6 +853,7 @@ class PoissonImpulses(Excitation):
     rate: Annotated[float, Number("λ", "rate", "s-1", "positive", "It is the number of impulses per second.")]
     mean_square: Annotated[float, Number("y²", "mean square", "N2 s2", "positive", "It is that of an impulse.")]
     on: On = "mass"
+    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     @property
     def intensity(self) -> float:
@@ -810,7 +867,7 @@ class PoissonImpulses(Excitation):
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         size = f"mean square {self.mean_square:.6g} {unit('mean_square')}"
-        return f"impulses at random times ({name}), {self.rate:.6g} per second, {size}"
+        return self.modulated(f"impulses at random times ({name}), {self.rate:.6g} per second, {size}")
 
 
 @dataclass(frozen=True)
@@ -823,6 +880,8 @@ class ParametricNoise(Element, Excitation):
     ----------
     intensity : float
         q2 > 0 of xi2, in N^2 s/m^2; per unit mass in s^-3.
+    envelope : JenningsHousnerEnvelope, ExponentialEnvelope or TabulatedEnvelope, optional
+        e(t), by which it is multiplied: there is no stationary state then.
 
     Raises
     ------
@@ -841,6 +900,7 @@ class ParametricNoise(Element, Excitation):
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
     ]
+    envelope: Over = field(default=None, repr=False, kw_only=True)
 
     def factor(self, heavy: bool) -> str:
         """It multiplies x."""
@@ -848,7 +908,7 @@ class ParametricNoise(Element, Excitation):
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
-        return f"white noise ({name}) that multiplies x, intensity {self.intensity:.6g}"
+        return self.modulated(f"white noise ({name}) that multiplies x, intensity {self.intensity:.6g}")
 
 
 @dataclass(frozen=True)

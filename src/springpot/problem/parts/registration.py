@@ -9,15 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
 __all__ = [
-    "Count", "Element", "Ends", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check", "checked_ends",
-    "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
+    "Count", "Element", "Ends", "Instead", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check",
+    "checked_ends", "in_range", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
 ]  # fmt: skip
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
@@ -94,6 +94,14 @@ class Number:
         if heavy or not self.mass_power or unit == "1":
             return unit
         return per_unit_mass(unit) if self.mass is None else f"{unit} kg{-self.mass:g}"
+
+
+class Instead(NamedTuple):
+    """Another word for a number of a part: which number, what the word is, and the number from it."""
+
+    field: str
+    number: Number
+    value: Callable[[Any, float], float]
 
 
 def _parsed(unit: str) -> dict[str, tuple[int, str]]:
@@ -195,9 +203,19 @@ def check(part: Any) -> None:
     """
     for name, number in part.numbers.items():
         if isinstance(number, Number) and not (number.per or number.own):
-            (low, high), open_low = _LIMITS[number.range], number.range in ("positive", "share")
-            value = finite_number(getattr(part, name), name, low=low, high=high, open_low=open_low, hint=number.hint)
-            put(part, **{name: value})
+            put(part, **{name: in_range(getattr(part, name), name, number)})
+
+
+def in_range(value: object, name: str, number: Number) -> float:
+    """A number that is what it says of itself.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is not one, not finite or out of its range.
+    """
+    (low, high), open_low = _LIMITS[number.range], number.range in ("positive", "share")
+    return finite_number(value, name, low=low, high=high, open_low=open_low, hint=number.hint)
 
 
 def kind_of(part: object) -> str:
@@ -270,6 +288,7 @@ class Part(Checked):
     """
 
     kinds: ClassVar[dict[str, type[Part]]] = {}
+    instead: ClassVar[dict[str, Instead]] = {}  # other words for a number, on the axes of studies
     numbers: ClassVar[dict[str, Any]]
     said: ClassVar[str]
     glyph: ClassVar[str]

@@ -1,8 +1,8 @@
 """Events that were seen rarely or not at all: nothing seen is not 0 +- 0.
 
 Where none is seen in a time T, of all paths together, the rate is below 3 / T with a probability of 95 % ("rule of
-three": exp(-3) = 0.05).  Where a few are seen the interval is Poisson's (F. Garwood, Biometrika 28, 1936).  Impacts of
-one path may come in bursts, so the number that follows Poisson's law is that of the paths with impacts.
+three": exp(-3) = 0.05).  Where a few are seen the interval is Poisson's.  Impacts of one path may come in bursts, so
+the number that follows Poisson's law is that of the paths with impacts.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.problem.messages import Message, say
-from springpot.simulation.paths.statistics import NORMAL
+from springpot.simulation.paths.statistics import NORMAL, UPPER, poisson_interval
 
 __all__ = ["FEW", "Watched", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
 
 Floats = npt.NDArray[np.float64]
 
 FEW = 10  # events, from which on a standard error says enough
-UPPER = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +99,9 @@ def interval(impacts: Floats, time: float) -> tuple[float, float]:
     (0.206, 2.922)
     """
     paths, seen = int(np.count_nonzero(impacts)), float(impacts.sum())
-    if not paths:
-        return 0.0, UPPER / time
-    from scipy.special import gammaincinv  # most runs need none of it
-
-    of_a_path = seen / paths / time
-    return of_a_path * float(gammaincinv(paths, 0.025)), of_a_path * float(gammaincinv(paths + 1, 0.975))
+    low, high = poisson_interval(paths)
+    of_a_path = seen / paths / time if paths else 1.0 / time
+    return of_a_path * low, of_a_path * high
 
 
 def about_few(watched: Watched, walls: Iterable[str]) -> Iterator[Message]:

@@ -183,7 +183,7 @@ def block(
         for lane in range(LANES):
             accumulators.impacts[lane] = accumulators.speeds[lane] = 0.0
             accumulators.squares[lane] = accumulators.collapses[lane] = 0.0
-            for k in range(extras(wall)):
+            for k in range(MOST_EXTRAS):
                 accumulators.extras[k * LANES + lane] = 0.0
             for k in range(slots(load)):
                 works[k * LANES + lane] = 0.0
@@ -266,7 +266,9 @@ def block(
                 which = observers.feels[k]
                 for i in range(0, GROUP * LANES, LANES):
                     to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                    feel(observers, which, beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i), to)
+                    at, pull, middle = beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i)
+                    given, state = beyond(forcing.given, i), beyond(forcing.state, i)
+                    feel(observers, which, at, pull, middle, given, state, to)
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)

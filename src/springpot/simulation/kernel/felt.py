@@ -1,31 +1,42 @@
 """Forces of parts, and what they add up to, in the middle of a step: observers see them beside the displacements.
 
-In a kick the springs have the elongation of that time, dashpots the mean of the velocities before and after it, and
-memory its mean force over the step around it.
+In a kick the springs have the elongation of that time, and parts that yield their z then; dashpots the mean of the
+velocities before and after it, and memory its mean force over the step around it.
 """
 
 from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, f64
+from springpot.simulation.kernel.soft_contacts import force_of_contact
 
 __all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
 
 MOST_FELT = 40
-NUMBERS = 12
-"""Of a term: ten coefficients of springs, and the weights of the force of dampers and memory and of the velocity."""
+NUMBERS = 20
+"""Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity, of a contact
+and of the z of a part that yields; the place of this z among the states of all forces; from the 16th on the contact,
+as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
+"""
 
 
 @njit(**INLINE)
-def feel(observers, number, u, pull, middle, to):
+def feel(observers, number, u, pull, middle, given, state, to):
     """What is felt in one step of all lanes, from lane arrays of each row at the kick: the elongation, the force of
-    dampers and memory, and the mean velocity.
+    dampers and memory, and the mean velocity; and from the impulses of sources in the step, and the states of forces.
+
+    The row of a term with the source r is -1 - r.
     """
     for lane in range(LANES):
         to[lane] = 0.0
     for term in range(observers.felt_begin[number], observers.felt_begin[number + 1]):
         i, k = observers.felt_row[term] * LANES, NUMBERS * term
+        if i < 0:
+            at = (-1 - observers.felt_row[term]) * GROUP * LANES
+            for lane in range(LANES):
+                to[lane] += observers.felt[k + 10] * given[at + lane]
+            continue
         constant, linear = observers.felt[k], observers.felt[k + 1]
         weight, damping = observers.felt[k + 10], observers.felt[k + 11]
         for lane in range(LANES):
@@ -38,6 +49,16 @@ def feel(observers, number, u, pull, middle, to):
                     for _ in range(power):
                         product *= u[i + lane]
                     to[lane] += product
+        share, away, loss = observers.felt[k + 12], observers.felt[k + 16], observers.felt[k + 19]
+        if share != 0.0:
+            for lane in range(LANES):
+                _, force = force_of_contact(observers.felt, (k + 15) // 5, f64(u[i + lane]), 1.0)
+                to[lane] += share * force * (1.0 - away * loss * middle[i + lane])
+        share = observers.felt[k + 13]
+        if share != 0.0:
+            i = int(observers.felt[k + 14]) * LANES
+            for lane in range(LANES):
+                to[lane] += share * state[i + lane]
 
 
 @njit(**INLINE)

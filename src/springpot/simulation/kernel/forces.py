@@ -7,6 +7,7 @@ kernel's units; impulses are those of a whole step.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from numba import njit
@@ -267,10 +268,10 @@ def _push_nothing(force, slot, n, x, v, g, forcing, at, lane, weight):
     return typed(0.0, x), typed(0.0, x)
 
 
-def register_damper(kind: type) -> None:
-    """Register everything but `damp` of a damper: its work is summed, it keeps no state and does not push."""
+def register_damper(kind: type, wakes: Callable[..., Any] = _wake_nothing) -> None:
+    """Register everything but `damp` of a damper, and how its state begins: its work is summed, it does not push."""
     answers(slots, kind)(_one_named)
-    answers(wake, kind)(_wake_nothing)
+    answers(wake, kind)(wakes)
     answers(supply, kind)(_supply_nothing)
     answers(push, kind)(_push_nothing)
 

@@ -40,7 +40,7 @@ from springpot.simulation.kernel.lanes import (
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
-from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch
+from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch, wake_dampers
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
     HITS,
@@ -68,7 +68,7 @@ __all__ = [
 MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
 MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
-MOST_STATES = 480  # of sources
+MOST_STATES = 480  # of sources, and of parts that yield
 FILTERED, HARMONIC, TABLE, POISSON, MODULATED = 0, 1, 2, 3, 4  # kinds of sources
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
@@ -85,7 +85,7 @@ _given = stack_array((MOST_SOURCES + 1) * GROUP * LANES)
 _states = stack_array(MOST_STATES * LANES)
 _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
-_hits = stack_array(HITS * MOST_WALLS * LANES)
+_hits = stack_array((HITS + 1) * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
@@ -115,7 +115,8 @@ class Sources(NamedTuple):
     start: Any  # (all, most)
     wave: Any  # (2 sources,) impulse and turn, or rate and size, or states and steps, or records and whether drawn
     table_begin: Any  # (sources + 1,)
-    table: Any  # of modulated noise: roots, gains, changes and what is seen, one after another
+    # of modulated noise roots, gains, changes and what is seen; of other noise its envelope, or nothing
+    table: Any
 
 
 class _Lanes(NamedTuple):
@@ -221,7 +222,7 @@ def _remember(z, z0, d, d0, h, h0, modes, powers, weights, t0):
 def _filtered(f, i):
     return Filtered(
         f.word[i], f.parts, f.place[i], f.pairs[f.pair_begin[i] : f.pair_begin[i + 1]], f.newest[4 * i : 4 * i + 4],
-        f.start[f.start_begin[i] : f.start_begin[i + 1]],
+        f.start[f.start_begin[i] : f.start_begin[i + 1]], f.table[f.table_begin[i] : f.table_begin[i + 1]],
     )  # fmt: skip
 
 
@@ -232,16 +233,20 @@ def _harmonic(f, i):
 
 @njit(**INLINE)
 def _poisson(f, i):
-    return Poisson(f.word[i], f.parts, f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]))
+    envelope = f.table[f.table_begin[i] : f.table_begin[i + 1]]
+    return Poisson(f.word[i], f.parts, f64(f.wave[2 * i]), f64(f.wave[2 * i + 1]), envelope)
 
 
 @njit(**INLINE)
 def _modulated(f, i):
     begin, end, size, steps = f.table_begin[i], f.table_begin[i + 1], int(f.wave[2 * i]), int(f.wave[2 * i + 1])
-    gains, last = begin + steps, end - size
+    gains = begin + steps
+    changes = gains + steps * size
+    laws = (end - changes) // max(size * (size + 1), 1)  # 1 of a filter that does not change
+    seen = end - laws * size
     return Modulated(
-        f.word[i], f.place[i], f.table[last - size * size : last].reshape((size, size)), f.table[last:end],
-        f.table[begin:gains], f.table[gains : gains + steps * size].reshape((steps, size)),
+        f.word[i], f.place[i], f.table[changes:seen].reshape((laws, size, size)),
+        f.table[seen:end].reshape((laws, size)), f.table[begin:gains], f.table[gains:changes].reshape((steps, size)),
     )  # fmt: skip
 
 
@@ -304,11 +309,15 @@ def _gather(size, q, j, g, given, s):
 
 
 @njit(**INLINE)
-def _shake(size, q, j, g, forcing, s, weight):
+def _shake(size, q, j, step, g, forcing, s, weight):
     """The impulses of noise that multiplies elongations, and its expected works."""
     for r in range(size.shaken):
         e, b, slot = q.shaken_at[r] * LANES, (GROUP * (size.noises + r) + j) * LANES, size.sources + size.dampers + r
-        law = Parametric(q.zero, q.shaken[2 * r], q.shaken[2 * r + 1])
+        square, feed, begin, end = q.shaken[2 * r], q.shaken[2 * r + 1], q.shaken_begin[r], q.shaken_begin[r + 1]
+        if end > begin:
+            factor = q.shaken_square[min(begin + step, end - 1)]
+            square, feed = square * factor, feed * factor
+        law = Parametric(q.zero, square, feed)
         for lane in range(LANES):
             s.f[lane], _ = push(law, slot, 0, s.u[e + lane], s.w[e + lane], g[b + lane], forcing, 0, lane, weight)
         for p in range(q.row_begin[q.shaken_at[r]], q.row_begin[q.shaken_at[r] + 1]):
@@ -427,7 +436,7 @@ def _stretch(size, q, s, d, j, weight, sums):
 
 
 @njit(**INLINE)
-def _feel(size, q, s, j, observers, shown):
+def _feel(size, q, s, j, observers, given, state, shown):
     """Write what observers feel of the kick, of which ``kicked`` and ``middle`` have the elongations and their rates
     before it.
     """
@@ -441,7 +450,7 @@ def _feel(size, q, s, j, observers, shown):
     for k in range(observers.feels.size):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
-        feel(observers, which, s.kicked, s.pull, s.middle, to)
+        feel(observers, which, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to)
 
 
 @njit(**INLINE)
@@ -552,6 +561,7 @@ def several(
         _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
         _of_sources(0.0),
     )  # fmt: skip
+    peaks = HITS * MOST_WALLS * LANES if observers.on_impacts.size > 0 else 0  # where they begin in the hits
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
     x, v = _few(0.0), _few(0.0)
@@ -566,7 +576,7 @@ def several(
         name_paths(branches, first, row, who)
         births = t_0 = opened(branches, row, lanes)
         _clear(size, sums, 0.0)
-        _set(hits, HITS * (size.walls + size.contacts), 0.0)
+        _set(hits, (HITS + 1) * MOST_WALLS, 0.0)
         _set(limits, 2, 0.0)
         _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
@@ -584,6 +594,7 @@ def several(
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
         _wake_sources(size, sources, who, stream, k0, k1, forcing)
+        wake_dampers(size, q, forcing)
         for t in range(t_0, steps, GROUP):
             births = birth(branches, t, births, row, steps, lanes)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
@@ -609,10 +620,10 @@ def several(
                 weight = one if within else zero
                 damp_before(size, q, s, hits, forcing, step, weight, no())
                 _gather(size, q, j, g, given, s)
-                _shake(size, q, j, g, forcing, s, weight)
+                _shake(size, q, j, step, g, forcing, s, weight)
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
-                press(size, q, s, hits, f64(weight))
+                press(size, q, s, hits, peaks, f64(weight))
                 _kick(size, q, s, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
@@ -621,7 +632,7 @@ def several(
                     s.kicked[i], s.middle[i] = s.u[i], s.w[i]
                 _stretch(size, q, s, d, j, weight, terms)
                 if felt:
-                    _feel(size, q, s, j, observers, shown_x)
+                    _feel(size, q, s, j, observers, given, forcing.state, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if shown:
                     for i in range(n * LANES):
@@ -633,7 +644,7 @@ def several(
                                 size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
-                touch(size, q, s, d, j, hits, f64(weight), observers)
+                touch(size, q, s, d, j, hits, peaks, f64(weight), observers)
                 if watched:
                     _show(size, exact, j, now_x, s, shown_x, shown_v)
                 if within:

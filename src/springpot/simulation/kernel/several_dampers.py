@@ -1,4 +1,4 @@
-"""Nonlinear dampers, forces of the user and soft contacts between several masses.
+"""Nonlinear dampers, parts that yield, forces of the user and soft contacts between several masses.
 
 A damper or force is followed alone for half a step before and half a step after the kick, as with one mass, by the same
 laws: of its elongation and the reduced mass along its row.  Several are followed one after another, and after the kick
@@ -12,17 +12,22 @@ from typing import NamedTuple
 from numba import njit
 
 from springpot.simulation.kernel.forces import CoulombDamper, PowerDamper, VanDerPolDamper
-from springpot.simulation.kernel.lanes import INLINE, LANES, f64, typed
+from springpot.simulation.kernel.hysteresis import STATES, AnyPower, FirstPower, Hysteresis, Plastic
+from springpot.simulation.kernel.lanes import INLINE, LANES, f64, greater, typed
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.several_impacts import HITS
 from springpot.simulation.kernel.several_laws import damp_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
-from springpot.simulation.kernel.watching import show_impact
+from springpot.simulation.kernel.watching import show_impact, show_peak
 
-__all__ = ["CONTACT", "COULOMB", "FORCE", "POWERS", "VAN_DER_POL", "damp_before", "damp_later", "press", "touch"]
+__all__ = [
+    "BOUC_WEN", "CONTACT", "COULOMB", "DAMPER", "FORCE", "JENKINS", "POWERS", "VAN_DER_POL", "WEN", "damp_before",
+    "damp_later", "press", "touch", "wake_dampers",
+]  # fmt: skip
 
-# kinds of dampers; from FORCE on forces of the user, in the order of the chain
-COULOMB, POWERS, VAN_DER_POL, CONTACT, FORCE = 0, 1, 2, 3, 4
+# kinds of dampers, WEN with the exponent 1; from FORCE on forces of the user, in the order of the chain
+COULOMB, POWERS, VAN_DER_POL, CONTACT, JENKINS, WEN, BOUC_WEN, FORCE = range(8)
+DAMPER = 6  # numbers of each: the last is its reduced mass
 
 
 class ContactDamper(NamedTuple):
@@ -47,15 +52,33 @@ def _change(size, q, k, n, u, w, forcing, lane, weight, after):
     """The change of the elongation's velocity by damper k in half of step n."""
     if q.damper_kind[k] >= FORCE:
         return damp_by(q.forces, q.damper_kind[k] - FORCE, size.sources + k, n, u, w, forcing, lane, weight, after)
-    a, b, slot = q.damper[3 * k], q.damper[3 * k + 1], size.sources + k
+    at = DAMPER * k
+    a, b, slot = q.damper[at], q.damper[at + 1], size.sources + k
     if q.damper_kind[k] == COULOMB:
         return damp(CoulombDamper(a), slot, 0, u, w, forcing, lane, weight, after)
     if q.damper_kind[k] == POWERS:
         return damp(PowerDamper(a, b), slot, 0, u, w, forcing, lane, weight, after)
     if q.damper_kind[k] == VAN_DER_POL:
         return damp(VanDerPolDamper(a, b), slot, 0, u, w, forcing, lane, weight, after)
+    if q.damper_kind[k] >= JENKINS:
+        place, c, d = int(b), q.damper[at + 2], q.damper[at + 3]
+        if q.damper_kind[k] == JENKINS:
+            return damp(Hysteresis(a, q.step, place, Plastic(c)), slot, n, u, w, forcing, lane, weight, after)
+        if q.damper_kind[k] == WEN:
+            return damp(Hysteresis(a, q.step, place, FirstPower(c, d)), slot, n, u, w, forcing, lane, weight, after)
+        law = AnyPower(c, d, q.damper[at + 4])
+        return damp(Hysteresis(a, q.step, place, law), slot, n, u, w, forcing, lane, weight, after)
     _, force = force_of_contact(q.contact, int(a), u, typed(0.5, u) * q.step)
     return damp(ContactDamper(typed(force * b, w)), slot, 0, u, w, forcing, lane, weight, after)
+
+
+@njit(**INLINE)
+def wake_dampers(size, q, forcing):
+    """The states of those that have some, at time 0."""
+    for k in range(size.dampers):
+        if JENKINS <= q.damper_kind[k] < FORCE:
+            for i in range(STATES * LANES):
+                forcing.state[int(q.damper[DAMPER * k + 1]) * LANES + i] = q.zero
 
 
 @njit(**INLINE)
@@ -95,8 +118,8 @@ def damp_later(size, q, s, d, j, hits, forcing, n, weight, yes):
 def _turn(size, q, s, hits, k, weight):
     """Change all velocities by that of the elongation of damper k, which is in ``s.f``; add a contact's momentum."""
     if q.damper_kind[k] == CONTACT:
-        c = int(q.damper[3 * k])
-        share, at = q.contact[5 * c + 1] * q.damper[3 * k + 2], (HITS * (size.walls + c) + 4) * LANES
+        c = int(q.damper[DAMPER * k])
+        share, at = q.contact[5 * c + 1] * q.damper[DAMPER * k + DAMPER - 1], (HITS * (size.walls + c) + 4) * LANES
         for lane in range(LANES):
             hits[at + lane] += f64(weight * share * s.f[lane])
     for i in range(size.points):
@@ -111,14 +134,20 @@ def _turn(size, q, s, hits, k, weight):
 
 
 @njit(**INLINE)
-def press(size, q, s, hits, weight):
-    """The elastic impulses of contacts on the masses."""
+def press(size, q, s, hits, peaks, weight):
+    """The elastic impulses of contacts on the masses; the largest forces are kept from ``peaks`` on, if it is not 0."""
     for c in range(size.contacts):
         e, place = q.contact_at[c] * LANES, HITS * (size.walls + c) * LANES
         for lane in range(LANES):
             _, force = force_of_contact(q.contact, c, s.u[e + lane], q.step)
             hits[place + 4 * LANES + lane] += weight * force
             s.f[lane] = q.contact[5 * c + 1] * force
+        if peaks > 0:
+            loss = q.contact[5 * c + 1] * q.contact[5 * c + 4]
+            for lane in range(LANES):
+                whole = s.f[lane] * q.contact[5 * c + 1] * (typed(1.0, q.step) - loss * s.w[e + lane]) / q.step
+                top = peaks + c * LANES + lane
+                hits[top] = greater(hits[top], f64(whole))
         for p in range(q.row_begin[q.contact_at[c]], q.row_begin[q.contact_at[c] + 1]):
             value, i = q.row[p], q.row_at[p] * LANES
             for lane in range(LANES):
@@ -126,8 +155,8 @@ def press(size, q, s, hits, weight):
 
 
 @njit(**INLINE)
-def touch(size, q, s, d, j, hits, weight, observers):
-    """Count the contacts that a drift begins."""
+def touch(size, q, s, d, j, hits, peaks, weight, observers):
+    """Count the contacts that a drift begins, and show the largest forces of those that it ends."""
     for c in range(size.contacts):
         e, new = q.contact_at[c] * LANES, (6 * q.contact_at[c] + 2 + j) * LANES
         at, place, away = HITS * (size.walls + c) * LANES, q.contact[5 * c], q.contact[5 * c + 1]
@@ -140,6 +169,12 @@ def touch(size, q, s, d, j, hits, weight, observers):
                 hits[at + lane] += weight
                 hits[at + LANES + lane] += weight * speed
                 hits[at + 2 * LANES + lane] += weight * speed * speed
+        for lane in range(LANES if peaks > 0 else 0):
+            top = peaks + c * LANES + lane
+            if hits[top] > 0.0 and away * (s.u[e + lane] - place) >= q.zero:
+                if weight > 0.0:
+                    show_peak(observers, c, hits[top], lane)
+                hits[top] = 0.0
         if weight > 0.0 and observers.on_impacts.size > 0:
             for lane in range(LANES):
                 if s.f[lane] > q.zero:

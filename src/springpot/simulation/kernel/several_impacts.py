@@ -25,7 +25,7 @@ __all__ = [
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
 ROUNDING = 1e-14  # of a closing speed, relative to the speeds that it is the difference of
-HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum
+HITS = 5  # sums of a wall: impacts, speeds, their squares, energy taken, momentum; beyond all, peaks of contacts
 CUBIC, NINTH = 1, 2  # kinds of springs; 0 is none
 FIXED, POWER, RULE = 0, 1, 2  # kinds of restitution; from RULE on the user's, in the order of the chain
 
@@ -81,13 +81,15 @@ class Numbers(NamedTuple):
     mass: Any  # (points * points,)
     damper_at: Any  # (dampers,) number of the elongation
     damper_kind: Any
-    damper: Any  # (3 dampers,) two numbers of its law, per unit of reduced mass, and that; of a contact its number, chi
+    damper: Any  # (6 dampers,) numbers of its law, per unit of reduced mass, and that; of a contact its number, chi
     turn: Any  # (dampers * points,) as jump
     cross: Any  # (dampers * rows,) change of the elongations' velocities per unit of change of its own
     contact_at: Any  # (contacts,) number of the elongation
     contact: Any  # (5 contacts,) as of `springpot.simulation.kernel.soft_contacts.Soft`
     shaken_at: Any  # (shaken,) number of the elongation
     shaken: Any  # (2 shaken,) as of `springpot.simulation.kernel.forces.Parametric`
+    shaken_begin: Any  # (shaken + 1,)
+    shaken_square: Any  # the squares of their envelopes in each step, or nothing, one after another
     # chains of `springpot.simulation.kernel.several_laws`
     rules: Any  # of restitution
     forces: Any

@@ -21,7 +21,7 @@ from springpot.simulation.kernel.two_walls import (
     half_step_between,
     strike,
 )  # fmt: skip
-from springpot.simulation.kernel.watching import add_impacts
+from springpot.simulation.kernel.watching import add_impacts, show_peak
 
 __all__ = ["Soft", "force_of_contact"]
 
@@ -34,7 +34,7 @@ class Soft(NamedTuple):
     """Soft contacts, and perhaps rigid walls behind them; they are advanced in short steps of their own.
 
     The sums kept are those of the rigid walls, work done on the mass, time in contact, largest penetration, and of each
-    contact impacts, speeds, squares, dissipated energy and momentum.
+    contact impacts, speeds, squares, dissipated energy and momentum.  Beyond them is the largest force of its touch.
     """
 
     low: float  # what is touched first on either side, infinitely far where there is nothing
@@ -124,7 +124,10 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
                 place = (own + 6 + 5 * n) * LANES + lane
                 viscous = force * wall.contacts[5 * n + 4] * middle
                 accumulators.extras[place] += weight * viscous * middle
-                accumulators.extras[place + LANES] += weight * (force - wall.contacts[5 * n + 1] * viscous)
+                momentum = force - wall.contacts[5 * n + 1] * viscous
+                accumulators.extras[place + LANES] += weight * momentum
+                top = (extras(wall) + n) * LANES + lane
+                accumulators.extras[top] = greater(accumulators.extras[top], momentum / short)
             accumulators.extras[(own + 1) * LANES + lane] += weight * short
             if weight > 0.0:
                 place = (own + 2) * LANES + lane
@@ -133,6 +136,12 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
         cosine, sine = (c, s) if left == 1 else (whole_c, whole_s)
         x, v = travel(wall.rigid, frequency, x, v, cosine, sine, accumulators, lane, weight)
     _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
+    for n in range(count):
+        top = (extras(wall) + n) * LANES + lane
+        if accumulators.extras[top] > 0.0 and wall.contacts[5 * n + 1] * (x - wall.contacts[5 * n]) >= 0.0:
+            if weight > 0.0:
+                show_peak(accumulators.observers, n, accumulators.extras[top], lane)
+            accumulators.extras[top] = 0.0
     accumulators.extras[own * LANES + lane] += weight * 0.5 * (v * v + square * x * x - begun)
     return x, v
 

@@ -18,7 +18,18 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, SPAR
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 from springpot.simulation.kernel.random import draw, philox
 
-__all__ = ["WORDS", "Filter", "Filtered", "Harmonic", "Joined", "Modulated", "ModulatedWhite", "Poisson", "Table"]
+__all__ = [
+    "WORDS",
+    "Filter",
+    "Filtered",
+    "Harmonic",
+    "Joined",
+    "Modulated",
+    "ModulatedParametric",
+    "ModulatedWhite",
+    "Poisson",
+    "Table",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -34,6 +45,7 @@ class Filtered(NamedTuple):
     pairs: npt.NDArray[np.floating]  # (pairs, 20) of two states each; what they keep of themselves is less 1
     newest: npt.NDArray[np.floating]  # (4,) effect of a normal on the impulses of its step and the next three
     start: npt.NDArray[np.floating]  # lower triangle: the states at time 0 from normals
+    envelope: npt.NDArray[np.floating] = np.zeros(0)  # of each step, by which impulses are multiplied; empty: 1
 
 
 class Joined(NamedTuple):
@@ -62,6 +74,7 @@ class Poisson(NamedTuple):
     parts: int  # as in `Filtered`
     rate: float  # impulses expected in a part of a step
     size: float  # standard deviation of an impulse
+    envelope: npt.NDArray[np.floating] = np.zeros(0)  # as in `Filtered`
 
 
 class ModulatedWhite(NamedTuple):
@@ -71,13 +84,21 @@ class ModulatedWhite(NamedTuple):
     roots: npt.NDArray[np.floating]  # (steps,) standard deviations of the impulses
 
 
+class ModulatedParametric(NamedTuple):
+    """White noise that multiplies the displacement, and whose strength changes with time."""
+
+    word: int
+    roots: npt.NDArray[np.floating]  # (steps,) standard deviations of the impulses per displacement
+    share: float = 1.0  # of the power that is left by what dampers and memory take within the step
+
+
 class Modulated(NamedTuple):
     """Filtered noise that is driven by white noise whose strength changes with time."""
 
     word: int
     place: int  # of its states and, after them, their changes in a step
-    change: npt.NDArray[np.floating]  # (states, states) of the best guess of the state in a step, by itself
-    seen: npt.NDArray[np.floating]  # (states,) its effect on the impulse
+    change: npt.NDArray[np.floating]  # (1 or steps, states, states) of the best guess of the state in a step, by itself
+    seen: npt.NDArray[np.floating]  # (1 or steps, states) its effect on the impulse
     roots: npt.NDArray[np.floating]  # (steps,) effect of the normal on the impulse
     gains: npt.NDArray[np.floating]  # (steps, states) and on the guess
 
@@ -151,6 +172,15 @@ def _supply_in_parts(force, slot, group, who, stream, k0, k1, forcing):
         _sum_pairs(forcing.given, slot, 0)
         four_impulses(force, slot, 2 * group + 1, who, stream, k0, k1, forcing)
         _sum_pairs(forcing.given, slot, 2)
+    for j in range(GROUP if force.envelope.size > 0 else 0):
+        factor, to = _at_step(force.envelope, GROUP * group + j), (slot * GROUP + j) * LANES
+        for lane in range(LANES):
+            forcing.given[to + lane] *= factor
+
+
+@njit(**INLINE)
+def _at_step(values, n):
+    return f64(values[n]) if n < values.size else 0.0
 
 
 def four_impulses(force: Any, slot: Any, group: Any, who: Any, stream: Any, k0: Any, k1: Any, forcing: Any) -> Any:
@@ -212,38 +242,38 @@ def _next_impulses(force, slot, g, forcing):
 
 @answers(wake, Modulated)
 def _wake_modulated(force, slot, who, stream, k0, k1, forcing):
-    for i in range(2 * force.seen.size * LANES):
+    for i in range(2 * force.seen.shape[1] * LANES):
         forcing.state[force.place * LANES + i] = 0.0
 
 
+@answers(supply, ModulatedParametric)
 @answers(supply, ModulatedWhite)
 def _supply_modulated_white(force, slot, group, who, stream, k0, k1, forcing):
     draw(group, who, stream, force.word, k0, k1, forcing.normals)
     for j in range(GROUP):
-        n, to = GROUP * group + j, (slot * GROUP + j) * LANES
-        root = f64(force.roots[n]) if n < force.roots.size else 0.0
+        root, to = _at_step(force.roots, GROUP * group + j), (slot * GROUP + j) * LANES
         for lane in range(LANES):
             forcing.given[to + lane] = root * forcing.normals[j * LANES + lane]
 
 
 @answers(supply, Modulated)
 def _supply_modulated(force, slot, group, who, stream, k0, k1, forcing):
-    size = force.seen.size
+    last, size = force.seen.shape[0] - 1, force.seen.shape[1]
     draw(group, who, stream, force.word, k0, k1, forcing.normals)
     for j in range(GROUP):
         n, to = GROUP * group + j, (slot * GROUP + j) * LANES
-        inside = n < force.roots.size
-        root = f64(force.roots[n]) if inside else 0.0
+        inside, law = n < force.roots.size, min(n, last)
+        root = _at_step(force.roots, n)
         for lane in range(LANES):
             forcing.given[to + lane] = root * forcing.normals[j * LANES + lane]
         for i in range(size):
             own, new = (force.place + i) * LANES, (force.place + size + i) * LANES
-            seen, gain = force.seen[i], f64(force.gains[n, i]) if inside else 0.0
+            seen, gain = force.seen[law, i], f64(force.gains[n, i]) if inside else 0.0
             for lane in range(LANES):
                 forcing.given[to + lane] += seen * forcing.state[own + lane]
                 forcing.state[new + lane] = gain * forcing.normals[j * LANES + lane]
             for k in range(size):
-                factor, other = force.change[i, k], (force.place + k) * LANES
+                factor, other = force.change[law, i, k], (force.place + k) * LANES
                 for lane in range(LANES):
                     forcing.state[new + lane] += factor * forcing.state[other + lane]
         for i in range(size):
@@ -301,6 +331,14 @@ def _push_poisson(force, slot, n, x, v, g, forcing, at, lane, weight):
     return typed(forcing.given[slot * GROUP * LANES + at], x), typed(0.0, x)
 
 
+@answers(push, ModulatedParametric)
+def _push_modulated_parametric(force, slot, n, x, v, g, forcing, at, lane, weight):
+    root = typed(_at_step(force.roots, n), x)
+    forcing.impulses[slot * LANES + lane] = 0.0
+    forcing.works[slot * LANES + lane] += weight * (typed(0.5, x) * force.share) * (root * x) * (root * x)
+    return forcing.given[slot * GROUP * LANES + at] * x, typed(0.0, x)
+
+
 @answers(wake, Harmonic)
 def _wake_harmonic(force, slot, who, stream, k0, k1, forcing):
     for lane in range(LANES):
@@ -343,8 +381,9 @@ def _next_shots(force, slot, group, who, stream, k0, k1, forcing):
         forcing.given[slot * GROUP * LANES + i] *= force.size * f64(forcing.normals[i])
 
 
-for _source in (Filtered, Harmonic, Joined, Modulated, ModulatedWhite, Poisson, Table):
+for _source in (Filtered, Harmonic, Joined, Modulated, ModulatedParametric, ModulatedWhite, Poisson, Table):
     answers(damp, _source)(_damp_nothing)
     answers(slots, _source)(_one_named)
+answers(wake, ModulatedParametric)(_wake_nothing)
 answers(wake, ModulatedWhite)(_wake_nothing)
 answers(wake, Poisson)(_wake_nothing)

@@ -19,14 +19,14 @@ from numba.extending import intrinsic
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64, typed
 
 __all__ = [
-    "ALL", "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "Accumulators", "Observer", "Observers",
-    "add_impacts", "show_impact", "show_impacts", "show_steps",
+    "ALL", "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "PEAKS", "Accumulators", "Observer",
+    "Observers", "add_impacts", "show_impact", "show_impacts", "show_peak", "show_steps",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 BATCHES = 64  # groups of paths with separate counts, for standard errors
-ALL = -1  # walls
+ALL, PEAKS = -1, -2  # walls; less its number, the largest forces of a contact
 
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
@@ -72,6 +72,11 @@ class Observer:
         blocks matters.
     feels : tuple of int
         Which forces and accelerations ``on_steps`` sees.
+    peaks : bool
+        Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
+    counts, forgotten : int
+        Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
+        not kept.
     """
 
     on_steps: Any
@@ -84,6 +89,14 @@ class Observer:
     place: float = 0.0
     per_block: bool = False
     feels: tuple[int, ...] = ()
+    peaks: bool = False
+    counts: int = 0
+    forgotten: int = 0
+
+    @property
+    def own(self) -> int:
+        """How many numbers of the array are those of lanes."""
+        return self.initial.size - self.counts - self.forgotten if self.per_path else 0
 
 
 class Observers(NamedTuple):
@@ -94,7 +107,7 @@ class Observers(NamedTuple):
     place: npt.NDArray[np.int64]
     every: npt.NDArray[np.int64]  # groups between two calls of on_steps
     begin: npt.NDArray[np.int64]  # where in the arrays of x and v
-    stop: npt.NDArray[np.int64]  # number of the wall, or ALL
+    stop: npt.NDArray[np.int64]  # number of the wall, or ALL, or PEAKS less the number of a contact
     # forces and accelerations, which `springpot.simulation.kernel.felt` makes of rows
     feels: npt.NDArray[np.int64]  # the numbers of those that are seen
     felt_begin: npt.NDArray[np.int64]  # of the terms of each
@@ -189,6 +202,14 @@ def show_impact(observers, stop, count, speed, lane):
     for i in range(observers.on_impacts.size):
         if observers.on_impacts[i] != 0 and (observers.stop[i] == ALL or observers.stop[i] == stop):
             _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))
+
+
+@njit(**INLINE)
+def show_peak(observers, contact, force, lane):
+    """Call the observers of the peaks of a contact with the largest force of one touch."""
+    for i in range(observers.on_impacts.size):
+        if observers.on_impacts[i] != 0 and observers.stop[i] == PEAKS - contact:
+            _call_on_impacts(observers.on_impacts[i], (1.0, force, lane, observers.place[i]))
 
 
 @njit(**INLINE)

@@ -118,7 +118,9 @@ class Parts(Composed):
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else self.frequency
-        return [*self.units.state, self.units.time, frequency, self.wall_position, LANES]
+        length, speed = self.units.state
+        speed = self.felt.force if observer.peaks else speed
+        return [length, speed, self.units.time, frequency, self.wall_position, LANES]
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
@@ -223,10 +225,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
+        contacts=tuple(name for name, _ in total.contacts),
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
-            motion.felt, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length,
-            step, math.ceil(1.0 / (scales.fastest_rate * settings.step)),
+            plan, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length, step,
+            named,
         ),
     )  # fmt: skip
 

@@ -49,6 +49,8 @@ class Composed:
         Walls whose impacts are summed together; None where each has its own sums.
     walls : tuple of str
         Walls and contacts of which observers see the impacts alone.
+    contacts : tuple of str
+        The soft ones, in the order of the kernel.
     struck : dict
         The column with the impacts of each of them, by its name.
     damped : dict
@@ -69,6 +71,7 @@ class Composed:
     frequency: float = math.nan
     wall: Any = None
     walls: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
     struck: Mapping[str, str] = field(default_factory=dict)
     damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
     readings: tuple[Reading, ...] = ()

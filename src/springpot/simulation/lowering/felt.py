@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.problem.parts.excitations import Excitation
 from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.lowering.parts import Lowered
-from springpot.simulation.plan.felt import Felt
+from springpot.simulation.kernel.hysteresis import STATES
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
+from springpot.simulation.plan.plan import Plan
 
 __all__ = ["FeltInKernel", "lowered_felt"]
 
@@ -31,6 +34,8 @@ class FeltInKernel:
         What the mean square of each lacks by name, because the kernel sees the mean force of a step.
     scale : float
         A power of two that brings what the kernel shows near 1.
+    force : float
+        The kernel's unit of the forces of contacts.
     """
 
     begin: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
@@ -38,17 +43,18 @@ class FeltInKernel:
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     lacking: Mapping[str, float] = field(default_factory=dict)
     scale: float = 1.0
+    force: float = 1.0
 
 
 def lowered_felt(
-    felt: Mapping[str, Felt], rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float,
-    length: float, step: float, lags: int,
+    plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
+    step: float, named: Sequence[Named],
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
     Parameters
     ----------
-    felt : dict of Felt
+    plan : Plan
     rows : sequence of dict
         The parts on each row, by name.
     g : ndarray, shape (rows, coordinates)
@@ -58,9 +64,13 @@ def lowered_felt(
         The unit of mass over the square of that of time; and that of length.
     step : float
         In the kernel's units.
-    lags : int
-        Steps within which the motion changes.
+    named : sequence of Named
+        The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
     """
+    felt, excitations = plan.motion.felt, dict(plan.system.named())
+    lags = math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step))
+    yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
+    sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
@@ -78,15 +88,29 @@ def lowered_felt(
             term[11] -= term[10] * sum(map(_dashpots, parts.values()))
             row.append(e)
             numbers.append(term)
+            for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][12], numbers[-1][15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
+            for n in (n for n in own if n in yields):
+                row.append(e)
+                numbers.append(np.zeros(NUMBERS))
+                numbers[-1][13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
+                numbers[-1][14] = yields[n].place + STATES - GROUP
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
+        smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}
+        for n, share in smooth.items():
+            row.append(-1 - sources[n])
+            numbers.append(np.zeros(NUMBERS))
+            numbers[-1][10] = unit * share / step
         begin.append(len(row))
         lacking[name] = length**2 * sum(
             float(one @ jumps @ other) * _lack(a, b, step, lags)
             for (a, one), (b, other) in itertools.product(rough, rough)
-        )
+        ) + sum(share**2 * _lack_of(excitations[n], plan.settings.step) for n, share in smooth.items())
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
-    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale)
+    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length)
 
 
 def _remembers(part: Lowered) -> bool:
@@ -95,6 +119,12 @@ def _remembers(part: Lowered) -> bool:
 
 def _dashpots(part: Lowered) -> float:
     return sum(c for order, c in part.springpots if order == 1.0)
+
+
+def _lack_of(part: Excitation, step: float) -> float:
+    """What the mean square of a force lacks by its mean over a step: of a density like r / (2 pi w^2), r h / 6."""
+    density, far = getattr(part, "density", None), 1e3 / step
+    return 0.0 if density is None or part.envelope is not None else 2.0 * math.pi * far**2 * density(far) * step / 6.0
 
 
 def _lack(one: float, other: float, step: float, lags: int) -> float:

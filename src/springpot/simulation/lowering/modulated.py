@@ -9,6 +9,7 @@ state of the envelope's value at time 0, which is silence if that is 0.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,15 +37,25 @@ class Modulation:
     envelope : Envelope or None
         None for stationary noise of a filter that the kernel does not have otherwise.
     intensity : float
-        Of white noise without its envelope, in the kernel's units; 0 of filtered noise.
-    filter : Filter or None
-        Of filtered noise, with time in steps.
+        Of white noise or impulses without their envelope, in the kernel's units; 0 of filtered noise.
+    multiplies : bool
+        Whether it is white noise that multiplies the displacement.
+    filter : Filter, callable or None
+        Of filtered noise, with time in steps; of one that changes, at a time in s.
+    make : callable or None
+        (first counter word, place among the states, parts of a step) -> the source of a noise that is itself
+        multiplied.
+    states : int
+        Numbers that the source keeps for each path.
     """
 
     name: str
     envelope: Envelope | None
     intensity: float = 0.0
-    filter: sources.Filter | None = None
+    multiplies: bool = False
+    filter: sources.Filter | Callable[[float], sources.Filter] | None = None
+    make: Callable[[int, int, int], Any] | None = None
+    states: int = 0
 
     def values(self, units: Units, step: float, steps: int) -> Floats:
         """e at time 0, then in the middle of each step."""
@@ -60,21 +71,28 @@ def mean_square(noise: Modulation, units: Units, step: float, window: tuple[int,
     return noise.intensity * float((noise.values(units, step, high)[low + 1 :] ** 2).mean())
 
 
-def law_of(noise: Modulation, units: Units, step: float, steps: int, word: int, place: int) -> Any:
+def law_of(noise: Modulation, units: Units, step: float, steps: int, word: int, place: int, parts: int = 1) -> Any:
     """The kernel's source."""
     values = noise.values(units, step, steps)
+    if noise.make is not None:
+        return noise.make(word, place, parts)._replace(envelope=values[1:])
     if noise.filter is None:
-        return sources.ModulatedWhite(word, np.sqrt(noise.intensity * step) * values[1:])
+        kind = sources.ModulatedParametric if noise.multiplies else sources.ModulatedWhite
+        return kind(word, np.sqrt(noise.intensity * step) * values[1:])
     from springpot.simulation.lowering.filters import over_a_step  # SciPy's linear algebra is slow to import
 
-    moved, noisy, stationary = over_a_step(noise.filter)
-    move, seen = moved[:-1, :-1], step * moved[-1, :-1]
-    spread, cross, unseen = noisy[:-1, :-1], step * noisy[:-1, -1], step**2 * float(noisy[-1, -1])
+    filters = [noise.filter] if isinstance(noise.filter, sources.Filter) else [
+        noise.filter(time) for time in (0.0, *(step * units.time * (np.arange(steps) + 0.5)).tolist())
+    ]  # fmt: skip
+    laws = [_Impulses(step, *over_a_step(each)) for each in filters]
     squares = values**2
-    known = squares[0] * stationary  # covariance of the state given all earlier impulses
-    least = _SILENT * float(squares.max()) * (float(seen @ stationary @ seen) + unseen)
-    roots, gains = np.zeros(steps), np.zeros((steps, len(seen)))
+    known = squares[0] * laws[0].stationary  # covariance of the state given all earlier impulses
+    least = _SILENT * float(squares.max()) * laws[0].variance
+    size = len(laws[0].seen)
+    roots, gains = np.zeros(steps), np.zeros((steps, size))
+    laws = laws[1:] or laws
     for n, square in enumerate(squares[1:]):
+        move, seen, spread, cross, unseen = laws[min(n, len(laws) - 1)].numbers
         toward = known @ seen
         variance = float(seen @ toward) + square * unseen
         known = move @ known @ move.T + square * spread
@@ -82,4 +100,15 @@ def law_of(noise: Modulation, units: Units, step: float, steps: int, word: int, 
             roots[n] = variance**0.5
             gains[n] = (move @ toward + square * cross) / roots[n]
             known = known - np.outer(gains[n], gains[n])
-    return sources.Modulated(word, place, move - np.eye(len(seen)), seen, roots, gains)
+    changes = np.array([each.numbers[0] - np.eye(size) for each in laws])
+    return sources.Modulated(word, place, changes, np.array([each.seen for each in laws]), roots, gains)
+
+
+class _Impulses:
+    """What a filter makes of white noise in a step: the state after it and the impulse, and their covariances."""
+
+    def __init__(self, step: float, moved: Floats, noisy: Floats, stationary: Floats) -> None:
+        self.seen, self.stationary = step * moved[-1, :-1], stationary
+        unseen = step**2 * float(noisy[-1, -1])
+        self.numbers = moved[:-1, :-1], self.seen, noisy[:-1, :-1], step * noisy[:-1, -1], unseen
+        self.variance = float(self.seen @ stationary @ self.seen) + unseen

@@ -19,6 +19,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.memory import power_law_sum
 from springpot.problem.parts import (
     Barrier,
+    BoucWen,
     CloughPenzienNoise,
     ColoredNoise,
     Constant,
@@ -43,7 +44,8 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
-from springpot.simulation.kernel import forces, sources
+from springpot.problem.parts.hysteresis import Yielding
+from springpot.simulation.kernel import forces, hysteresis, sources
 from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
 from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.user_forces import user_force
@@ -102,6 +104,8 @@ class Named:
         expected of noise that multiplies x, or not at all.
     join : callable, optional
         As ``make``, with the variance of the impulses of white noise last: a part that is both.
+    place : int
+        Of its first number among those of all forces.
     """
 
     name: str
@@ -109,6 +113,7 @@ class Named:
     states: int
     does: str
     join: Callable[[int, int, int, float], Any] | None = None
+    place: int = 0
 
 
 @dataclass(frozen=True)
@@ -213,6 +218,17 @@ def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
 def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
     law = forces.CoulombDamper(0.5 * step * part.force / units.length * units.time**2)
     return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+
+
+@lower.register
+def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
+    impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
+    law: Any = hysteresis.Plastic(limit)
+    if isinstance(part, BoucWen):
+        first = hysteresis.FirstPower(limit, part.beta)
+        law = first if part.exponent == 1.0 else hysteresis.AnyPower(limit, part.beta, part.exponent)
+    make = lambda word, place, parts: hysteresis.Hysteresis(impulse, step, place, law)  # noqa: E731
+    return Lowered(forces=(Named(name, make, hysteresis.STATES, "dissipates"),))
 
 
 @lower.register
@@ -331,7 +347,10 @@ def _(part: WhiteNoise, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: ParametricNoise, name: str, units: Units, step: float) -> Lowered:
-    return Lowered(parametric=part.intensity * units.time**3)
+    intensity = part.intensity * units.time**3
+    if part.envelope is not None:
+        return Lowered(modulated=(Modulation(name, part.envelope, intensity, multiplies=True),))
+    return Lowered(parametric=intensity)
 
 
 @lower.register
@@ -345,7 +364,10 @@ def _(part: PoissonImpulses, name: str, units: Units, step: float) -> Lowered:
     def make(word: int, place: int, parts: int) -> Any:
         return sources.Poisson(word, parts, rate / parts, size)
 
-    return Lowered(poisson=rate / step * size**2, forces=(Named(name, make, 0, "nothing"),))
+    intensity = rate / step * size**2
+    if part.envelope is not None:
+        return Lowered(modulated=(Modulation(name, part.envelope, intensity, make=make),))
+    return Lowered(poisson=intensity, forces=(Named(name, make, 0, "nothing"),))
 
 
 @lower.register
@@ -358,30 +380,43 @@ def _(part: ColoredNoise, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: KanaiTajimiNoise, name: str, units: Units, step: float) -> Lowered:
-    w, twice = part.frequency * units.time * step, 2.0 * part.damping
-    # of the states w u and u', both in units of the white noise over a step
     intensity = part.intensity / units.length**2 * units.time**3 / step
-    law = sources.Filter(
-        w * np.array([[0.0, 1.0], [-1.0, -twice]]), np.diag([0.0, intensity * w * w]), np.array([1.0, twice])
-    )
-    return _of_a_filter(part, name, law, step)
+    at, twice = units.time * step, 2.0 * part.damping
+    first = part.frequency * at
+
+    def law(time: float) -> sources.Filter:
+        """Of the states w u and u' with the first w, both in units of the white noise over a step."""
+        w = part.frequency_at(time, name) * at
+        matrix = first * np.array([[0.0, 1.0], [-((w / first) ** 2), -twice * w / first]])
+        output = np.array([(w / first) ** 2, twice * w / first])
+        return sources.Filter(matrix, np.diag([0.0, intensity * first * first]), output)
+
+    return _of_a_filter(part, name, law if part.frequency_rate else law(0.0), step)
 
 
 @lower.register
 def _(part: CloughPenzienNoise, name: str, units: Units, step: float) -> Lowered:
-    w, u = part.frequency * units.time * step, part.base_frequency * units.time * step
-    twice, again = 2.0 * part.damping, 2.0 * part.base_damping
+    at, twice, again = units.time * step, 2.0 * part.damping, 2.0 * part.base_damping
+    first, u = part.frequency * at, part.base_frequency * at
     intensity = part.intensity / units.length**2 * units.time**3 / step
-    # the states of the Kanai-Tajimi noise, and wf^2 u and wf u' of the second filter
-    ground = [0.0, w, 0.0, 0.0], [-w, -w * twice, 0.0, 0.0]
-    matrix = np.array([*ground, [0.0, 0.0, 0.0, u], [u, u * twice, -u, -u * again]])
-    law = sources.Filter(matrix, np.diag([0.0, intensity * w * w, 0.0, 0.0]), np.array([1.0, twice, -1.0, -again]))
-    return Lowered(modulated=(Modulation(name, part.envelope, filter=law),))
+
+    def law(time: float) -> sources.Filter:
+        """Of the states of the Kanai-Tajimi noise, and wf^2 u and wf u' of the second filter."""
+        w = part.frequency_at(time, name) * at
+        stiff, damped = (w / first) ** 2, twice * (w / first)
+        ground = [0.0, first, 0.0, 0.0], [-first * stiff, -first * damped, 0.0, 0.0]
+        matrix = np.array([*ground, [0.0, 0.0, 0.0, u], [u * stiff, u * damped, -u, -u * again]])
+        noise = np.diag([0.0, intensity * first * first, 0.0, 0.0])
+        return sources.Filter(matrix, noise, np.array([stiff, damped, -1.0, -again]))
+
+    own = law if part.frequency_rate else law(0.0)
+    return Lowered(modulated=(Modulation(name, part.envelope, filter=own, states=8),))
 
 
-def _of_a_filter(part: ColoredNoise | KanaiTajimiNoise, name: str, law: sources.Filter, step: float) -> Lowered:
+def _of_a_filter(part: ColoredNoise | KanaiTajimiNoise, name: str, law: Any, step: float) -> Lowered:
     if part.envelope is not None:
-        return Lowered(modulated=(Modulation(name, part.envelope, filter=law),))
+        states = 2 if isinstance(part, ColoredNoise) else 4
+        return Lowered(modulated=(Modulation(name, part.envelope, filter=law, states=states),))
     return Lowered(forces=(_filtered(name, [law], step),))
 
 
@@ -391,7 +426,10 @@ def _(part: SpectralExcitation, name: str, units: Units, step: float) -> Lowered
 
     intensity = 0.5 * part.scale * max(part.psd) / units.length**2 * units.time**3 / step
     law = shaping.filter_of(shaping.shape_of(part, name), intensity, 2.0 * math.pi * units.time * step)
-    return Lowered(forces=(_filtered(name, [law], step, floor=shaping.FLOOR),))
+    own = _filtered(name, [law], step, floor=shaping.FLOOR)
+    if part.envelope is not None:
+        return Lowered(modulated=(Modulation(name, part.envelope, make=own.make, states=own.states),))
+    return Lowered(forces=(own,))
 
 
 @lower.register
@@ -445,14 +483,13 @@ def modulated_noise(total: Lowered, units: Units, step: float, steps: int, windo
     """The sources of what changes over the steps of a run, and the mean intensity of what is white in a window."""
 
     def named(noise: Modulation) -> Named:
-        states = 0 if noise.filter is None else 2 * noise.filter.output.size
         return Named(
-            noise.name, lambda word, place, parts: law_of(noise, units, step, steps, word, place), states,
-            "feeds" if states else "nothing",
+            noise.name, lambda word, place, parts: law_of(noise, units, step, steps, word, place, parts), noise.states,
+            "feeds" if noise.states else "expected" if noise.multiplies else "nothing",
         )  # fmt: skip
 
     return Lowered(
-        poisson=sum(mean_square(noise, units, step, window) for noise in total.modulated),
+        poisson=sum(mean_square(noise, units, step, window) for noise in total.modulated if not noise.multiplies),
         forces=tuple(map(named, total.modulated)),
     )
 
@@ -510,8 +547,9 @@ def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> 
             parts[0] = force.join(word, place, parts_of_step, total.white * step)
             named.insert(0, force)
         else:
-            parts.append(force.make(word, place, parts_of_step))
-            named.append(force)
+            law = force.make(word, place, parts_of_step)
+            parts.append(law._replace(share=share) if isinstance(law, sources.ModulatedParametric) else law)
+            named.append(replace(force, place=place))
         word, place = word + sources.WORDS, place + force.states
     if len(named) > MOST_FORCES or place > MOST_STATES:
         raise ValueError(

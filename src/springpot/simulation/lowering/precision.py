@@ -15,7 +15,14 @@ import numpy.typing as npt
 from springpot.simulation.kernel.block import Parts
 from springpot.simulation.kernel.forces import Parametric, Sum, White
 from springpot.simulation.kernel.questions import Splitting, Sweep
-from springpot.simulation.kernel.sources import Filtered, Joined, Modulated, ModulatedWhite, Poisson
+from springpot.simulation.kernel.sources import (
+    Filtered,
+    Joined,
+    Modulated,
+    ModulatedParametric,
+    ModulatedWhite,
+    Poisson,
+)
 
 __all__ = ["single_of", "sweeps_in_single", "with_arrays"]
 
@@ -72,7 +79,8 @@ def _is_random(load: Any) -> bool:
         case White():
             return load.strength > 0.0
         case _:
-            return isinstance(load, (Filtered, Joined, Modulated, ModulatedWhite, Parametric, Poisson))
+            kinds = Filtered, Joined, Modulated, ModulatedParametric, ModulatedWhite, Parametric, Poisson
+            return isinstance(load, kinds)
 
 
 @lru_cache(maxsize=64)  # the levels of a run ask for the same few steps again and again

@@ -18,7 +18,7 @@ from springpot.memory import ExponentialSum
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, several_dampers, several_impacts, sources
+from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES
@@ -120,7 +120,9 @@ class PartsOfSeveral(Composed):
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else 1.0
-        return [*self.units.state, self.units.time, frequency, observer.place / self.units.length, LANES]
+        length, speed = self.units.state
+        speed = self.felt.force if observer.peaks else speed
+        return [length, speed, self.units.time, frequency, observer.place / length, LANES]
 
     @property
     def half_drift(self) -> tuple[float, float, float]:
@@ -238,9 +240,8 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     noises, given, constant = _excitation(plan, frame, parts_of_step)
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(frame, touched)]
-    shaken = [(n, frame.step * total.parametric, Named(f"parametric {n}", _no_law, 0, "expected"))
-              for n, total in enumerate(totals) if total.parametric > 0.0]  # fmt: skip
+    dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
+    shaken = [*_shaken(frame, settings)]
     exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
     random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
     own = any(each.law is not None for each in dampers)
@@ -267,17 +268,19 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         expected_power=frame.power * fed,
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.law if settings.start == "stationary" else None,
-        named=(*(each.named for each in given), *(each.named for each in dampers), *(named for _, _, named in shaken)),
-        moved=(*(1.0 for _ in given), *(each.numbers[2] for each in dampers), *(1.0 for _ in shaken)),
+        named=(*(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)),
+        moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
-            **{f"work of {named.name}": (1.0 - keep[n] * frame.reduced[n]) / settings.step for n, _, named in shaken},
+            **{f"work of {each.named.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
+               for each in shaken},
         },
         taps=taps,
         points=at.names,
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(totals))),
         walls=names,
+        contacts=tuple(name for _, name, _ in touched),
         struck={name: f"{name} impacts" for name in names},
     )  # fmt: skip
     _check_sizes(whole)
@@ -285,13 +288,12 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     lack = frame.accelerations(frame.solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", at.rows, lack, at.rows)
     shaking = [
-        (f"row {n}", 0.25 * square * (units.speed / units.length) ** 2
+        (f"row {n}", 0.25 * each.mean_square(settings) * (units.speed / units.length) ** 2
          * (at.rows @ frame.solve @ frame.rows[n]) * (at.rows @ frame.jumps[n] / frame.reduced[n]))
-        for n, square, _ in shaken
+        for each in shaken for n in (each.row,)
     ]  # fmt: skip
     felt = lowered_felt(
-        plan.motion.felt, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
-        math.ceil(1.0 / (plan.motion.scales.fastest_rate * settings.step)),
+        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, whole.named,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -306,7 +308,7 @@ def _numbers(
     walls: Mapping[str, Barrier],
     dampers: Sequence[_Damper],
     touched: Sequence[tuple[int, str, Contact]],
-    shaken: Sequence[tuple[int, float, Named]],
+    shaken: Sequence[_Shaken],
 ) -> kernel.Numbers:
     """All numbers of the kernel but those of memory and sources, in double precision."""
     at, step, many = frame.at, frame.step, len(frame.at.names)
@@ -328,14 +330,54 @@ def _numbers(
         *_restitutions(rules), jump.ravel(), (jump @ frame.rows.T).ravel(),
         frame.reduced[struck], (at.mass / frame.unit_mass).ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
-        np.array([each.numbers for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
+        np.array([each.padded for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
         np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
-        np.array([n for n, _, _ in shaken], np.int64),
-        np.array([[square, 0.5 * square / frame.reduced[n]] for n, square, _ in shaken], float).ravel(),
+        np.array([each.row for each in shaken], np.int64),
+        np.array([[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken], float).ravel(),
+        _begins([each.squares for each in shaken]), np.concatenate([np.zeros(0), *(each.squares for each in shaken)]),
         chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
         chain_of([each.law for each in dampers if each.law is not None]),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Shaken:
+    """A white noise that multiplies an elongation: the variance of its impulses, and its envelope in each step.
+
+    Attributes
+    ----------
+    row : int
+    square : float
+    squares : ndarray
+        Of the envelope in each step; empty without one.
+    named : Named
+    """
+
+    row: int
+    square: float
+    squares: Floats
+    named: Named
+
+    def mean_square(self, settings: Settings) -> float:
+        """The mean variance in the window."""
+        return self.square * float(self.squares[slice(*settings.window_steps)].mean() if self.squares.size else 1.0)
+
+
+def _shaken(frame: _Frame, settings: Settings) -> Iterator[_Shaken]:
+    for n, total in enumerate(frame.totals):
+        if total.parametric > 0.0:
+            named = Named(f"parametric {n}", _no_law, 0, "expected")
+            yield _Shaken(n, frame.step * total.parametric, np.zeros(0), named)
+        for noise in total.modulated:
+            squares = noise.values(frame.units, frame.step, settings.steps)[1:] ** 2
+            named = Named(f"parametric {noise.name}", _no_law, 0, "expected")
+            yield _Shaken(n, frame.step * noise.intensity, squares, named)
+
+
+def _begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
+    """Where each begins where they lie one after another, and the end."""
+    return np.array([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)], np.int64)
 
 
 def _check_sizes(parts: PartsOfSeveral) -> None:
@@ -347,7 +389,7 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
         ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
         ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
-        ("states of noise", sum(named.states for named in parts.named), kernel.MOST_STATES),
+        ("states of noise and of what yields", sum(named.states for named in parts.named), kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
             raise ValueError(f"the system has {count} {what}, but the kernel of several masses holds at most {most}.")
@@ -438,7 +480,7 @@ def _no_law(word: int, place: int, parts: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Damper:
-    """A nonlinear damper, the dissipation of a contact, or a force of the user.
+    """A nonlinear damper, a part that yields, the dissipation of a contact, or a force of the user.
 
     Attributes
     ----------
@@ -446,7 +488,7 @@ class _Damper:
     row, kind : int
         The number of its elongation, and the kind of its law.
     numbers : tuple of float
-        As the kernel has them.
+        Of its law per unit of the reduced mass, and that.
     law : NamedTuple or None
         Of the user's force.
     """
@@ -454,22 +496,37 @@ class _Damper:
     named: Named
     row: int
     kind: int
-    numbers: tuple[float, float, float]
+    numbers: tuple[float, ...]
     law: Any = None
 
+    @property
+    def padded(self) -> list[float]:
+        """As the kernel has them, the reduced mass last."""
+        *own, mass = self.numbers
+        return [*own, *(0.0,) * (several_dampers.DAMPER - len(self.numbers)), mass]
 
-def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]]) -> Iterator[_Damper]:
+
+def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: int) -> Iterator[_Damper]:
+    """With the first place of their states."""
+    kinds = {
+        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.FirstPower: several_dampers.WEN,
+        hysteresis.AnyPower: several_dampers.BOUC_WEN,
+    }  # fmt: skip
     own = 0
     for n, total in enumerate(frame.totals):
         mass = float(frame.reduced[n])
         for named in total.forces:
-            match law := named.make(0, 0, 1):
+            match law := named.make(0, place, 1):
                 case forces.CoulombDamper():
                     yield _Damper(named, n, several_dampers.COULOMB, (law.impulse / mass, 0.0, mass))
                 case forces.PowerDamper():
                     yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
                 case forces.VanDerPolDamper():
                     yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                case hysteresis.Hysteresis(impulse, _, _, inner):
+                    law = impulse / mass, float(place), *inner, mass
+                    yield _Damper(replace(named, place=place), n, kinds[type(inner)], law)
+                    place += named.states
                 case _:
                     force, own = law._replace(half=law.half / mass), own + 1
                     yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)
@@ -549,10 +606,14 @@ def _of_thermal_noise(plan: Plan, parts: PartsOfSeveral, frame: _Frame) -> Itera
 def _drawn(law: Any, window: tuple[int, int]) -> float:
     """Variance of what a source draws anew for the impulse of each step, its mean over the window."""
     if isinstance(law, sources.Poisson):
-        return float(law.size**2 * law.rate)
+        return float(law.size**2 * law.rate) * _mean_envelope(law, window)
     if isinstance(law, sources.Modulated | sources.ModulatedWhite):
         return float((law.roots[slice(*window)] ** 2).mean())
-    return float(law.newest[0]) ** 2 if isinstance(law, sources.Filtered) else 0.0
+    return float(law.newest[0]) ** 2 * _mean_envelope(law, window) if isinstance(law, sources.Filtered) else 0.0
+
+
+def _mean_envelope(law: Any, window: tuple[int, int]) -> float:
+    return float((law.envelope[slice(*window)] ** 2).mean()) if law.envelope.size else 1.0
 
 
 def _placed(
@@ -587,21 +648,18 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
     def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
         return np.array(numbers, np.int64)
 
-    def begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
-        return whole([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)])
-
     return kernel.Sources(
         parts_of_step,
         whole([kinds[type(law)] for law in laws]),
         whole([getattr(law, "word", 0) for law in laws]),
         whole([getattr(law, "place", 0) for law in laws]),
-        begins(pairs),
+        _begins(pairs),
         np.concatenate([np.zeros((0, 20)), *pairs]).astype(kind),
         np.array(newest, float).ravel().astype(kind),
-        begins(starts),
+        _begins(starts),
         np.concatenate([np.zeros((0, wide)), *starts]).astype(kind),
         np.array(waves, float).ravel(),
-        begins(tables),
+        _begins(tables),
         np.concatenate([np.zeros(0), *tables]).astype(kind),
     )
 
@@ -613,7 +671,9 @@ def _table_of(law: Any) -> Floats:
         case sources.ModulatedWhite():
             return np.asarray(law.roots)
         case sources.Modulated():
-            return np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen])
+            return np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
+        case sources.Filtered() | sources.Poisson():
+            return np.asarray(law.envelope)
     return np.zeros(0)
 
 
@@ -622,7 +682,7 @@ def _wave_of(law: Any) -> tuple[float, float]:
         case sources.Harmonic() | sources.Poisson():
             return float(law[2]), float(law[3])
         case sources.Modulated():
-            return float(law.seen.size), float(law.roots.size)
+            return float(law.seen.shape[1]), float(law.roots.size)
         case sources.ModulatedWhite():
             return 0.0, float(law.roots.size)
         case sources.Table():

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
-from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, Observer, Observers
+from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
 from springpot.simulation.lowering.compose import Floats, Parts, compose
 from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
@@ -40,7 +40,8 @@ class Ensemble:
     record : ndarray, shape (recorded, points, 2)
         x and v at 0 and after every ``record_every`` steps.
     observed : tuple of ndarray
-        Result of each observer: shape (paths, numbers), or (batches, size) for counts, or (blocks, size).
+        Result of each observer: shape (paths, numbers), or (batches, size) for counts, or (blocks, size); of one that
+        has both the first two, one after the other.
     felt : dict of ndarray
         Of the recorded paths, shape (recorded, points), by the numbers of the forces and accelerations that are seen.
     """
@@ -121,7 +122,7 @@ class Simulation:
         done = itertools.count(1)
         kernel = self.parts.kernel()
         states = self.parts.states(settings, skipped, blocks * LANES, stream)
-        observed = [_room(observer, blocks) for observer in observers]
+        observed = [_rooms(observer, blocks) for observer in observers]
         feels = sorted({number for observer in observers for number in observer.feels})
         felt = np.empty((settings.record if feels else 0, settings.recorded_points, len(feels)))
         adding = threading.Lock()
@@ -139,14 +140,14 @@ class Simulation:
                     states[some] if len(states) > 1 else states, skipped + first, count, settings,
                     k0, k1, stream, halved, addresses._replace(record=felt[some]), record[some], stop, rows[some],
                 )  # fmt: skip
-                for observer, array, room in zip(observers, arrays, observed, strict=True):
-                    if observer.per_path:
-                        room[first : first + LANES] = array[len(HEADER) :].reshape(-1, LANES).T
-                    elif observer.per_block:
-                        room[number] = array[len(HEADER) :]
-                    else:
-                        with adding:  # whole numbers: their sum does not depend on the order
-                            room[number % BATCHES] += array[len(HEADER) :]
+                for observer, array, (own, others) in zip(observers, arrays, observed, strict=True):
+                    begin = len(HEADER) + observer.own
+                    own[first : first + LANES] = array[len(HEADER) : begin].reshape(-1, LANES).T
+                    if observer.per_block:
+                        others[number] = array[begin:]
+                    elif others.size:
+                        with adding:  # whole numbers and halves: their sum does not depend on the order
+                            others[number % BATCHES] += array[begin : begin + others.shape[1]]
                 finished = min(together * next(done), blocks)
                 if progress is not None and not stop[0]:
                     progress(finished / blocks)
@@ -159,12 +160,11 @@ class Simulation:
         record[:, 0] = self.parts.start_of_record(started)  # the kernel writes from t = h on
         record *= self.parts.units.state
         rows *= list(columns.values())
-        kept = tuple(
-            room[: settings.paths] if observer.per_path else room
-            for observer, room in zip(observers, observed, strict=True)
-        )
+        kept = (room for own, others in observed for room in (own[: settings.paths], others) if room.size)
         felt *= self.parts.units.state[0]
-        return Ensemble(rows[: settings.paths], record, kept, dict(zip(feels, np.moveaxis(felt, 2, 0), strict=True)))
+        return Ensemble(
+            rows[: settings.paths], record, tuple(kept), dict(zip(feels, np.moveaxis(felt, 2, 0), strict=True))
+        )
 
 
 def simulation_of(plan: Plan, *, halved: bool = False) -> Simulation:
@@ -177,11 +177,11 @@ def _blocks_of_a_call(settings: Settings, blocks: int) -> int:
     return max(1, min(_STEPS_OF_A_CALL // settings.steps, blocks // (8 * settings.threads)))
 
 
-def _room(observer: Observer, blocks: int) -> Floats:
-    """The array for the results of an observer from all blocks."""
-    if observer.per_path:
-        return np.empty((blocks * LANES, observer.initial.size // LANES))
-    return np.zeros((blocks if observer.per_block else min(blocks, BATCHES), observer.initial.size))
+def _rooms(observer: Observer, blocks: int) -> tuple[Floats, Floats]:
+    """The arrays for the results of an observer from all blocks: of each path, and of others."""
+    others = observer.counts if observer.per_path else observer.initial.size
+    own = np.empty((blocks * LANES, observer.own // LANES))
+    return own, np.zeros((blocks if observer.per_block else min(blocks, BATCHES), others))
 
 
 def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:
@@ -190,13 +190,18 @@ def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts:
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
         return np.fromiter(values, np.int64)
 
+    def seen(observer: Observer) -> int:
+        if observer.peaks:
+            return PEAKS - parts.contacts.index(observer.stop)
+        return parts.walls.index(observer.stop) if observer.stop else ALL
+
     return Observers(
         on_steps=numbers(0 if o.on_steps is None else o.on_steps.address for o in observers),
         on_impacts=numbers(0 if o.on_impacts is None else o.on_impacts.address for o in observers),
         place=numbers(array.ctypes.data for array in arrays),
         every=numbers(o.every for o in observers),
         begin=numbers(o.of * GROUP * LANES for o in observers),
-        stop=numbers(parts.walls.index(o.stop) if o.stop else ALL for o in observers),
+        stop=numbers(map(seen, observers)),
         feels=numbers(sorted({number for o in observers for number in o.feels})),
         felt_begin=parts.felt.begin,
         felt_row=parts.felt.row,

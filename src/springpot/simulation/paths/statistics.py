@@ -11,11 +11,14 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["NORMAL", "controlled", "ratio", "residual", "standard_error"]
+__all__ = [
+    "NORMAL", "UPPER", "binomial_interval", "controlled", "poisson_interval", "ratio", "residual", "standard_error",
+]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
+UPPER = 3.0  # events that are expected at most, with a probability of 95 %, if none is seen: exp(-3) = 0.05
 
 
 def residual(out: Floats, supplied: float, initial: Floats) -> Floats:
@@ -67,3 +70,40 @@ def controlled(samples: Floats, controls: Floats) -> Floats:
     squares = np.einsum("ij,ik->jk", apart, apart)
     slopes = np.linalg.lstsq(squares, np.einsum("ij,i->j", apart, samples - samples.mean()), rcond=1e-12)[0]
     return np.asarray(samples - np.einsum("ij,j->i", kept, slopes))
+
+
+def poisson_interval(count: int) -> tuple[float, float]:
+    """The 95 % interval of the mean of a number that follows Poisson's law (F. Garwood, Biometrika 28, 1936).
+
+    If there is none, an upper bound.
+
+    Examples
+    --------
+    >>> [round(end, 3) for end in poisson_interval(3)], poisson_interval(0)
+    ([0.619, 8.767], (0.0, 3.0))
+    """
+    if not count:
+        return 0.0, UPPER
+    from scipy.special import gammaincinv  # most runs need none of it
+
+    return float(gammaincinv(count, 0.025)), float(gammaincinv(count + 1, 0.975))
+
+
+def binomial_interval(count: npt.ArrayLike, number: int) -> tuple[Floats, Floats]:
+    """The 95 % intervals of probabilities, from counts in a number of trials (Clopper, Pearson, Biometrika 26, 1934).
+
+    If none or all are counted, a bound.
+
+    Examples
+    --------
+    >>> low, high = binomial_interval([0, 5, 100], 100)
+    >>> low.round(3), high.round(3)
+    (array([0.   , 0.016, 0.97 ]), array([0.03 , 0.113, 1.   ]))
+    """
+    from scipy.special import betaincinv  # most runs need none of it
+
+    k = np.asarray(count, dtype=float)
+    bound = math.exp(-UPPER / number)  # of all, if all are counted
+    low = np.where(k >= number, bound, betaincinv(np.maximum(k, 1.0), number - np.maximum(k, 1.0) + 1.0, 0.025))
+    high = betaincinv(np.minimum(k, number - 1.0) + 1.0, number - np.minimum(k, number - 1.0), 0.975)
+    return np.where(k > 0.0, low, 0.0), np.where(k <= 0.0, 1.0 - bound, np.where(k >= number, 1.0, high))

@@ -34,11 +34,12 @@ from springpot.problem.parts import (
     ThermalNoise,
     VanDerPol,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.parts import fed_at, stiffness_at_once
+from springpot.simulation.plan.parts import fed_at, share_yielding, stiffness_at_once, taken_by_yielding
 from springpot.simulation.plan.scales import Scales, creep_time
 
 __all__ = ["BoltzmannLaw", "boltzmann_law", "dissipated", "guessed_law", "guessed_scales"]
@@ -49,6 +50,7 @@ _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
 _GUESSED = 1.5  # factor on the forgetting time
+_HARDLY = 1e-3  # share of its yielding below which a part is a spring
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 
 
@@ -175,6 +177,8 @@ def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) 
             case Barrier():
                 flux = law.density_at(part.position) * math.sqrt(theta / (2.0 * math.pi))
                 power += flux * (1.0 - restitution_at(part, math.sqrt(2.0 * theta)) ** 2) * theta
+            case _:
+                power += taken_by_yielding(part, theta, law.frequency**2)
     return rate * theta + power
 
 
@@ -354,6 +358,9 @@ def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Stop)
 def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
     """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
     damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
+    # for slow displacements the fast motion makes a dashpot of dry friction in series with a spring
+    soft = [part for part in unit.of(Yielding) if share_yielding(part, law.temperature, w * w) > _HARDLY]
+    damping += sum(part.yield_force for part in soft) * math.sqrt(2.0 / math.pi / law.temperature)
     return damping / w**2 if damping > w else 0.0
 
 

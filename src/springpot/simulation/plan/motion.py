@@ -10,6 +10,7 @@ from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
+from springpot.problem.felt import Felt, felt_in
 from springpot.problem.parts import (
     Barrier,
     CloughPenzienNoise,
@@ -32,7 +33,6 @@ from springpot.problem.system import System
 from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
-from springpot.simulation.plan.felt import Felt, felt_in
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
@@ -130,6 +130,12 @@ class Motion:
         """Forces of parts and accelerations, in the order in which the kernel shows them."""
         return felt_in(self.system)
 
+    @property
+    def peaks(self) -> dict[str, Seen]:
+        """The largest forces of the touches of soft contacts, by name."""
+        names = {f"{name}_peak_force": name for name, part in self.touched.items() if isinstance(part, SoftStop)}
+        return {name: Seen({"impact_speed": name}, None, stop=stop, peaks=True) for name, stop in names.items()}
+
     def number_felt(self, name: str) -> int:
         """Of a force or acceleration among all.
 
@@ -148,6 +154,8 @@ class Motion:
     def seen_by_name(self, name: Any, argument: str, *, forces_only: bool = False) -> Seen:
         """A displacement, a force or an absolute acceleration, as observers see it; ``argument`` asks for it.
 
+        With ``forces_only`` no displacement, and the peaks of contacts too, which have no value at every time.
+
         Raises
         ------
         ValueError, NotCoveredError
@@ -161,11 +169,14 @@ class Motion:
         {'x': 'spring_force'}
         """
         moving = {} if forces_only else {own: seen for own, (kind, seen) in self.levels.items() if kind == "x"}
+        touches = self.peaks if forces_only else {}
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
+        if isinstance(name, str) and name in touches:
+            return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
-            near = meant(str(name), known := [*moving, *self.felt]) or f"; there are {few(known)}."
+            near = meant(str(name), known := [*moving, *self.felt, *touches]) or f"; there are {few(known)}."
             raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")
         number = self.number_felt(name)
         return Seen({"x": name}, self.displacements_shown + number, feels=(number,))

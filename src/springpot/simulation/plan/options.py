@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal, TypedDict, get_args, get_origin, get
 
 from annotated_types import Ge, Gt
 
+from springpot.problem.basquin import Basquin
+
 __all__ = [
     "DEFAULTS",
     "Derivative",
@@ -81,6 +83,7 @@ class Requests(Options, total=False):
     slowest_counted_impact: float | None
     profile: Any
     forces: Sequence[str] | None
+    rainflow: Mapping[str, Basquin | Sequence[Basquin]] | None
     progress: Progress | None
 
 

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from springpot.problem.parts import (
+    BoucWen,
     CloughPenzienNoise,
     ColoredNoise,
     Dashpot,
@@ -18,8 +19,9 @@ from springpot.problem.parts import (
     Springpot,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 
-__all__ = ["fed_at", "slow_springpot", "stiffness_at_once"]
+__all__ = ["fed_at", "share_yielding", "slow_springpot", "stiffness_at_once", "taken_by_yielding"]
 
 
 def fed_at(part: Any, frequency: float) -> float:
@@ -41,7 +43,7 @@ def fed_at(part: Any, frequency: float) -> float:
 
 
 def stiffness_at_once(part: Any) -> float:
-    """Of an arm or circuit, before it gives way; 0 of other parts.
+    """Of an arm, a circuit or what yields, before it gives way; 0 of other parts.
 
     Examples
     --------
@@ -49,13 +51,42 @@ def stiffness_at_once(part: Any) -> float:
     2.0
     """
     match part:
-        case Maxwell():
+        case Maxwell() | Yielding():
             return part.stiffness
         case FractionalMaxwell():
             return part.spring.stiffness
         case PiezoelectricCircuit():
             return part.coupling**2 / part.capacitance
     return 0.0
+
+
+def share_yielding(part: Yielding, theta: float, square: float) -> float:
+    """How much of its yielding a part has at a temperature, of 1; ``square`` is the stiffness beside it.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Jenkins
+    >>> share_yielding(Jenkins(1.0, 1.0), 0.01, 0.0) < 1e-20
+    True
+    """
+    reached = math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
+    if not isinstance(part, BoucWen):
+        return math.erfc(math.sqrt(0.5) / max(reached, 1e-100))
+    return float(1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0)))
+
+
+def taken_by_yielding(part: Any, theta: float, square: float) -> float:
+    """Power that a part which yields takes of a unit mass: that of dry friction times a share; 0 of other parts.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Jenkins
+    >>> round(taken_by_yielding(Jenkins(0.9, 0.9), 0.379, 0.1), 3)  # by simulation 0.035
+    0.046
+    """
+    if not isinstance(part, Yielding):
+        return 0.0
+    return share_yielding(part, theta, square) * part.yield_force * math.sqrt(2.0 * theta / math.pi)
 
 
 def slow_springpot(part: Any) -> tuple[float, float]:

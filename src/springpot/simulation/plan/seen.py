@@ -41,6 +41,8 @@ class Seen:
         Between which rigid walls keep it.
     feels : tuple of int
         The number of a force or an acceleration among all that are felt; empty of a displacement.
+    peaks : bool
+        Whether the impacts are the touches of a contact, with their largest forces in place of speeds.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
@@ -52,6 +54,7 @@ class Seen:
     low: float = -math.inf
     high: float = math.inf
     feels: tuple[int, ...] = ()
+    peaks: bool = False
 
 
 def seen_of_several(system: System) -> tuple[Seen, ...]:

@@ -34,13 +34,14 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.parts import fed_at, slow_springpot, stiffness_at_once
+from springpot.simulation.plan.parts import fed_at, slow_springpot, stiffness_at_once, taken_by_yielding
 from springpot.simulation.plan.scales import Scales, creep_time
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -142,11 +143,16 @@ def _stiffness_at(part: Any, spread: float) -> float:
 
 
 def _is_rough(part: Any) -> bool:
-    return isinstance(part, Friction | VanDerPol) or (isinstance(part, PolynomialDashpot) and not part.is_linear)
+    if isinstance(part, PolynomialDashpot):
+        return not part.is_linear
+    return isinstance(part, Friction | VanDerPol | Yielding)
 
 
-def _damping_at(part: Any, spread: float, speed: float) -> float:
-    """Power over the mean square velocity, for a normal one, of what a damper does beside its linear part."""
+def _damping_at(part: Any, spread: float, speed: float, reduced: float = 1.0) -> float:
+    """Power over the mean square velocity, for a normal one, of what a damper does beside its linear part.
+
+    Of a part that yields with the mass that moves along its row.
+    """
     match part:
         case Friction():
             return math.sqrt(2.0 / math.pi) * part.force / max(speed, 1e-300)
@@ -155,6 +161,8 @@ def _damping_at(part: Any, spread: float, speed: float) -> float:
         case PolynomialDashpot():
             _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
             return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
+        case Yielding() if speed > 0.0:
+            return taken_by_yielding(part, reduced * speed**2, 0.0) / math.sqrt(reduced) / speed**2
     return 0.0
 
 
@@ -166,7 +174,8 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
         if _has_size(part):
             row = system.coordinates.elongations[name]
             spread, speed = modes.spread(row), modes.speed(row)
-            stiffness, damping = _stiffness_at(part, spread), damping + _damping_at(part, spread, speed)
+            stiffness, damping = _stiffness_at(part, spread), damping
+            damping += _damping_at(part, spread, speed, system.coordinates.reduced(row))
         found[name] = stiffness, damping
     return found
 

@@ -20,7 +20,7 @@ from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
 from springpot.simulation.watch.observables import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR
-from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.passage_times import Columns, PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.profiles import Profile
 from springpot.simulation.watch.spectrum import Spectrum
 
@@ -128,7 +128,7 @@ class Run:
     spectra : dict
         `springpot.simulation.Spectrum` of ``x`` in the window, if requested, or of the displacements of several masses.
     first_passages : dict
-        `springpot.simulation.PassageTimes` of each level requested, by quantity.
+        `springpot.simulation.PassageTimes` by quantity; `springpot.simulation.PassagesOfLevels` of a list of levels.
     path_sums : ndarray, shape (paths, sums)
         Sums over the window of each path, from which `springpot.extend` goes on; empty with ``rtol``.
     adapted : Adapted or None
@@ -153,7 +153,7 @@ class Run:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
     spectra: dict[str, Spectrum] = field(default_factory=dict)
-    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
+    first_passages: dict[str, PassageTimes | PassagesOfLevels] = field(default_factory=dict)
     path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
     step_biases: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
@@ -207,12 +207,12 @@ class Run:
         biases = self.step_biases
         return {
             **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
-            **({"probability": list(PROBABILITIES)} if quantiles else {}),
+            **({"probability": list(PROBABILITIES)} if quantiles or self.first_passages else {}),
             **{name: _finite(at) for name, (at, _) in quantiles.items()},
             **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
             **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
             **{name: _finite(column.tolist()) for name, (column, _) in self._spectral().items()},
-            **{name: _finite(column.tolist()) for name, (_, column, _) in self._curves().items()},
+            **{name: _finite(np.asarray(values).tolist()) for name, (_, values, _) in self._passed().items()},
             **{name: _finite(column.tolist()) for name, (column, _) in self._in_bins().items()},
             "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
@@ -233,8 +233,6 @@ class Run:
                 numbers[f"{name}_error"] = total, own.unit, f"half-width of the total 95 % interval of {name}"
             elif own.step_bias is not None:
                 numbers[f"{name}_step_bias"] = own.step_bias, own.unit, f"bound on the step's bias of {name}"
-        for passage in self.first_passages.values():
-            numbers |= passage.numbers()
         return numbers
 
     @property
@@ -242,16 +240,10 @@ class Run:
         """The unit of every estimate, by name; of an observable it is empty."""
         return {name: estimate.unit for name, estimate in self.estimates.items()}
 
-    def _curves(self) -> dict[str, tuple[str, npt.NDArray[np.float64], str]]:
-        """Survival curves and their times, by name: axis, numbers, unit."""
-        curves = {}
-        for name, passage in self.first_passages.items():
-            time, survival, error = passage.curve()
-            axis = f"{name}_first_passage_time"
-            curves[axis] = axis, time, "s"
-            curves[f"{name}_first_passage_survival"] = axis, survival, "1"
-            curves[f"{name}_first_passage_survival_se"] = axis, error, "1"
-        return curves
+    def _passed(self) -> Columns:
+        """First passages by name: axes, values, and unit and description."""
+        each = (passage.columns(PROBABILITIES) for passage in self.first_passages.values())
+        return {name: column for columns in each for name, column in columns.items()}
 
     def _spectral(self) -> dict[str, tuple[npt.NDArray[np.float64], dict[str, Any]]]:
         """Frequencies, and spectra with their errors, by name: numbers and attributes."""
@@ -282,8 +274,6 @@ class Run:
                 *sample_quantiles(samples, PROBABILITIES),
                 unit_of_result(self.system, f"{name}_quantile"),
             )
-        for name, passage in self.first_passages.items():
-            quantiles[f"{name}_first_passage_quantile"] = (*passage.quantile(PROBABILITIES), "s")
         return quantiles
 
     def to_xarray(self) -> xarray.Dataset:
@@ -345,6 +335,8 @@ class Run:
             data["v"] = (axes, self.record[..., 1], {"units": "m s-1"})
             for name, column in self.forces.items():
                 data[name] = (("path", "time"), column, {"units": unit_of_result(self.system, name)})
+        if self.first_passages:
+            coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
         for name, (at, error, unit) in self._quantiles().items():
             coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
             data[name] = ("probability", at, {"units": unit})
@@ -353,8 +345,9 @@ class Run:
                 data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
         for name, (column, attributes) in self._spectral().items():
             (coordinates if name == "frequency" else data)[name] = ("frequency", column, attributes)
-        for name, (axis, column, unit) in self._curves().items():
-            (coordinates if name == axis else data)[name] = (axis, column, {"units": unit})
+        for name, (axes, values, words) in self._passed().items():
+            axis = axes[0] if len(axes) == 1 else axes
+            (coordinates if name == axis else data)[name] = (axis, values, words)
         for name, (column, unit) in self._in_bins().items():
             (coordinates if name.startswith("time_bin") else data)[name] = ("time_bin", column, {"units": unit})
         for name, sketch in self.distributions.items():
@@ -418,5 +411,7 @@ class Run:
         return save_run(self, path, overwrite=overwrite, path_sums=path_sums)
 
 
-def _finite(numbers: list[float]) -> list[float | None]:
-    return [number if math.isfinite(number) else None for number in numbers]
+def _finite(numbers: Any) -> Any:
+    if isinstance(numbers, list):
+        return [_finite(number) for number in numbers]
+    return numbers if math.isfinite(numbers) else None

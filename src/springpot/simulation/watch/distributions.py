@@ -8,7 +8,7 @@ density is smooth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -23,18 +23,21 @@ from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, O
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.seen import Seen
 
-__all__ = ["Distribution", "distributions_in", "observer_of", "sample_quantiles", "sketches"]
+__all__ = [
+    "BINS", "Distribution", "bin_of", "distribution_of", "distributions_in", "observer_of",
+    "sample_quantiles", "sketches",
+]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 FIRST = len(HEADER)
-_, _, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
+_, _SPEED_UNIT, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
 
 _PARTS = 64  # bins in an octave
 _LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
-_BINS = _PARTS * (_HIGHEST - _LOWEST) + 1  # of one sign; the first holds everything below the lowest octave
+BINS = _PARTS * (_HIGHEST - _LOWEST) + 1  # of one sign; the first holds everything below the lowest octave
 _OFFSET = (127 + _LOWEST) * _PARTS - 1
-_SLOTS = {"x": 0, "v": 2 * _BINS, "amplitude": 4 * _BINS, "impact_speed": 5 * _BINS}
+_SLOTS = {"x": 0, "v": 2 * BINS, "amplitude": 4 * BINS, "impact_speed": 5 * BINS}
 _X, _V, _AMPLITUDE, _SPEED = (FIRST + slot for slot in _SLOTS.values())
 FEWEST_BEYOND = 4.0  # samples beyond a quantile, for a standard error of it
 FEWEST_BATCHES = 10  # for a usable standard error
@@ -52,8 +55,8 @@ def sketches(seen: Seen, group_in_time_scales: float) -> Observer:
     """
     every = max(1, int(SAMPLING / group_in_time_scales))
     if seen.feels:
-        return observer_of(seen, _sketch_of_force(), None, np.zeros(2 * _BINS), per_path=False, every=every)
-    return observer_of(seen, *_sketch_parts(), np.zeros(6 * _BINS), per_path=False, every=every)
+        return observer_of(seen, _sketch_of_force(), None, np.zeros(2 * BINS), per_path=False, every=every)
+    return observer_of(seen, *_sketch_parts(), np.zeros(6 * BINS), per_path=False, every=every)
 
 
 def observer_of(
@@ -63,15 +66,16 @@ def observer_of(
     """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
     steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
     return Observer(
-        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels
-    )
+        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels,
+        seen.peaks,
+    )  # fmt: skip
 
 
 @njit(**INLINE)
-def _bin(value):
+def bin_of(value):
     """Bin of a value without sign, by the bits of its single-precision number."""
     place = (bits_of(f32(value)) >> i32(17)) - i32(_OFFSET)
-    return min(max(place, i32(0)), i32(_BINS - 1))
+    return min(max(place, i32(0)), i32(BINS - 1))
 
 
 @cache
@@ -83,15 +87,15 @@ def _sketch_parts() -> tuple[Any, Any]:
             for lane in range(int(array[_LANES])):
                 here, speed = x[j * LANES + lane], v[j * LANES + lane]
                 away = here - array[_WALL]
-                array[_X + _bin(abs(away)) + (_BINS if away < 0.0 else 0)] += 1.0
-                array[_V + _bin(abs(speed)) + (_BINS if speed < 0.0 else 0)] += 1.0
+                array[_X + bin_of(abs(away)) + (BINS if away < 0.0 else 0)] += 1.0
+                array[_V + bin_of(abs(speed)) + (BINS if speed < 0.0 else 0)] += 1.0
                 reach = speed / array[_FREQUENCY]
-                array[_AMPLITUDE + _bin(np.sqrt(here * here + reach * reach))] += 1.0
+                array[_AMPLITUDE + bin_of(np.sqrt(here * here + reach * reach))] += 1.0
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         if lane < array[_LANES]:
-            array[_SPEED + _bin(speed)] += count
+            array[_SPEED + bin_of(speed)] += count
 
     return on_steps, on_impacts
 
@@ -104,7 +108,7 @@ def _sketch_of_force() -> Any:
         if n + j < min(high, n + GROUP):
             for lane in range(int(array[_LANES])):
                 here = scale * x[j * LANES + lane]
-                array[_X + _bin(abs(here)) + (_BINS if here < 0.0 else 0)] += 1.0
+                array[_X + bin_of(abs(here)) + (BINS if here < 0.0 else 0)] += 1.0
 
     return on_steps
 
@@ -217,28 +221,40 @@ def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, cou
     units = simulation.parts.units
     header = simulation.parts.header_of(observer)
     place = 0.0 if seen.feels else units.state[0] * header[_WALL] + 0.0  # of a single wall
-    octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
-    one_sign = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
-    both_signs = np.concatenate([-one_sign[:0:-1], one_sign])
     x, v = units.state
     x = x / header[_FREQUENCY] if seen.feels else x
-    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": units.speed}
+    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": abs(header[_SPEED_UNIT])}
     distributions = {}
     for name, called in seen.names.items():
-        taken, edges = counts[:, _SLOTS[name] : _SLOTS[name] + _BINS], one_sign
-        if name in ("x", "v"):
-            negative = counts[:, _SLOTS[name] + _BINS : _SLOTS[name] + 2 * _BINS]
-            taken, edges = np.concatenate([negative[:, ::-1], taken], axis=1), both_signs
-        filled = np.flatnonzero(taken.any(axis=0))
-        begin, end = (filled[0], filled[-1] + 1) if filled.size else (0, 0)
-        taken, edges = taken[:, begin:end], scale[name] * edges[begin : end + 1]
-        if scale[name] < 0.0:
-            taken, edges = taken[:, ::-1], edges[::-1]
+        taken = counts[:, _SLOTS[name] : _SLOTS[name] + (2 if name in ("x", "v") else 1) * BINS]
         unit, per_unit = (
             unit_of_result(simulation.motion.system, f"{called}_{end}") for end in ("quantile", "density")
         )
-        distributions[called] = Distribution(unit, per_unit, edges + place if name == "x" else edges, taken)
+        found = distribution_of(unit, per_unit, scale[name], taken)
+        distributions[called] = replace(found, edges=found.edges + place) if name == "x" else found
     return distributions
+
+
+def distribution_of(unit: str, density_unit: str, scale: float, counts: Floats) -> Distribution:
+    """A distribution from counts in the bins of `bin_of`, of one sign, or of positive numbers and then of negative.
+
+    Parameters
+    ----------
+    scale : float
+        The unit in which the numbers were counted; negative if they were mirrored.
+    counts : ndarray, shape (batches, BINS or 2 * BINS)
+    """
+    octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
+    edges = np.concatenate([[0.0], np.outer(octaves, 1.0 + np.arange(_PARTS) / _PARTS).ravel(), [2.0**_HIGHEST]])
+    if counts.shape[1] > BINS:
+        counts = np.concatenate([counts[:, : BINS - 1 : -1], counts[:, :BINS]], axis=1)
+        edges = np.concatenate([-edges[:0:-1], edges])
+    filled = np.flatnonzero(counts.any(axis=0))
+    begin, end = (filled[0], filled[-1] + 1) if filled.size else (0, 0)
+    counts, edges = counts[:, begin:end], scale * edges[begin : end + 1]
+    if scale < 0.0:
+        counts, edges = counts[:, ::-1], edges[::-1]
+    return Distribution(unit, density_unit, edges, counts)
 
 
 def sample_quantiles(samples: Floats, probability: npt.ArrayLike) -> tuple[Floats, Floats]:

@@ -20,7 +20,7 @@ from __future__ import annotations
 import inspect
 import keyword
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -39,38 +39,47 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.observables import is_taken
-from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 
 __all__ = ["Passage", "checked", "from_the_start", "passage_times"]
 
 Floats = npt.NDArray[np.float64]
 Wanted = Mapping[str, Any]
 
-_OR_FROM = ", or {'level': 0.004, 'reference': 0.006} from a reference"
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
 SETTLED = 2.0  # relaxation times after which the rate of passages is assumed constant
+MOST_LEVELS = 1000
+ROUNDED = 1e-9  # relative to a level: what vector code may round otherwise
 _FIRST = len(HEADER)
 _LENGTH, _SPEED, _TIME, _, _WALL, _ = range(_FIRST)
-# for each lane, from _FIRST on: state of the previous step, then constants
-_PASSED, _SEEN, _X, _V, _STRUCK, _LEVEL, _SIGN, _REFERENCE, _ROOT, _OMEGA, _SIDE = (
-    _FIRST + LANES * i for i in range(11)
-)
+# for each lane, from _FIRST on: the number of the next level and this level, the state of the previous step, and how
+# near a group of steps comes to the level; then constants, the levels, and for each lane when it passed each of them
+_NEXT, _LEVEL, _SEEN, _X, _V, _STRUCK, _NEAR, _CONSTANTS, _LEVELS = (_FIRST + LANES * i for i in range(9))
+_COUNT, _TIMES, _SIGN, _REFERENCE, _ROOT, _OMEGA, _SIDE, _SLACK = range(_CONSTANTS, _CONSTANTS + 8)
 
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """One level to be passed.
+    """Levels of one quantity that are passed one after another.
 
     Attributes
     ----------
     quantity : str
-    level, reference : float
+    listed : bool
+        Whether a list of levels was given.
+    places : tuple of int
+        Of the levels, in this list.
+    levels : tuple of float
+    reference : float
+        From which distances are measured; NaN for other quantities.
     unit : str
     observer : Observer
     """
 
     quantity: str
-    level: float
+    listed: bool
+    places: tuple[int, ...]
+    levels: tuple[float, ...]
     reference: float
     unit: str
     observer: Observer
@@ -89,8 +98,9 @@ def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
     Parameters
     ----------
     wanted : dict
-        Name and level of each quantity; a distance may have ``{"level": ..., "reference": ...}``, and with one mass any
-        other name is an observable's, with a pair of a function f(t, x, v) and a level.
+        Name and level of each quantity, or a list of levels.  A pair (low, high) of a displacement or velocity is an
+        interval to be left; a distance may have ``{"level": ..., "reference": ...}``, and with one mass any other name
+        is an observable's, with a pair of a function f(t, x, v) and its level or levels.
 
     Raises
     ------
@@ -102,12 +112,12 @@ def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
     if not isinstance(wanted, Mapping):
         words = "first_passage must be a dict of names and levels"
         raise TypeError(f"{words}, such as {{'x': 0.01}}, not {shown(wanted)}.")
-    return tuple(_passage(plan, name, given) for name, given in wanted.items())
+    return tuple(passage for name, given in wanted.items() for passage in _passages(plan, name, given))
 
 
-def _passage(plan: Plan, name: str, given: Any) -> Passage:
-    motion, settings = plan.motion, plan.settings
-    title, reference, sign = f"first_passage level of {name}", math.nan, 1.0
+def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
+    motion = plan.motion
+    reference = math.nan
     quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
     if not quantity and motion.arguments:
         if isinstance(given, tuple | list):
@@ -118,45 +128,103 @@ def _passage(plan: Plan, name: str, given: Any) -> Passage:
         raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
     if not quantity:
         function, given = _observable(plan, name, given)
-        level, parts = finite_number(given, title, low=-LARGEST, high=LARGEST), _observable_parts(name, function)
+        parts = _observable_parts(name, function)
     else:
-        given, reference = _level_and_reference(name, quantity, given)
-        signed = quantity in ("x", "v")
-        low = -LARGEST if signed else 0.0
-        level = finite_number(given, title, low=low, high=LARGEST, open_low=not signed)
-        if signed:
-            sign = _direction(plan, name, quantity, seen, level)
+        given, reference = _levels_and_reference(name, quantity, given)
         parts = _parts(quantity)
-    frequency = math.nan
+    listed = isinstance(given, list | np.ndarray)
+    each = [*given] if listed else [given]
+    if not 0 < len(each) <= MOST_LEVELS:
+        raise ValueError(f"first_passage of {name} must have 1 to {MOST_LEVELS} levels, not {len(each)}.")
+    # of all that are passed in one direction, each lies beyond the one before
+    ways = dict[tuple[str, float, float], list[tuple[float, int]]]()
+    for place, one in enumerate(each):
+        if quantity in ("x", "v") and isinstance(one, tuple):
+            middle, half = _interval(name, seen if quantity == "x" else Seen(), one)
+            way, level = ("distance" if quantity == "x" else "speed", 1.0, middle), half
+        else:
+            level = _level(name, quantity, one)
+            sign = _direction(plan, name, quantity, seen, level) if quantity in ("x", "v") else 1.0
+            way = quantity, sign, reference
+        ways.setdefault(way, []).append((level, place))
+    found = []
+    for (kind, sign, middle), own in ways.items():
+        own.sort(key=lambda each, sign=sign: sign * each[0])  # type: ignore[misc]
+        levels, places = zip(*own, strict=True)
+        observer = _observer(plan, seen, parts if kind == quantity else _parts(kind), kind, levels, sign, middle)
+        found.append(Passage(name, listed, places, levels, middle, LEVELS.get(quantity, ""), observer))
+    return found
+
+
+def _observer(
+    plan: Plan, seen: Seen, parts: Any, quantity: str, levels: tuple[float, ...], sign: float, reference: float
+) -> Observer:
+    motion, settings, frequency = plan.motion, plan.settings, math.nan
     if not motion.arguments:
         frequency = motion.system.resonance if quantity == "amplitude" else motion.system.natural_frequency
     if quantity in ("amplitude", "energy") and not frequency > 0.0:
-        raise ValueError(f"first_passage of {name} needs a linear spring: use x, v, speed, distance or an observable.")
-    squared = 0.5 * (frequency * level) ** 2 if quantity == "amplitude" else level
-    initial = np.zeros((11, LANES))
-    initial[0] = -1.0
+        raise ValueError(
+            f"first_passage of {quantity} needs a linear spring: use x, v, speed, distance or an observable."
+        )
+    kernels = np.array([0.5 * (frequency * level) ** 2 for level in levels] if quantity == "amplitude" else levels)
+    first = 9 + -(-len(levels) // LANES)
+    initial = np.full((first + len(levels), LANES), -1.0)  # passed at -1: not yet
+    initial[:9] = 0.0
+    initial[1] = kernels[0]
     if settings.window_steps[0] == 0 and settings.initial_position is not None:
         x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
-        initial[1:4] = np.array([[1.0], [x], [v]])
+        initial[2:5] = np.array([[1.0], [x], [v]])
     root = SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
-    initial[5:] = np.array([[squared], [sign], [reference], [root], [frequency], [seen.side]])
-    observer = observer_of(seen, *parts, initial.ravel())
-    return Passage(name, level, reference, LEVELS.get(quantity, ""), observer)
+    middle = 0.0 if math.isnan(reference) else reference
+    slack = ROUNDED * (np.abs(kernels).max() + abs(middle))
+    constants = len(levels), first * LANES, sign, middle, root, frequency, seen.side, slack
+    initial[7, : len(constants)] = constants
+    initial[8:first].flat[: len(levels)] = kernels
+    on_steps, on_impacts = parts
+    return observer_of(seen, on_steps, on_impacts, initial.ravel())
 
 
-def _level_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, float]:
-    """The level of a quantity, not yet checked, and the reference of a distance."""
-    wrong = (
-        f"first_passage of {name} must be one level{_OR_FROM if quantity == 'distance' else ''}, not {shown(given)}."
-    )
+def _levels_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, float]:
+    """The levels of a quantity, not yet checked, and the reference of a distance."""
+    if isinstance(given, Mapping):
+        if quantity != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
+            more = ", or {'level': 0.004, 'reference': 0.006} from a reference" if quantity == "distance" else ""
+            raise ValueError(f"first_passage of {name} must be a level or a list of levels{more}, not {shown(given)}.")
+        where = f"first_passage reference of {name}"
+        reference = finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
+        return given["level"], reference
+    return given, 0.0 if quantity == "distance" else math.nan
+
+
+def _level(name: str, quantity: str, given: Any) -> float:
+    signed = quantity in ("x", "v", "")
     if isinstance(given, tuple | list | np.ndarray):
-        raise TypeError(wrong)
-    if not isinstance(given, Mapping):
-        return given, 0.0 if quantity == "distance" else math.nan
-    if quantity != "distance" or not {"level"} <= set(given) <= {"level", "reference"}:
-        raise ValueError(wrong)
-    where = f"first_passage reference of {name}"
-    return given["level"], finite_number(given.get("reference", 0.0), where, low=-LARGEST, high=LARGEST)
+        pair = ", or (low, high) for an interval that is left" if quantity in ("x", "v") else ""
+        raise TypeError(f"first_passage of {name} must be a level or a list of levels{pair}, not {shown(given)}.")
+    low = -LARGEST if signed else 0.0
+    return finite_number(given, f"first_passage level of {name}", low=low, high=LARGEST, open_low=not signed)
+
+
+def _interval(name: str, seen: Seen, given: tuple[Any, ...]) -> tuple[float, float]:
+    """Middle and half width of an interval."""
+    if len(given) != 2:
+        raise ValueError(
+            f"first_passage of {name} must be levels in a list, or an interval (low, high), not {shown(given)}."
+        )
+    low, high = (finite_number(end, f"first_passage level of {name}", low=-LARGEST, high=LARGEST) for end in given)
+    if not low < high:
+        raise ValueError(f"first_passage of {name} must have its interval from low to high, not {shown(given)}.")
+    for end in (low, high):
+        _in_reach(name, seen, end)
+    return 0.5 * (low + high), 0.5 * (high - low)
+
+
+def _in_reach(name: str, seen: Seen, level: float) -> None:
+    if not seen.low <= level <= seen.high:
+        raise ValueError(
+            f"first_passage level of {name} is {level:g} m, behind a wall: {name} lies between {seen.low:g} and "
+            f"{seen.high:g}."
+        )
 
 
 def _direction(plan: Plan, name: str, quantity: str, seen: Seen, level: float) -> float:
@@ -165,34 +233,41 @@ def _direction(plan: Plan, name: str, quantity: str, seen: Seen, level: float) -
     x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
     if quantity == "v":
         return 1.0 if level > v or (level == v >= 0.0) else -1.0
-    if not seen.low <= level <= seen.high:
-        raise ValueError(
-            f"first_passage level of {name} is {level:g} m, behind a wall: {name} lies between {seen.low:g} and "
-            f"{seen.high:g}."
-        )
+    _in_reach(name, seen, level)
     if level == x:
         return {seen.low: -1.0, seen.high: 1.0}.get(level, motion.sign)
     return 1.0 if level > x else -1.0
 
 
-def passage_times(simulation: Simulation, passage: Passage, left: Floats) -> PassageTimes:
-    """The passage times from the array of the level's observer.
+def passage_times(
+    simulation: Simulation, passages: Sequence[Passage], left: Sequence[Floats]
+) -> dict[str, PassageTimes | PassagesOfLevels]:
+    """The passage times of each quantity, from the arrays of the observers of its levels.
 
     Parameters
     ----------
-    left : ndarray, shape (paths, numbers)
+    left : sequence of ndarray, shape (paths, numbers)
     """
+    found = dict[str, dict[int, PassageTimes]]()
+    for passage, array in zip(passages, left, strict=True):
+        for place, level, passed in zip(passage.places, passage.levels, array.T[-len(passage.levels) :], strict=True):
+            found.setdefault(passage.quantity, {})[place] = _passage_times(simulation, passage, level, passed)
+    listed = {passage.quantity for passage in passages if passage.listed}
+    return {
+        name: PassagesOfLevels(tuple(own[place] for place in sorted(own))) if name in listed else own[0]
+        for name, own in found.items()
+    }
+
+
+def _passage_times(simulation: Simulation, passage: Passage, level: float, passed: Floats) -> PassageTimes:
     settings, (low, high) = simulation.settings, simulation.settings.window_steps
-    at_once = low == 0 and passage.observer.initial[LANES] == 1.0
+    at_once = low == 0 and passage.observer.initial[_SEEN - _FIRST] == 1.0
     begin = 0.0 if at_once else (low + 1) * settings.step
     horizon = high * settings.step - begin
-    passed = left[:, 0]
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
     settling = SETTLED * simulation.motion.scales.relaxation_time
-    return PassageTimes(
-        passage.quantity, passage.level, passage.reference, passage.unit, begin, horizon, settling, times
-    )
+    return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
 
 
 # --- compiled ------------------------------------------------------------------------------------------------------
@@ -230,7 +305,7 @@ def _observable_parts(name: str, function: Callable[..., float]) -> tuple[Any, A
         return 0.5 * abs(inner(t, x, v + root) - inner(t, x, v - root))
 
     try:
-        return _compiled(value, shift, None)
+        return _compiled(value, shift, None, timed=True)
     except (NumbaError, TypeError) as reason:
         raise ValueError(
             f"first_passage of {name!r} must be of a function of (t, x, v) that Numba can compile to a real number: "
@@ -280,7 +355,7 @@ def _v(t, x, v, level, sign, reference, omega):
 
 @njit(**INLINE)
 def _speed(t, x, v, level, sign, reference, omega):
-    return abs(v) - level
+    return abs(v - reference) - level
 
 
 @njit(**INLINE)
@@ -315,27 +390,32 @@ def _inside(before, after, slope_before, slope_after, h):
     return h * s * (1.0 - math.sqrt(top / (top - before)))
 
 
-def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
-    """``on_steps`` and ``on_impacts`` for a quantity that has passed the level if ``value`` is not negative."""
+def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False) -> tuple[Any, Any]:
+    """``on_steps`` and ``on_impacts`` for a quantity that has passed the level if ``value`` is not negative.
+
+    ``timed``: whether it depends on the time.
+    """
     smooth = slope is not None
     slope = _x_slope if slope is None else slope
 
-    @cfunc(ON_STEPS, **FAST)
-    def on_steps(x, v, step, n, low, high, array):
-        h = array[_TIME] * step
+    @njit(**INLINE)
+    def follow(x, v, h, n, low, high, array, lane):
+        """Look at each step of a group for one lane."""
+        count, times = int(array[_COUNT]), _FIRST + int(array[_TIMES])
+        sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
         last = min(high - n, GROUP) - 1
+        number, level = int(array[_NEXT + lane]), array[_LEVEL + lane]
         for j in range(GROUP):
             if not low <= n + j < high:
                 continue
             t = h * (n + j + 1)
-            for lane in range(LANES):
-                if array[_PASSED + lane] >= 0.0:
-                    continue
-                level, sign = array[_LEVEL + lane], array[_SIGN + lane]
-                reference, root, omega = array[_REFERENCE + lane], array[_ROOT + lane], array[_OMEGA + lane]
-                here, speed = array[_LENGTH] * x[j * LANES + lane], array[_SPEED] * v[j * LANES + lane]
-                before, speed_before = array[_X + lane], array[_V + lane]
-                seen = array[_SEEN + lane] > 0.0
+            here, speed = array[_LENGTH] * x[j * LANES + lane], array[_SPEED] * v[j * LANES + lane]
+            before, speed_before = array[_X + lane], array[_V + lane]
+            seen = array[_SEEN + lane] > 0.0
+            struck = array[_STRUCK + lane]
+            away = array[_SIDE] * array[_SPEED]  # from the wall
+            turned = struck > 0.0 and seen and (away * speed_before < 0.0 < away * speed or j == last)
+            while number < count:
                 after = value(t, here, speed, level, sign, reference, omega)
                 at = -1.0
                 if not seen:
@@ -355,16 +435,58 @@ def _compiled(value: Any, shift: Any, slope: Any) -> tuple[Any, Any]:
                                 slope(here, speed, sign, reference), h,
                             )  # fmt: skip
                             at = t - h + inside if inside >= 0.0 else -1.0
-                struck = array[_STRUCK + lane]
-                if struck > 0.0 and seen:
-                    away = array[_SIDE + lane] * array[_SPEED]  # from the wall
-                    if away * speed_before < 0.0 < away * speed or j == last:
-                        wall = array[_LENGTH] * array[_WALL]
-                        if at < 0.0 and value(t, wall, -away * struck, level, sign, reference, omega) >= 0.0:
-                            at = t - 0.5 * h
-                        array[_STRUCK + lane] = 0.0
-                array[_PASSED + lane] = at
-                array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
+                if turned and at < 0.0:
+                    wall = array[_LENGTH] * array[_WALL]
+                    if value(t, wall, -away * struck, level, sign, reference, omega) >= 0.0:
+                        at = t - 0.5 * h
+                if at < 0.0:
+                    break
+                array[times + LANES * number + lane] = at
+                number += 1
+                level = array[_LEVELS + number] if number < count else sign * math.inf
+            if turned:
+                array[_STRUCK + lane] = 0.0
+            array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
+        array[_NEXT + lane], array[_LEVEL + lane] = number, level
+
+    @cfunc(ON_STEPS, **FAST)
+    def on_steps(x, v, step, n, low, high, array):
+        h = array[_TIME] * step
+        if not (low < n and n + GROUP <= high):
+            for lane in range(LANES):
+                follow(x, v, h, n, low, high, array, lane)
+            return
+        # most groups of most lanes stay below the level: vector code tells which do not
+        length, scale = array[_LENGTH], array[_SPEED]
+        sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
+        slack, wall, away = -array[_SLACK], length * array[_WALL], array[_SIDE] * scale
+        near = 0
+        for lane in range(LANES):
+            before, fastest = array[_X + lane], abs(array[_V + lane])
+            most = value(0.0, before, 0.0, 0.0, sign, reference, omega) if smooth else -math.inf
+            for j in range(GROUP):
+                t, here, speed = h * (n + j + 1), length * x[j * LANES + lane], scale * v[j * LANES + lane]
+                one = value(t, here, speed, 0.0, sign, reference, omega)
+                one += shift(t, here, speed, sign, omega, root) if timed else 0.0
+                most = one if one > most else most
+                fastest = abs(speed) if abs(speed) > fastest else fastest
+            # of x the most that the cubic of a step exceeds its ends by
+            most += 0.0 if timed else 0.51 * h * fastest if smooth else shift(0.0, 0.0, fastest, sign, omega, root)
+            struck = array[_STRUCK + lane]
+            one = value(0.0, wall, -away * struck, 0.0, sign, reference, omega)
+            most = one if struck > 0.0 and one > most else most
+            most -= sign * array[_LEVEL + lane]
+            most = 0.0 if timed and struck > 0.0 else most
+            array[_NEAR + lane] = most
+            near += 1 if most >= slack else 0
+        if near > 0:
+            for lane in range(LANES):
+                if array[_NEAR + lane] >= slack:
+                    follow(x, v, h, n, low, high, array, lane)
+        for lane in range(LANES):
+            array[_X + lane] = length * x[(GROUP - 1) * LANES + lane]
+            array[_V + lane] = scale * v[(GROUP - 1) * LANES + lane]
+            array[_STRUCK + lane] = 0.0
 
     @cfunc(ON_IMPACTS, **FAST)
     def on_impacts(count, speed, lane, array):

@@ -39,6 +39,7 @@ __all__ = [
     "faster_than",
     "is_taken",
     "mean_of",
+    "peaks",
     "squares",
 ]
 
@@ -244,6 +245,11 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
 
 
 # --- impacts that are not slow ---------------------------------------------------------------------------------------
+
+
+def peaks(seen: Seen) -> Observer:
+    """The largest forces of the touches of a contact: their number, sum and the sum of their squares."""
+    return observer_of(seen, None, _on_fast_impacts(), np.zeros(4 * LANES))
 
 
 def faster_than(speed: float, stop: str) -> Observer:

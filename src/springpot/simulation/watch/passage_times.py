@@ -7,18 +7,24 @@ that have not passed yet.  The mean of censored times needs an assumption; the m
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arguments import finite_number
 from springpot.machine.faults import per_cent
 from springpot.problem.messages import Message, say
+from springpot.simulation.paths.statistics import binomial_interval
+from springpot.simulation.watch.passage_rates import Bounded, PassageRate, rate_of
 
-__all__ = ["PassageTimes"]
+__all__ = ["Columns", "PassageTimes", "PassagesOfLevels"]
 
 Floats = npt.NDArray[np.float64]
+Columns = dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]
 
 FEWEST_LATE = 20  # passages needed in the second half of the horizon to estimate their rate
 FEWEST_AT_ALL = 5  # the same if censored paths add less than a standard error to the mean
@@ -99,6 +105,123 @@ class PassageTimes:
             raise ValueError(f"time must be in [0, {self.horizon:g}] s, where the paths were watched.")
         share = 1.0 - np.searchsorted(np.sort(self.times), t, side="right") / self.paths
         return np.asarray(share), np.asarray(_share_error(share, self.paths))
+
+    def survival_interval(self, time: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Ends of the 95 % interval of the survival at each time: exact ones of a share of independent paths.
+
+        Parameters
+        ----------
+        time : array_like
+            In s, from 0 to the horizon.
+
+        Returns
+        -------
+        low, high : ndarray
+
+        Raises
+        ------
+        ValueError
+            If a time lies outside.
+
+        Examples
+        --------
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 4.0, 1.0, np.full(100, np.inf))
+        >>> low, high = passages.survival_interval(4.0)
+        >>> float(low.round(3)), float(high)
+        (0.97, 1.0)
+        """
+        left = self.survival(time)[0] * self.paths
+        return binomial_interval(np.rint(left), self.paths)
+
+    @cached_property
+    def rate(self) -> PassageRate:
+        """The rate of passages of the paths that have not passed yet, from when it is constant, in 1/s.
+
+        A test on the passages must not contradict that it is constant; what was left out of the start, and what the
+        test says, is in ``statement``.  If it is not constant, or the run is too short, the value is NaN.  Where no
+        path has passed, the value is 0 and ``high`` the bound, 3 over the time of all paths.
+
+        Examples
+        --------
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 100.0, 10.0, np.full(50, np.inf))
+        >>> print(passages.rate)
+        at most 0.00067 s-1 with 95 %
+        >>> passages.rate.statement
+        'the rate is taken for constant after 10 s, which are left out; no passages are too few to test it.'
+        """
+        return rate_of(self.times, self.horizon, self.settling)
+
+    @property
+    def return_period(self) -> Bounded:
+        """Mean time between passages in s, one over the rate; infinite where none was seen, with a lower bound.
+
+        Examples
+        --------
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 100.0, 10.0, np.full(50, np.inf))
+        >>> print(passages.return_period)
+        at least 1.5e+03 s with 95 %
+        """
+        rate = self.rate
+        low, value, high = (1.0 / end if end else math.inf for end in (rate.high, rate.value, rate.low))
+        error = rate.error * value**2 if rate.value else math.nan
+        return Bounded(value, error, low, high, "s", rate.statement)
+
+    def probability(self, duration: float) -> Bounded:
+        """Probability that the level is passed within a time from the start of the clock, however long.
+
+        Within the run it is the share of the paths that passed.  Beyond it, it is 1 - S e^(-rate (duration - since)),
+        with the share S that has not passed by ``rate.since``: this assumes that the constant rate goes on, and
+        ``statement`` says so.  If the rate is not known, neither is the value, and the interval is what must hold.
+
+        Parameters
+        ----------
+        duration : float
+            In s.
+
+        Returns
+        -------
+        Bounded
+            With ``value``, ``error``, the 95 % interval ``low`` and ``high``, and a ``statement``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the duration is not a positive number.
+
+        Notes
+        -----
+        The interval joins those of -ln S and of the rate, which come from different times of the paths, by their
+        distances from the values (G. Y. Zou and A. Donner, Statistics in Medicine 27, 2008).
+
+        Examples
+        --------
+        >>> times = np.random.default_rng(1).exponential(50.0, 400)
+        >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 20.0, 2.0, np.where(times < 20.0, times, np.inf))
+        >>> print(passages.probability(100.0))  # 1 - e^-2 = 0.865
+        0.862 +- 0.025, from 0.81 to 0.91 with 95 %
+        """
+        end = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
+        rate = self.rate
+        known = end > self.horizon and not math.isnan(rate.value)
+        since = rate.since if known else min(end, self.horizon)
+        share = float(np.mean(self.times <= since))
+        low, high = (float(bound) for bound in binomial_interval(share * self.paths, self.paths))
+        error = float(_share_error(share, self.paths))
+        if end <= self.horizon:
+            return Bounded(share, error, low, high)
+        beyond = f"{end - self.horizon:.3g} s of {end:.3g} s lie beyond the run"
+        if not known:
+            return Bounded(math.nan, math.nan, low, 1.0, "1", f"{beyond}, and {rate.statement}")
+        least, likely, most = (
+            np.array([-math.log1p(-passed), constant * (end - since)])
+            for passed, constant in ((low, rate.low), (share, rate.value), (high, rate.high))
+        )
+        total = float(likely.sum())
+        under, over = (float(np.linalg.norm(side - likely)) for side in (least, most))
+        low, high = (-math.expm1(-max(each, 0.0)) for each in (total - under, total + over))
+        error = math.exp(-total) * math.hypot(error / (1.0 - share), rate.error * (end - since))
+        said = f"{beyond}: this assumes that the constant rate goes on; {rate.statement}"
+        return Bounded(-math.expm1(-total), error, low, high, "1", said)
 
     def quantile(self, probability: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Times by which shares of the paths have passed, and their standard errors.
@@ -209,30 +332,54 @@ class PassageTimes:
         """The mean time in s, NaN if there is none; `mean` also has its standard error and its assumption."""
         return self.mean[0]
 
-    def numbers(self) -> dict[str, tuple[float, str, str]]:
-        """Scalars for tables and files, by name: value, unit and description."""
-        name = f"{self.quantity}_first_passage"
-        what = f"first passage of {self.quantity} through {self.level:g} {self.unit}".rstrip()
-        (mean, error, _), (restricted, its_error) = self.mean, self.restricted_mean
-        n = self.paths
-        entries = {
-            f"{name}_mean": (mean, error, "s", f"mean time of the {what}"),
-            f"{name}_restricted_mean": (restricted, its_error, "s", f"mean of the time cut off at {self.horizon:g} s"),
-            f"{name}_censored": (self.share_censored, float(_share_error(self.share_censored, n)), "1",
-                                 "share of the paths that have not passed by the end of the run"),
-            f"{name}_at_start": (self.share_at_start, float(_share_error(self.share_at_start, n)), "1",
-                                 "share of the paths beyond the level when the clock starts"),
-        }  # fmt: skip
-        numbers = {}
-        for key, (value, se, unit, text) in entries.items():
-            numbers[key] = value, unit, text
-            numbers[f"{key}_se"] = se, unit, f"standard error of {key}"
-        return numbers
+    @property
+    def title(self) -> str:
+        """What is passed, in words.
 
-    def curve(self) -> tuple[Floats, Floats, Floats]:
-        """Times, survival and its standard error, for files and pictures."""
-        t = np.linspace(0.0, self.horizon, POINTS)
-        return t, *self.survival(t)
+        Examples
+        --------
+        >>> PassageTimes("x", 2.5, 0.5, "m", 0.0, 4.0, 1.0, np.ones(2)).title
+        'x out of -2 to 3 m'
+        """
+        low, high = self.reference - self.level, self.reference + self.level
+        words = f"{self.quantity} out of {low:g} to {high:g}"
+        if math.isnan(self.reference) or self.quantity.endswith("distance"):
+            words = f"{self.quantity} through {self.level:g}"
+        return f"{words} {self.unit}".rstrip()
+
+    def columns(self, probabilities: tuple[float, ...]) -> Columns:
+        """Everything for tables and files, by name: axes, values, and unit and description."""
+        name, n = f"{self.quantity}_first_passage", self.paths
+        (mean, error, _), (restricted, its_error), rate = self.mean, self.restricted_mean, self.rate
+        entries = {
+            "mean": (mean, error, "s", f"mean time of the first passage of {self.title}"),
+            "restricted_mean": (restricted, its_error, "s", f"mean of the time cut off at {self.horizon:g} s"),
+            "censored": (self.share_censored, float(_share_error(self.share_censored, n)), "1",
+                         "share of the paths that have not passed by the end of the run"),
+            "at_start": (self.share_at_start, float(_share_error(self.share_at_start, n)), "1",
+                         "share of the paths beyond the level when the clock starts"),
+            "rate": (rate.value, rate.error, "s-1", "rate of passages from when it is constant"),
+        }  # fmt: skip
+        found: Columns = {}
+        for key, (value, se, unit, text) in entries.items():
+            found[f"{name}_{key}"] = (), value, {"units": unit, "long_name": text}
+            words = {"units": unit, "long_name": f"standard error of {name}_{key}"}
+            found[f"{name}_{key}_se"] = (), se, words
+        for end, value in (("low", rate.low), ("high", rate.high)):
+            words = {"units": "s-1", "long_name": f"{end} end of the 95 % interval of {name}_rate"}
+            found[f"{name}_rate_{end}"] = (), value, words
+        again = {"units": "s", "long_name": f"one over {name}_rate"}
+        found[f"{name}_return_period"] = (), self.return_period.value, again
+        axis, t = f"{name}_time", np.linspace(0.0, self.horizon, POINTS)
+        found[axis] = (axis,), t, {"units": "s"}
+        survival = zip(("", "_se", "_low", "_high"), (*self.survival(t), *self.survival_interval(t)), strict=True)
+        found |= {f"{name}_survival{end}": ((axis,), values, {"units": "1"}) for end, values in survival}
+        for end, values in zip(("", "_se"), self.quantile(probabilities), strict=True):
+            found[f"{name}_quantile{end}"] = ("probability",), values, {"units": "s"}
+        return found
+
+    def __str__(self) -> str:
+        return f"{self.title}: rate {self.rate}"
 
     @property
     def warnings(self) -> tuple[Message, ...]:
@@ -244,6 +391,65 @@ class PassageTimes:
         if self.share_at_start > 0.0:
             sentences.append(say("passed_at_start", name=name, share=per_cent(self.share_at_start)))
         return tuple(sentences)
+
+
+@dataclass(frozen=True, eq=False)
+class PassagesOfLevels(Sequence[PassageTimes]):
+    """First passages of several levels of one quantity, in the order in which they were given.
+
+    Attributes
+    ----------
+    of_levels : tuple of PassageTimes
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+    >>> run = sp.simulate(device, paths=256, duration=60.0, start="rest", first_passage={"x": [2.0, 3.0, 9.0]})
+    >>> passages = run.first_passages["x"]
+    >>> len(passages), passages.levels, passages[2].rate.events
+    (3, (2.0, 3.0, 9.0), 0)
+    """
+
+    of_levels: tuple[PassageTimes, ...]
+
+    def __len__(self) -> int:
+        return len(self.of_levels)
+
+    def __getitem__(self, number: Any) -> Any:
+        return self.of_levels[number]
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The levels; of an interval half its width."""
+        return tuple(each.level for each in self)
+
+    def columns(self, probabilities: tuple[float, ...]) -> Columns:
+        """As those of one level, over one more axis."""
+        each = [one.columns(probabilities) for one in self]
+        name = f"{self[0].quantity}_first_passage"
+        axis, found = f"{name}_level", each[0]
+        time = {f"{name}_time": found.pop(f"{name}_time")}
+        stacked = {
+            key: ((axis, *axes), np.stack([np.asarray(own[key][1], dtype=float) for own in each]), words)
+            for key, (axes, _, words) in found.items()
+        }
+        places = {axis: ((axis,), np.array(self.levels), {"units": self[0].unit})}
+        if not all(math.isnan(one.reference) for one in self):
+            where = np.array([one.reference for one in self])
+            stacked[f"{name}_reference"] = (axis,), where, {"units": self[0].unit}
+        return {**places, **time, **stacked}
+
+    @property
+    def warnings(self) -> tuple[Message, ...]:
+        """One sentence of each kind: that of the first level that has one."""
+        found = dict[str, Message]()
+        for message in (message for one in self for message in one.warnings):
+            found.setdefault(message.name, message)
+        return tuple(found.values())
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self))
 
 
 def _standard_error(samples: Floats) -> float:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.problem.catalogue import unit_of_result
+from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
@@ -28,10 +28,12 @@ from springpot.simulation.watch.observables import (
     faster_than,
     is_taken,
     mean_of,
+    peaks,
     squares,
 )
-from springpot.simulation.watch.passage_times import PassageTimes
+from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
+from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
 __all__ = ["Observed", "Requested", "requested"]
@@ -63,6 +65,8 @@ class Requested:
         Of each displacement, or nothing.
     felt : tuple of (Seen, Observer)
         Of forces and accelerations.
+    cycles : tuple of (Seen, tuple of Basquin, Observer)
+        Of each displacement, force or acceleration whose cycles are counted.
     """
 
     observables: Mapping[str, Observer]
@@ -76,6 +80,7 @@ class Requested:
     edges: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     profiles: tuple[tuple[Seen, Observer], ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
+    cycles: tuple[Counted, ...] = ()
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -84,7 +89,7 @@ class Requested:
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
             *(passage.observer for passage in self.passages), *self.counted.values(),
-            *(observer for _, observer in (*self.felt, *self.profiles)),
+            *(observer for _, observer in (*self.felt, *self.profiles)), *(observer for *_, observer in self.cycles),
         )  # fmt: skip
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
@@ -104,25 +109,35 @@ class Requested:
             seen.names["x"]: spectrum_in(self.frequencies, settings, next(left), observer.every)
             for seen, observer in self.spectra
         }
-        passed = {each.quantity: passage_times(simulation, each, next(left)) for each in self.passages}
+        passed = passage_times(simulation, self.passages, [next(left) for _ in self.passages])
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for seen, _ in self.felt:
-            name = seen.names["x"]
-            counted |= _moments(name, next(left) / (high - low), simulation.parts.felt.lacking[name])
+            counted |= _moments(simulation, seen, next(left) / (high - low))
         profiles = dict[str, Profile]()
         for seen, _ in self.profiles:
             found = profiles_in(simulation.motion, settings, seen, self.edges, next(left))
             profiles |= {
                 name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
             }
-        recorded = {seen.names["x"]: ensemble.felt[seen.feels[0]] for seen, _ in self.felt if settings.record}
+        for each in self.cycles:
+            fatigue, more = fatigue_in(simulation, each, next(left), next(left))
+            counted, distributions = counted | fatigue, distributions | more
+        felt = {seen.names["x"]: seen.feels[0] for seen, _ in self.felt if seen.feels}
+        recorded = {name: ensemble.felt[number] for name, number in felt.items() if settings.record}
         return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
 
 
-def _moments(name: str, means: Floats, lacking: float) -> dict[str, tuple[float, Floats]]:
-    """Mean and mean square of a force or acceleration, with what the latter lacks."""
-    mean, square = means[:, 0], means[:, 1] + lacking
-    return {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
+def _moments(simulation: Simulation, seen: Seen, means: Floats) -> dict[str, tuple[float, Floats]]:
+    """Mean and mean square of a force or acceleration, with what the latter lacks; or of the peaks of a contact.
+
+    The mean force of a contact is among the results of every run, by its momentum.
+    """
+    (name,) = seen.names.values()
+    if seen.peaks:
+        return {f"{name}_{end}": ratio(means[:, n], means[:, 0]) for n, end in ((1, "mean"), (2, "mean_square"))}
+    mean, square = means[:, 0], means[:, 1] + simulation.parts.felt.lacking[name]
+    found = {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
+    return {own: each for own, each in found.items() if own not in possible_results(simulation.motion.system)}
 
 
 def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Floats]]:
@@ -153,7 +168,7 @@ class Observed:
         As in `springpot.simulation.Run`.
     counted_impacts : dict
         Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
-        wall, and of the mean and mean square of forces and accelerations, if they were asked for.
+        wall, and of the moments of forces and accelerations, and of cycles and damage, if they were asked for.
     profiles, forces : dict
         As in `springpot.simulation.Run`.
     """
@@ -162,7 +177,7 @@ class Observed:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, Floats] = field(default_factory=dict)
     spectra: dict[str, Spectrum] = field(default_factory=dict)
-    first_passages: dict[str, PassageTimes] = field(default_factory=dict)
+    first_passages: dict[str, PassageTimes | PassagesOfLevels] = field(default_factory=dict)
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
     forces: dict[str, Floats] = field(default_factory=dict)
@@ -179,6 +194,7 @@ def requested(
     slowest_counted_impact: float | None = None,
     profile: Any = None,
     forces: Sequence[str] | None = None,
+    rainflow: Any = None,
 ) -> Requested:
     """Check and compile the requested observers.
 
@@ -201,8 +217,8 @@ def requested(
     settings, motion, fastest = plan.settings, plan.motion, plan.motion.scales.fastest_rate
     felt = () if forces is None else _felt(plan, forces)
     counted = (*motion.seen, *felt) if distributions else ()
-    moving = () if spectrum is None else (*(seen for seen in motion.seen if "x" in seen.names), *felt)
-    moved = () if profile is None else (*motion.seen, *felt)
+    moving = () if spectrum is None else tuple(seen for seen in (*motion.seen, *felt) if "x" in seen.names)
+    moved = () if profile is None else (*motion.seen, *(seen for seen in felt if seen.feels))
     edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved))
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
@@ -216,7 +232,8 @@ def requested(
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
-        felt=tuple((seen, squares(seen)) for seen in felt),
+        felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
+        cycles=wanted_cycles(motion, rainflow),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
@@ -228,8 +245,9 @@ def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
     found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
-    found = [*{seen.feels: seen for seen in found}.values()]
-    if (points := settings.record * settings.recorded_points * len(found)) > MOST_RECORDED:
+    found = [*{(*seen.names.values(),): seen for seen in found}.values()]
+    points = settings.record * settings.recorded_points * sum(map(bool, (seen.feels for seen in found)))
+    if points > MOST_RECORDED:
         raise ValueError(
             f"record asks for {points:,} points of forces, but at most {MOST_RECORDED:,} are stored: use a larger "
             "record_every."

@@ -5,20 +5,20 @@ The linear system is a `springpot.theory.methods.systems.linear.Companion`, whic
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.machine.faults import NotCoveredError, listed, shown
-from springpot.problem.parts import Inerter, PoissonImpulses, WhiteNoise
+from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
+from springpot.problem.felt import felt_in
+from springpot.problem.parts import PoissonImpulses, WhiteNoise
 from springpot.problem.system import System
 from springpot.theory.numerics.frequencies import integrals, resonances
 
-__all__ = ["What", "felt_mean_square", "felt_spectrum"]
+__all__ = ["felt_mean", "felt_mean_square", "felt_spectrum"]
 
 FloatArray = NDArray[np.float64]
-What = Literal["displacement", "force", "force of one", "acceleration"]
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part
 
@@ -30,32 +30,22 @@ class _Felt:
     none, because what it is relative to the ground is taken from it again.
     """
 
-    def __init__(self, system: System, companion: Any, of: str, what: What) -> None:
-        self.companion, self.force = companion, what.startswith("force")
-        at, parts = companion.coordinates, dict(system.named())
-        rows = {name: at.elongations[name] for name in system.elements}
-        self.row = np.zeros(len(at.names))
-        if self.force:
-            chosen = system.grounded if of == "ground" else {of: 1.0}
-            if of != "ground" and of not in rows:
-                raise ValueError(f"of must be one of {listed([*rows, 'ground'], 'or')}, not {shown(of)}.")
-            share = 1.0 / system.counts.get(of, 1) if what == "force of one" else 1.0
-            self.parts = [(parts[n], sign * share * rows[n]) for n, sign in chosen.items()]
-            if inert := [n for n in chosen if isinstance(parts[n], Inerter)]:
-                raise NotCoveredError(f"the force of {listed(inert)} is not covered: it has what white noise brings.")
-            lossy = [n for n in chosen if parts[n].dissipates]
-        else:
-            known = system.points
-            if of not in known and (of or len(known) > 1):
-                raise ValueError(f"of must be one of {listed([*known], 'or')}, not {shown(of)}.")
-            self.row = at.rows[known.index(of) if of in known else 0]
-            lossy = [n for n in rows if parts[n].dissipates]
+    def __init__(self, system: System, companion: Any, of: str) -> None:
+        at, parts, known = companion.coordinates, dict(system.named()), felt_in(system)
+        if of not in known:
+            near = meant(str(of), known) or f"; there are {few([*known])}."
+            raise ValueError(f"of is {shown(of)}, which is no force or acceleration{near}")
+        felt = known[of]
+        self.companion, self.force = companion, felt.row is None
+        self.row = np.zeros(len(at.names)) if felt.row is None else felt.row
+        if self.force and felt.unseen:
+            raise NotCoveredError(f"the force of {listed(felt.unseen)} is not covered: it has what white noise brings.")
+        self.parts = [(parts[n], share * at.elongations[n]) for n, share in felt.shares.items() if n in at.elongations]
+        lossy = [n for n in (felt.shares if self.force else system.elements) if parts[n].dissipates]
         if lossy and companion.temperature > 0.0:
-            raise NotCoveredError(
-                f"the matched noise of {listed(lossy)} belongs to the {what}, which has no finite mean square."
-            )
+            raise NotCoveredError(f"the matched noise of {listed(lossy)} in {of} has no finite mean square.")
         if companion.multiplied or companion.parametric:
-            raise NotCoveredError(f"a noise that multiplies an elongation is not covered in a {what}.")
+            raise NotCoveredError(f"a noise that multiplies an elongation is not covered in {of}.")
 
     def direct(self, source: Any) -> float:
         """What passes at once."""
@@ -72,7 +62,7 @@ class _Felt:
         moved = own.displaced(w, own.push(source))
         if self.force:
             return np.asarray(sum((self._modulus(part, w) * (moved @ row) for part, row in self.parts), np.zeros(1)))
-        pulls = own.dynamic_stiffness(w) + (w**2)[:, None, None] * own.mass
+        pulls = own.stiffness + own.dissipative(w)
         light = np.linalg.solve(own.mass, self.row)
         return np.asarray(self.direct(source) - np.einsum("i,wij,wj->w", light, pulls, moved))
 
@@ -102,17 +92,22 @@ class _Felt:
         return np.asarray(sum((part.modulus(0.0) * row for part, row in self.parts), np.zeros(len(self.row))))
 
 
-def felt_spectrum(system: System, companion: Any, w: FloatArray, of: str, what: What) -> FloatArray:
+def felt_spectrum(system: System, companion: Any, w: FloatArray, of: str) -> FloatArray:
     """The two-sided spectral density of a force or an absolute acceleration at frequencies w >= 0."""
-    felt = _Felt(system, companion, of, what)
+    felt = _Felt(system, companion, of)
     if companion.temperature > 0.0:
         raise NotCoveredError("the spectrum of a force is not covered with thermal noise; its mean square is.")
     return np.asarray(felt.density(w.ravel()).reshape(w.shape))
 
 
-def felt_mean_square(system: System, companion: Any, of: str, what: What) -> float:
+def felt_mean(system: System, companion: Any, of: str) -> float:
+    """The mean of a force or an absolute acceleration."""
+    return _Felt(system, companion, of).mean()
+
+
+def felt_mean_square(system: System, companion: Any, of: str) -> float:
     """The mean square of a force or an absolute acceleration."""
-    felt = _Felt(system, companion, of, what)
+    felt = _Felt(system, companion, of)
     for noise in companion.noises:
         if isinstance(noise, WhiteNoise | PoissonImpulses) and felt.direct(noise) != 0.0:
             raise NotCoveredError(

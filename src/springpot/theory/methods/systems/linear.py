@@ -6,13 +6,15 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from springpot.machine.faults import listed, shown
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import NotCoveredError, listed, shown
 from springpot.problem.coordinates import Coordinates
+from springpot.problem.felt import felt_in
 from springpot.problem.parts import (
     CloughPenzienNoise,
     ColoredNoise,
@@ -40,7 +42,7 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
-from springpot.theory.methods.systems.felt import What, felt_mean_square, felt_spectrum
+from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
 from springpot.theory.result import Moments, Result, moments_of, moments_of_points
@@ -53,6 +55,7 @@ Density = Callable[[float], float]
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
 _LOOSE = 1e-14  # of the largest stiffness per mass, of what is no stiffness
 _ELONGATION = 1e-20  # error of a mean square elongation, over that of the displacements of its ends
+_FAR = 1e6  # of the largest frequency: there a spectral density has its last slope
 _GROWS = "There is no stationary mean square: the noise that multiplies x feeds more than is dissipated."
 _NOISES = (WhiteNoise, ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, PoissonImpulses, SpectralExcitation)
 Noise = WhiteNoise | ColoredNoise | KanaiTajimiNoise | CloughPenzienNoise | PoissonImpulses | SpectralExcitation
@@ -296,7 +299,7 @@ class LinearResponse(Result):
         row, push = self._row(of), self._push(on)
         return np.asarray(self.companion.response(w) @ push @ row)
 
-    def spectrum(self, frequency: ArrayLike, of: str = "", what: What = "displacement") -> FloatArray:
+    def spectrum(self, frequency: ArrayLike, of: str = "") -> FloatArray:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
 
         Parameters
@@ -305,42 +308,39 @@ class LinearResponse(Result):
             In rad/s, of either sign.
         of : str
             The point whose displacement it is, or the part with two ends whose elongation it is; needed where there
-            are several masses.
-        what : {"displacement", "force", "force of one", "acceleration"}
-            Or the force of the part, of one of several equal ones, or of all on ``"ground"``, in N^2 s per rad; or the
-            absolute acceleration of the point, that relative to the ground and that of the ground together.
+            are several masses.  Or a force or absolute acceleration by its name in ``forces`` of `springpot.simulate`:
+            ``"mount_force"``, ``"force_on_ground"`` (N^2 s per rad), ``"acceleration"``, ``"box_acceleration"``.
 
         Raises
         ------
         NoStationaryStateError
             If there is no stationary state.
+        NotCoveredError
+            If the force is that of an inerter, or has matched noise in it.
         TypeError, ValueError
-            If a frequency is not a number, or there is no such point or part.
+            If a frequency is not a number, or there is no such point, part or force.
 
         Examples
         --------
         >>> import springpot as sp
         >>> device = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 1.0), sp.WhiteNoise(1.0))
         >>> response = sp.theory.linear(device)
-        >>> float(response.spectrum(1.0).round(4)), float(response.spectrum(1.0, of="springpot", what="force").round(4))
+        >>> float(response.spectrum(1.0).round(4)), float(response.spectrum(1.0, of="springpot_force").round(4))
         (0.1592, 0.1592)
         """
         _ = self.moments
         w = np.abs(real_array(frequency, "frequency"))
-        if _is_felt(what):
-            return felt_spectrum(self.system, self.companion, w, of, what)
+        if of in felt_in(self.system):
+            return felt_spectrum(self.system, self.companion, w, of)
         return np.asarray(_quadratic(self.companion, w, self._row(of)[None, :])[..., 0, 0].real)
 
-    def mean_square(self, of: str = "", what: What = "force") -> float:
-        """The mean square of a part's force or a point's absolute acceleration; of a displacement it is in the moments.
+    def mean_square(self, of: str) -> float:
+        """The mean square of a force or an absolute acceleration; those of displacements are in the moments.
 
         Parameters
         ----------
         of : str
-            A part, or ``"ground"`` for the sum of all forces on it; of an acceleration a point, which is needed where
-            there are several masses.
-        what : {"force", "force of one", "acceleration"}
-            Of one of several equal parts (``count=``), or of all of them together.
+            As in `spectrum`.
 
         Returns
         -------
@@ -354,7 +354,7 @@ class LinearResponse(Result):
         NotCoveredError
             If it is not finite: white noise on the mass itself, or matched noise of the part.
         ValueError
-            If there is no such point or part.
+            If there is no such force or acceleration.
 
         Examples
         --------
@@ -365,13 +365,121 @@ class LinearResponse(Result):
         ...     sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.0), shaking=sp.WhiteNoise(1.0, on="ground")
         ... )
         >>> response = sp.theory.linear(device)
-        >>> round(response.mean_square("mount"), 4), round(response.mean_square(what="acceleration"), 4)
+        >>> round(response.mean_square("mount_force"), 4), round(response.mean_square("acceleration"), 4)
         (0.9629, 9.6609)
         """
         _ = self.moments
-        if not _is_felt(what):
-            raise ValueError(f"what must be 'force' or 'acceleration', not {shown(what)}.")
-        return felt_mean_square(self.system, self.companion, of, what)
+        return felt_mean_square(self.system, self.companion, of)
+
+    def spectral_moments(self, orders: Sequence[float], of: str = "") -> dict[float, float]:
+        """Integrals of the spectral density times w to some powers, over all frequencies; infinite where they are.
+
+        The law must be Gaussian: that of noise without impulses.
+
+        Parameters
+        ----------
+        orders : sequence of float
+            The powers: 0 for the variance, 2 for that of the rate.
+        of : str
+            As in `spectrum`.
+
+        Raises
+        ------
+        NotCoveredError
+            If the response is not Gaussian, or as `spectrum`.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+        >>> {order: round(moment, 6) for order, moment in sp.theory.linear(device).spectral_moments((0, 2, 4)).items()}
+        {0: 0.25, 2: 1.0, 4: inf}
+        """
+        if rough := self.system.of(Harmonic, ParametricNoise, PoissonImpulses):
+            names = listed([name for name, part in self.system.named() if part in rough])
+            raise NotCoveredError(f"Only Gaussian responses are covered, which that to {names} is not.")
+        far = _FAR * max(self.companion.scales)
+        last, beyond = self.spectrum([far, 2.0 * far], of)
+        slope = -math.log2(beyond / last) if last > 0.0 else math.inf
+        finite = [order for order in orders if slope >= order + 1.01]  # of others the density falls too slowly
+
+        def weighted(w: FloatArray) -> FloatArray:
+            return np.asarray(self.spectrum(w, of)[:, None] * w[:, None] ** finite)
+
+        cuts = resonances(self.companion.nearest, self.companion.scales)
+        found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
+        return {**dict.fromkeys(orders, math.inf), **dict(zip(finite, found, strict=True))}
+
+    def crossing_rate(self, level: float, of: str = "") -> float:
+        """Rice's mean rate of upward crossings of a level, in 1/s.
+
+        Parameters
+        ----------
+        level : float
+            In m, N or m/s^2.
+        of : str
+            As in `spectrum`.
+
+        Returns
+        -------
+        float
+            Infinite where the rate of change has no finite variance, as of a dashpot's force under white noise.
+
+        Raises
+        ------
+        NotCoveredError
+            As `spectral_moments`.
+
+        References
+        ----------
+        S. O. Rice, "Mathematical analysis of random noise", Bell System Technical Journal 23 and 24 (1944, 1945).
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+        >>> round(sp.theory.linear(device).crossing_rate(1.0), 4)  # exp(-2) / pi: two standard deviations
+        0.0431
+        """
+        finite_number(level, "level", low=-LARGEST, high=LARGEST)
+        variance, speed = self.spectral_moments((0.0, 2.0), of).values()
+        if not 0.0 < variance < math.inf:
+            return 0.0 if variance == 0.0 else math.inf
+        apart = level - self._mean(of)
+        return math.sqrt(speed / variance) / (2.0 * math.pi) * math.exp(-0.5 * apart**2 / variance)
+
+    def density(self, values: ArrayLike, of: str = "") -> FloatArray:
+        """The probability density, which is Gaussian, in one over the unit.
+
+        Parameters
+        ----------
+        values : array_like
+            In m, N or m/s^2.
+        of : str
+            As in `spectrum`.
+
+        Raises
+        ------
+        NotCoveredError
+            As `spectral_moments`, or if the variance is not finite.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0, on="ground"))
+        >>> sp.theory.linear(device).density([0.0, 2.0], of="acceleration").round(4)
+        array([0.1935, 0.1209])
+        """
+        variance = self.spectral_moments((0.0,), of)[0.0]
+        if not 0.0 < variance < math.inf:
+            raise NotCoveredError(f"{of or 'x'} has no density: its variance is {variance:g}.")
+        apart = real_array(values, "values") - self._mean(of)
+        return np.asarray(np.exp(-0.5 * apart**2 / variance) / math.sqrt(2.0 * math.pi * variance))
+
+    def _mean(self, of: str) -> float:
+        if of in felt_in(self.system):
+            return felt_mean(self.system, self.companion, of)
+        return float(self._row(of) @ np.linalg.solve(self.companion.stiffness, self.companion.force))
 
     def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Two-sided spectral and cross-spectral densities of the displacements of all points, in m^2 s per rad.
@@ -468,12 +576,6 @@ class LinearResponse(Result):
 def _not_one(given: str) -> str:
     """The end of a sentence about a name that is none of those asked for, or was left out."""
     return f", not {shown(given)}" if given else " where there are several masses"
-
-
-def _is_felt(what: str) -> bool:
-    if what not in get_args(What):
-        raise ValueError(f"what must be {listed([*map(repr, get_args(What))], 'or')}, not {shown(what)}.")
-    return what != "displacement"
 
 
 def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray[np.complex128]:

@@ -1,26 +1,36 @@
-"""Forces of parts and absolute accelerations of masses, which observers see beside displacements."""
+"""Forces of parts and absolute accelerations of masses, which theory and observers see beside displacements."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.faults import listed
 from springpot.problem.parts import (
     Barrier,
+    CloughPenzienNoise,
+    ColoredNoise,
     Constant,
+    Contact,
     Dashpot,
     FractionalMaxwell,
+    Harmonic,
+    KanaiTajimiNoise,
     Maxwell,
     PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
+    RecordedExcitation,
+    SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
+    WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 
@@ -28,7 +38,11 @@ __all__ = ["Felt", "felt_in"]
 
 _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
+    Yielding, Contact,
 )  # fmt: skip
+_FILTERED = ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation
+_SMOOTH = (*_FILTERED, Harmonic, RecordedExcitation)
+"""Excitation with a value at every time, which can be in the acceleration of a mass that it pushes."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +56,18 @@ class Felt:
     constant : float
         Added to it.
     reason : str
-        Why there is none, in words; empty if there is one.
+        Why a simulation cannot see it, in words; empty if it can.
+    row : ndarray or None
+        Of an acceleration, that of its point.
+    unseen : tuple of str
+        Parts whose forces are in it, too, but have no value at every time.
     """
 
     shares: dict[str, float] = field(default_factory=dict)
     constant: float = 0.0
     reason: str = ""
+    row: npt.NDArray[np.float64] | None = None
+    unseen: tuple[str, ...] = ()
 
 
 def felt_in(system: System) -> dict[str, Felt]:
@@ -71,34 +91,49 @@ def felt_in(system: System) -> dict[str, Felt]:
     unseen = [name for name, part in elements.items() if not _is_felt(part)]
     found = {}
     for name in (name for name in elements if name not in unseen):
-        alike = [n for n, each in elements.items() if each.remembers and np.array_equal(rows[n], rows[name])]
+        alike = [n for n, each in elements.items() if _is_in_memory(each) and np.array_equal(rows[n], rows[name])]
+        own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
-        found[f"{name}_force"] = Felt({name: 1.0}, reason=reason)
+        found[f"{name}_force"] = Felt({name: own}, reason=reason)
         if count := system.counts.get(name):
-            found[f"{name}_force_of_one"] = Felt({name: 1.0 / count}, reason=reason)
+            found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
-        reason = _beside([n for n in below if n in unseen]) or _hot(system, below)
-        found["force_on_ground"] = Felt({n: sign for n, sign in below.items() if n not in unseen}, reason=reason)
-    pushed = [n for n in at.forces if not parts[n].of_ground]
-    loads = [n for n in pushed if not isinstance(parts[n], Constant)]
-    if unseen or loads:
-        reason = _beside(unseen) or f"{listed(loads)} would be in it: it is seen where the ground moves"
-    else:
-        reason = _hot(system, elements)
-    constant = sum((parts[n].force * at.forces[n] for n in pushed if n not in loads), np.zeros(len(at.names)))
+        beside = tuple(n for n in below if n in unseen)
+        shares = {n: sign for n, sign in below.items() if n not in unseen}
+        found["force_on_ground"] = Felt(shares, reason=_beside(beside) or _hot(system, below), unseen=beside)
+    pushed = {n: row for n, row in at.forces.items() if not parts[n].of_ground}
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
         light = at.accelerations(row)
-        shares = {n: -float(light @ rows[n]) for n in elements if n not in unseen}
-        found[name] = Felt({n: share for n, share in shares.items() if share}, float(light @ constant), reason)
+        loads = {n: share for n, own in pushed.items() if (share := float(light @ own))}
+        constant = sum(share * parts[n].force for n, share in loads.items() if isinstance(parts[n], Constant))
+        loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
+        shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
+        reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
+        found[name] = Felt(shares | loads, constant, reason, row)
     return found
+
+
+def _pushed(system: System, loads: Iterable[str]) -> str:
+    """Why forces on a mass leave its acceleration without a value."""
+    parts = dict(system.named())
+    if rough := [name for name in loads if not isinstance(parts[name], _SMOOTH)]:
+        return f"{listed(rough)} would be in it, which has no finite mean square: it is seen where the ground moves"
+    white = [name for name, part in parts.items() if isinstance(part, WhiteNoise)]
+    if white and len(system.points) == 1 and any(isinstance(parts[name], _FILTERED) for name in loads):
+        return f"{listed([*loads, *white])} are simulated as one force, of which only the sum is known"
+    return ""
 
 
 def _alone(name: str, alike: list[str]) -> str:
     if name not in alike or len(alike) == 1:
         return ""
     return f"{listed(alike)} have the same ends, and the memory of both is one: only the sum of their forces is known"
+
+
+def _is_in_memory(part: Element) -> bool:
+    return part.remembers and part.is_linear  # a part that yields has a state of its own
 
 
 def _hot(system: System, names: Iterable[str]) -> str:
@@ -109,7 +144,7 @@ def _hot(system: System, names: Iterable[str]) -> str:
     return f"the matched noise of {listed(lossy)} belongs to it, and has no finite mean square"
 
 
-def _beside(unseen: list[str]) -> str:
+def _beside(unseen: Sequence[str]) -> str:
     return f"the force of {listed(unseen)} is not seen" if unseen else ""
 
 

@@ -1,0 +1,139 @@
+"""Parts that yield: their force depends on the way that the elongation took, not on how fast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.problem.parts.checks import put
+from springpot.problem.parts.registration import Element, Number
+
+__all__ = ["BoucWen", "Jenkins"]
+
+_MOST = 50.0  # exponent; beyond it is a Jenkins element
+_STIFFNESS = Number("k", "stiffness", "N m-1", "positive", "It is that before anything yields.")
+_YIELD_FORCE = Number("F", "yield force", "N", "positive", "It is the largest force that it carries.")
+
+
+class Yielding(Element, abstract=True):
+    """An element with the force k z, where z follows the elongation u until it yields.
+
+    At time 0 it has been brought from u = 0, where it has no force, to its elongation in one stroke.
+    """
+
+    if TYPE_CHECKING:
+        stiffness: float
+        yield_force: float
+
+    glyph, powers = "slider arm", ("taken",)
+    is_linear, remembers, dissipates, is_thermal, is_odd = False, True, True, False, True
+
+    @property
+    def yield_displacement(self) -> float:
+        """Elongation at which it would yield if it were a spring until then, in m."""
+        return self.yield_force / self.stiffness
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        return f" + {self.stiffness:.6g} z"
+
+
+@dataclass(frozen=True)
+class Jenkins(Yielding):
+    """A spring and a dry friction slider in series: elastic, then perfectly plastic.
+
+    With a `Spring` beside it, it is the bilinear hysteresis.
+
+    Parameters
+    ----------
+    stiffness : float
+        k > 0 in N/m.
+    yield_force : float
+        F > 0 in N: the force at which the slider slips.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or not positive.
+
+    References
+    ----------
+    W. D. Iwan, "A distributed-element model for hysteresis and its steady-state dynamic response", Journal of Applied
+    Mechanics 33 (1966).
+
+    Examples
+    --------
+    >>> Jenkins(stiffness=50.0, yield_force=2.0).yield_displacement
+    0.04
+    """
+
+    said = "jenkins"
+
+    stiffness: Annotated[float, _STIFFNESS]
+    yield_force: Annotated[float, _YIELD_FORCE]
+
+    def line(self, name: str) -> str:
+        """The law of its z."""
+        return f"z ({name}): z' = x', |z| <= {self.yield_displacement:.6g}"
+
+
+@dataclass(frozen=True)
+class BoucWen(Yielding):
+    """The smooth hysteresis of Bouc and Wen: the force k z, with z' = v - r^n (beta sgn(v z) + 1 - beta) v.
+
+    Here r = abs(k z) / F is the share of the yield force.
+
+    Parameters
+    ----------
+    stiffness : float
+        k > 0 in N/m: that of z = 0.
+    yield_force : float
+        F > 0 in N: the force that is reached in a long stroke.
+    exponent : float
+        n from 1 to 50: how sharply it yields.  A `Jenkins` is the limit of large n.
+    beta : float
+        At least 1/2: the share of the term with sgn(v z).  At 1/2 it unloads with the stiffness k, above it with more.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or out of its range.  With a beta below 1/2 it would feed some motions.
+
+    Notes
+    -----
+    Where a force is stated as alpha k x + (1 - alpha) k z with z' = A v - b abs(v) abs(z)^(n-1) z - g v abs(z)^n, it is
+    a `Spring` of alpha k beside a BoucWen with the stiffness (1 - alpha) k A, the yield force
+    (1 - alpha) k (A / (b + g))^(1/n) and beta = b / (b + g).  Small loops within a large one do not close in this
+    model: about a mean force it drifts under small vibration, which metals do not.
+
+    References
+    ----------
+    Y.-K. Wen, "Equivalent linearization for hysteretic systems under random excitation", Journal of Applied Mechanics
+    47 (1980).
+
+    Examples
+    --------
+    >>> BoucWen(stiffness=0.5, yield_force=0.5).line("mount")
+    "z (mount): z' = x' - |z| (0.5 sgn(x' z) + 0.5) x'"
+    """
+
+    said = "bouc wen"
+
+    stiffness: Annotated[float, _STIFFNESS]
+    yield_force: Annotated[float, _YIELD_FORCE]
+    exponent: Annotated[float, Number("n", "exponent", "1", "exponent", own=True)] = 1.0
+    beta: Annotated[float, Number("β", "beta", "1", "positive", own=True)] = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        hint = "It is how sharply the force yields; of more than 50 a Jenkins is the limit."
+        put(self, exponent=finite_number(self.exponent, "exponent", low=1.0, high=_MOST, hint=hint))
+        hint = "It is b / (b + g) of b |v| |z|^(n-1) z + g v |z|^n; below 1/2 it would feed some motions."
+        put(self, beta=finite_number(self.beta, "beta", low=0.5, high=LARGEST, hint=hint))
+
+    def line(self, name: str) -> str:
+        """The law of its z."""
+        ratio = "|z|" if self.yield_displacement == 1.0 else f"|z / {self.yield_displacement:.6g}|"
+        power = "" if self.exponent == 1.0 else f"^{self.exponent:g}"
+        return f"z ({name}): z' = x' - {ratio}{power} ({self.beta:g} sgn(x' z) + {1.0 - self.beta:g}) x'"

@@ -1,0 +1,323 @@
+"""Rainflow counts: the cycles of a displacement, a force or an acceleration, counted during the run, and their damage.
+
+The turning points of each path go to a stack, from which cycles are taken as soon as they are closed (ASTM E1049, the
+three-point rule; the four-point rule gives the same cycles).  What is left at the end of the window, and each range
+that begins at its first point, is half a cycle.  The ends of the window are turning points.
+
+A displacement turns where its velocity changes sign between two steps: at the height of the cubic through both states
+(of the step the error is of fourth order), or at the wall in an impact.  If other walls make it jump, at the crossing
+of the tangents.  A force or an acceleration is seen in the middle of each step; it turns at the height of the
+parabola through three of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from springpot.machine.faults import NotCoveredError, shown
+from springpot.problem.basquin import Basquin
+from springpot.problem.catalogue import unit_of_result
+from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springpot
+from springpot.problem.parts.registration import unit_times
+from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, greater
+from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.seen import Seen
+from springpot.simulation.watch.distributions import BINS, Distribution, bin_of, distribution_of
+
+__all__ = ["Counted", "cycles_of", "fatigue_in", "wanted_cycles"]
+
+Floats = npt.NDArray[np.float64]
+Counted = tuple[Seen, tuple[Basquin, ...], Observer]
+
+MOST_CURVES = 9
+DEPTH = 72  # turning points on the stack of a path; of more, as in a long decay, the oldest range is half a cycle
+_LENGTH, _SCALE, _PATHS = HEADER.index("length"), HEADER.index("frequency"), HEADER.index("lanes")
+# After the header: of each path the cycles and the damage by each curve, then counts of ranges, maxima and minima
+_CYCLES = len(HEADER)
+_DAMAGE = _CYCLES + LANES
+_RANGES = _DAMAGE + MOST_CURVES * LANES
+_PEAKS = _RANGES + BINS
+_VALLEYS = _PEAKS + 2 * BINS
+# and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x
+# and v after the last step, or what is felt in the last two; how long an impact is remembered; how often the lane
+# turns; the stack
+_EXPONENTS = _VALLEYS + 2 * BINS
+_FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
+_LAST, _RATE, _STRUCK, _TURNS, _SIZE = (_HIGH + 1 + i * LANES for i in range(5))
+_STACK = _SIZE + LANES
+_END = _STACK + DEPTH * LANES
+_REMEMBERED = 2.0  # groups in which an impact may show
+
+
+def wanted_cycles(motion: Motion, given: Any) -> tuple[Counted, ...]:
+    """What is to be counted, each with its curves and its observer.
+
+    Raises
+    ------
+    TypeError, ValueError, NotCoveredError
+        One sentence, before any work.
+    """
+    if given is None:
+        return ()
+    if not isinstance(given, Mapping) or not given:
+        words = "rainflow must be a dict of names and Basquin curves"
+        raise TypeError(f"{words}, such as {{'x': sp.Basquin(5.0, strength=0.01)}}, not {shown(given)}.")
+    found = []
+    for name, wanted in given.items():
+        seen = motion.seen_by_name(name, "rainflow")
+        curves = wanted if isinstance(wanted, Sequence) else (wanted,)
+        if not curves or not all(isinstance(curve, Basquin) for curve in curves):
+            raise TypeError(f"rainflow of {name} must be a Basquin curve, or a list of them, not {shown(wanted)}.")
+        if len(curves) > MOST_CURVES:
+            raise ValueError(f"rainflow of {name} must have at most {MOST_CURVES} curves, not {len(curves)}.")
+        _check_smooth(motion, name, curves)
+        found.append((seen, (*curves,), cycles_of(motion, seen, curves)))
+    return tuple(found)
+
+
+def _check_smooth(motion: Motion, name: str, curves: Sequence[Basquin]) -> None:
+    """The sum of powers of the ranges of a rough force grows without limit as the step shrinks, if they are small.
+
+    Under white noise v is Brownian, so that the force of a springpot is Hölder continuous of the order 3/2 - alpha.
+    """
+    parts, rows = dict(motion.system.named()), motion.system.coordinates.elongations
+    for part in motion.felt[name].shares if name in motion.felt else ():
+        order = _order(parts[part])
+        least, lowest = 1.0 / (1.5 - order), min(curve.exponent for curve in curves)
+        if order > 0.5 and lowest <= least and motion.intensity_of(Seen(row=rows[part])) > 0.0:
+            raise NotCoveredError(
+                f"rainflow of {name} needs exponents above {least:.3g}: under white noise the force of {part} turns "
+                "the more often the shorter the step, and with a smaller exponent so does its damage."
+            )
+
+
+def _order(part: Any) -> float:
+    """Of the derivative in a part's force."""
+    if isinstance(part, Springpot):
+        return part.order
+    return 1.0 if isinstance(part, Dashpot | PolynomialDashpot) else 0.0
+
+
+def cycles_of(motion: Motion, seen: Seen, curves: Sequence[Basquin]) -> Observer:
+    """Counts the cycles of a displacement, a force or an acceleration."""
+    system = motion.system
+    hard = not seen.feels and bool(system.of(Barrier))  # its impacts make velocities jump; any wall, not only its own
+    array = np.zeros(_END - len(HEADER))
+    begin = _EXPONENTS - len(HEADER)
+    array[begin : begin + len(curves)] = [curve.exponent for curve in curves]
+    array[_FELT - len(HEADER) : _HIGH + 1 - len(HEADER)] = bool(seen.feels), seen.low, seen.high
+    on_steps, on_impacts = _parts()
+    return Observer(
+        on_steps, on_impacts if hard else None, array, per_path=True, of=seen.number or 0, feels=seen.feels,
+        counts=5 * BINS, forgotten=_END - _EXPONENTS,
+    )  # fmt: skip
+
+
+def fatigue_in(
+    simulation: Simulation, counted: Counted, sums: Floats, counts: Floats
+) -> tuple[dict[str, tuple[float, Floats]], dict[str, Distribution]]:
+    """Cycles, damage and life, each with the samples of the paths; and the distributions of ranges and turning points.
+
+    Parameters
+    ----------
+    sums : ndarray, shape (paths, 1 + MOST_CURVES)
+    counts : ndarray, shape (batches, 5 * BINS)
+    """
+    seen, curves, observer = counted
+    settings, parts = simulation.settings, simulation.parts
+    name, system = seen.names["x"], simulation.plan.system
+    low, high = settings.window_steps
+    time = (high - low) * settings.step
+    unit = parts.units.length / (parts.header_of(observer)[_SCALE] if seen.feels else 1.0)
+    rate = sums[:, 0] / time
+    found = {f"{name}_cycle_rate": (float(rate.mean()), rate)}
+    for number, curve in enumerate(curves):
+        end = f"_{number + 1}" if len(curves) > 1 else ""
+        damage = sums[:, 1 + number] * curve.damage_per_hour(1.0 / time, unit)
+        mean = float(damage.mean())
+        life = 1.0 / mean if mean > 0.0 else math.nan
+        found[f"{name}_damage_rate{end}"] = mean, damage
+        found[f"{name}_life{end}"] = life, life + (mean - damage) * life**2
+    units = (called := unit_of_result(system, f"{name}_range_quantile")), unit_times("1", called, -1)
+    ranges, *turns = counts[:, :BINS], counts[:, BINS : 3 * BINS], counts[:, 3 * BINS :]
+    distributions = {f"{name}_range": distribution_of(*units, unit, ranges)}
+    for end, signed in zip(("peak", "valley"), turns, strict=True):
+        distributions[f"{name}_{end}"] = distribution_of(*units, unit, signed)
+    return found, distributions
+
+
+# --- compiled ------------------------------------------------------------------------------------------------------
+
+
+@njit(**INLINE)
+def _count(array, lane, size, weight):
+    """Count a cycle, or half of one, of a range."""
+    array[_CYCLES + lane] += weight
+    if lane < array[_PATHS]:
+        array[_RANGES + bin_of(size)] += weight
+    amplitude = 0.5 * size
+    for c in range(MOST_CURVES):
+        exponent = array[_EXPONENTS + c]
+        if exponent == 0.0:
+            break
+        whole = int(exponent)
+        if whole == exponent:
+            power, factor = 1.0, amplitude
+            while whole > 0:
+                if whole % 2 == 1:
+                    power *= factor
+                factor *= factor
+                whole //= 2
+        else:
+            power = math.exp(exponent * math.log(amplitude)) if amplitude > 0.0 else 0.0
+        array[_DAMAGE + c * LANES + lane] += weight * power
+
+
+@njit(**INLINE)
+def _put(array, lane, point):
+    """Put a turning point on the stack, and count the cycles that it closes.
+
+    A range that is not shorter than the one before it closes that one, which is half a cycle if it begins at the first
+    point.  A point in the direction of the last range makes it longer.
+    """
+    s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
+    if size > 0 and point == array[s + size - 1]:
+        return
+    if size > 1 and (point - array[s + size - 1] > 0.0) == (array[s + size - 1] - array[s + size - 2] > 0.0):
+        size -= 1
+    elif size == DEPTH:
+        _count(array, lane, abs(array[s + 1] - array[s]), 0.5)
+        for i in range(1, size):
+            array[s + i - 1] = array[s + i]
+        size -= 1
+    array[s + size] = point
+    size += 1
+    while size > 2:
+        last, before = (
+            abs(array[s + size - 1] - array[s + size - 2]),
+            abs(array[s + size - 2] - array[s + size - 3]),
+        )
+        if last < before:
+            break
+        if size == 3:
+            _count(array, lane, before, 0.5)
+            array[s], array[s + 1] = array[s + 1], array[s + 2]
+            size = 2
+        else:
+            _count(array, lane, before, 1.0)
+            array[s + size - 3] = array[s + size - 1]
+            size -= 2
+    array[_SIZE + lane] = size
+
+
+@njit(**INLINE)
+def _turn(array, lane, point, upper):
+    """A maximum or a minimum."""
+    if lane < array[_PATHS]:
+        array[(_PEAKS if upper else _VALLEYS) + bin_of(abs(point)) + (BINS if point < 0.0 else 0)] += 1.0
+    _put(array, lane, point)
+
+
+@njit(**INLINE)
+def _moved(array, lane, x0, v0, x, v, h):
+    """A displacement turns in a step: its velocity becomes positive, or is positive no longer."""
+    upper = v0 > 0.0
+    if array[_STRUCK + lane] > 0.0:
+        at = (x - v * h - x0) / (v0 - v)
+        point = x0 + v0 * min(max(at, 0.0), h)
+        wall = array[_HIGH if upper else _LOW] / abs(array[_LENGTH])
+        if abs(wall - point) < 0.5 * h * (abs(v0) + abs(v)):
+            point = wall
+    else:
+        share = v0 / (v0 - v)
+        missing = x - x0 - 0.5 * h * (v0 + v)
+        point = x0 + 0.5 * h * v0 * share + missing * share * share * (3.0 - 2.0 * share)
+    _turn(array, lane, max(point, x0, x) if upper else min(point, x0, x), upper)
+
+
+@njit(**INLINE)
+def _bent(array, lane, before, last, now):
+    """A force or an acceleration turns: it rises, or rises no longer."""
+    rise, fall = last - before, now - last
+    top = (rise + fall) ** 2 / (8.0 * (rise - fall)) if rise * fall < 0.0 else 0.0
+    _turn(array, lane, last + top, rise > 0.0)
+
+
+@njit(**INLINE)
+def _changes(a, b, c, d, e):
+    """How often five numbers change to positive or from it."""
+    u, w = (1.0 if a > 0.0 else 0.0), (1.0 if b > 0.0 else 0.0)
+    y, z = (1.0 if c > 0.0 else 0.0), (1.0 if d > 0.0 else 0.0)
+    last = 1.0 if e > 0.0 else 0.0
+    return (abs(w - u) + abs(y - w)) + (abs(z - y) + abs(last - z))
+
+
+@cache
+def _parts() -> tuple[Any, Any]:
+    @callback(ON_STEPS)
+    def on_steps(x, v, step, n, low, high, array):
+        felt = array[_FELT] > 0.0
+        sign = math.copysign(1.0, array[_LENGTH])
+        scale = sign * array[_SCALE] if felt else sign
+        begin, end = max(low - n, 0), min(high - n, GROUP)
+        if n <= low:
+            for lane in range(LANES):
+                here = scale * x[begin * LANES + lane]
+                _put(array, lane, here)
+                array[_LAST + lane], array[_RATE + lane] = here, here if felt else sign * v[begin * LANES + lane]
+        # how often each lane turns
+        if felt:
+            for lane in range(LANES):
+                a, b = array[_LAST + lane], array[_RATE + lane]
+                c, d = scale * x[lane], scale * x[LANES + lane]
+                e, f = scale * x[2 * LANES + lane], scale * x[3 * LANES + lane]
+                array[_TURNS + lane] = _changes(b - a, c - b, d - c, e - d, f - e)
+        else:
+            for lane in range(LANES):
+                array[_TURNS + lane] = _changes(
+                    array[_RATE + lane], sign * v[lane], sign * v[LANES + lane], sign * v[2 * LANES + lane],
+                    sign * v[3 * LANES + lane],
+                )  # fmt: skip
+        for lane in range(LANES):
+            if array[_TURNS + lane] == 0.0 and begin == 0 and end == GROUP:
+                continue
+            x0, v0 = array[_LAST + lane], array[_RATE + lane]
+            for j in range(begin, end):
+                here = scale * x[j * LANES + lane]
+                speed = here if felt else sign * v[j * LANES + lane]
+                if felt:
+                    if (v0 - x0 > 0.0) != (here - v0 > 0.0):
+                        _bent(array, lane, x0, v0, here)
+                    x0, v0 = v0, here
+                else:
+                    if (v0 > 0.0) != (speed > 0.0):
+                        _moved(array, lane, x0, v0, here, speed, step)
+                    x0, v0 = here, speed
+        if end == GROUP:
+            for lane in range(LANES):
+                array[_LAST + lane] = scale * x[(2 if felt else 3) * LANES + lane]
+                array[_RATE + lane] = scale * x[3 * LANES + lane] if felt else sign * v[3 * LANES + lane]
+        for lane in range(LANES):
+            array[_STRUCK + lane] = greater(array[_STRUCK + lane] - 1.0, 0.0)
+        if n + GROUP >= high:
+            for lane in range(LANES):
+                _put(array, lane, scale * x[(end - 1) * LANES + lane])
+                s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
+                for i in range(1, size):
+                    _count(array, lane, abs(array[s + i] - array[s + i - 1]), 0.5)
+
+    @callback(ON_IMPACTS)
+    def on_impacts(count, speed, lane, array):
+        array[_STRUCK + lane] = _REMEMBERED
+
+    return on_steps, on_impacts

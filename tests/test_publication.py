@@ -1,0 +1,50 @@
+"""What a publication needs: one version in every place, and a paper whose sources and numbers are the project's."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
+
+ROOT = Path(__file__).resolve().parents[1]
+PAPER = (ROOT / "paper" / "paper.md").read_text(encoding="utf-8")
+
+
+def entries(place: str) -> dict[str, str]:
+    found = re.findall(r"^@\w+\{(\w+),(.*?)\}\}$", (ROOT / place).read_text(encoding="utf-8"), flags=re.M | re.S)
+    return dict(found)
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    lock = tomllib.loads((ROOT / "uv.lock").read_text())["package"]
+    assert next(package["version"] for package in lock if package["name"] == "springpot") == version
+    for place, written in (("CITATION.cff", f"\nversion: {version}\n"), ("docs/citing.md", f"version = {{{version}}}")):
+        assert written in (ROOT / place).read_text(encoding="utf-8"), place
+
+
+def test_the_paper_cites_what_it_lists() -> None:
+    sources, of_the_docs = entries("paper/paper.bib"), entries("docs/references.bib")
+    assert set(re.findall(r"@(\w+)", PAPER.split("---", 2)[2])) == set(sources)
+    assert [key for key in sources if key in of_the_docs and sources[key] != of_the_docs[key]] == []
+    assert len(of_the_docs) > 50
+
+
+def test_the_paper_has_its_parts() -> None:
+    """Those that JOSS asks for, one picture that exists, and not more than 1000 words or so."""
+    for part in ("Summary", "Statement of need", "State of the field", "Limits", "References"):
+        assert f"\n# {part}\n" in PAPER
+    (picture,) = re.findall(r"!\[.*?\]\((.*?)\)", PAPER, flags=re.S)
+    assert (ROOT / "paper" / picture).is_file()
+    assert 750 < len(PAPER.split("---", 2)[2].split()) < 1200
+
+
+def test_the_numbers_of_the_paper_are_those_measured() -> None:
+    words = " ".join(PAPER.split())
+    cells = [len(each.file.read_text(encoding="utf-8").splitlines()) - 1 for each in (PAPER_MAP, SYSTEMS_MAP)]
+    assert f"on {cells[0]} points of the dimensionless problem and {cells[1]} systems" in words
+    table = (ROOT / "benchmarks" / "results" / "table.csv").read_text(encoding="utf-8")
+    steps = [float(n) for n in re.findall(r'"springpot, best step, h = [^"]*",([\d.]+),ns per path-step', table)]
+    assert f"takes {min(steps):.0f} to {max(steps):.0f} nanoseconds of processor time" in words
