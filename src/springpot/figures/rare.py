@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def plot_exceedance(
     order = np.argsort(np.abs(levels))
     order = order[(rate > 0.0)[order]]
     levels, period, share = levels[order], 1.0 / rate[order], np.exp(CONFIDENCE * error[order] / rate[order])
-    own = {"color": design.color or COLORS["blue"], "gid": design.gid}
+    own: Any = {"color": design.color or COLORS["blue"], "gid": design.gid}
     design.ax.fill_betweenx(levels, period / share, period * share, color=own["color"], alpha=0.25, linewidth=0.0)
     design.ax.plot(period, levels, ".-" if levels.size < 5 else "-", label=design.label or None, **own)
     design.ax.set(xscale="log", xlabel="return period (s)", ylabel=named(name.replace("_", " "), curve.unit))
