@@ -30,8 +30,11 @@ print(found)
 # The band is the 95 % interval of the return period at each speed, from independent repetitions.
 DECADE = 10.0 * 365.25 * 86400.0
 speed = np.interp(np.log(DECADE), np.log(curve.return_period), speeds)
-axes = sp.figures.plot_exceedance(found, ax=plt.figure(figsize=(6.6, 4.2)).add_subplot())
-axes.plot(DECADE, speed, "ko", ms=4)
+axes = sp.figures.plot_return_periods(curve, plt.figure(figsize=(6.6, 4.2)).add_subplot())
+axes.plot(speed, DECADE, "ko", ms=4)
+for seconds, name in ((60.0, "minute"), (86400.0, "day"), (DECADE / 10.0, "year"), (DECADE, "ten years")):
+    axes.axhline(seconds, color="0.8", lw=0.8, zorder=0)
+    axes.text(speeds[0], seconds, name, va="bottom", color="0.4")
 plt.show()
 print(f"once in ten years an impact is faster than {speed:.2f} m/s")
 

@@ -330,17 +330,3 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(error, match=re.escape(says)):
         draw()
-
-
-def test_levels_against_return_periods() -> None:
-    """In their order, with the band of the error."""
-    found = sp.exceedance(oscillator(1.0, 0.5), {"x": [2.0, 1.0]}, duration=10.0, start="rest", rtol=0.3)
-    ax = figures.plot_exceedance(found)
-    (curve,), rate = (line for line in ax.lines if line.get_gid()), found["x"].rate
-    assert curve.get_ydata().tolist() == [1.0, 2.0]
-    np.testing.assert_allclose(curve.get_xdata(), 1.0 / rate[[1, 0]])
-    assert len(ax.collections) == 1
-    figures.plot_exceedance(found, ax=ax, label="again")
-    assert len([line for line in ax.lines if line.get_gid()]) == 2
-    with pytest.raises(ValueError, match="quantity 'v' was not asked"):
-        figures.plot_exceedance(found, "v")

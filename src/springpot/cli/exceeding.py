@@ -61,12 +61,12 @@ def exceedance(
         )  # fmt: skip
     warn(*found.warnings)
     if plot is not None:
-        from springpot.figures.rare import plot_exceedance
+        from springpot.figures.passages import plot_return_periods
         from springpot.figures.style import new_grid, save
 
         figure, panels = new_grid(5.6, 3.8 * len(found.curves), len(found.curves), 1)
-        for name, ax in zip(found.curves, panels, strict=True):
-            plot_exceedance(found, name, ax)
+        for curve, ax in zip(found.curves.values(), panels, strict=True):
+            plot_return_periods(curve, ax)
         save(figure, Path(plot))
     if json_:
         print_json(found.to_dict())
