@@ -93,7 +93,7 @@ def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
 
 def test_the_front_page_has_a_picture_and_the_installation() -> None:
     """Before any list of pages; the package is in no registry, so it installs from a clone."""
-    top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorial]")[0]
+    top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorials]")[0]
     (picture,) = re.findall(r"!\[[^]]*\]\((.*?)\)", top)
     assert (DOCS / picture).is_file()
     assert '```sh\npython3 -m pip install ".[all]"\n```' in top

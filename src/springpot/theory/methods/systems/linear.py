@@ -646,8 +646,8 @@ def linear(system: System) -> LinearResponse:
     )
 
 
-def companion_of(system: System) -> Companion:
-    """The linear system, or the sentence that names the part which is not linear.
+def companion_of(system: System, *, over: bool = False) -> Companion:
+    """The linear system, or the sentence that names the part which is not linear; ``over`` time, with envelopes.
 
     Raises
     ------
@@ -658,7 +658,7 @@ def companion_of(system: System) -> Companion:
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
     sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
     kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
-    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
+    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
     at = system.coordinates
     return Companion(
         coordinates=at,
