@@ -78,9 +78,10 @@ def plot_rainflow(
     if theory is not None:
         narrow = _HOUR * theory.crossing_rate * np.exp(-(place**2) / (8.0 * theory.moments[0.0]))
         design.ax.plot(place, narrow, color=color or "C1", lw=1.2, label="narrow band", gid=design.gid)
-    lowest = rate * float(share[seen].min()) if seen.any() else 1.0
+    lowest = 0.3 * rate * float(share[seen].min()) if seen.any() else 1.0
+    lowest = min(lowest, design.ax.get_ylim()[0]) if design.number else lowest
     design.ax.set(
-        yscale="log", ylim=(0.3 * lowest, None), xlabel=f"range of {quantity.replace('_', ' ')} ({ranges.unit})",
+        yscale="log", ylim=(lowest, None), xlabel=f"range of {quantity.replace('_', ' ')} ({ranges.unit})",
         ylabel="longer cycles per hour",
     )  # fmt: skip
     return design.ax
