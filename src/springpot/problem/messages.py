@@ -207,6 +207,12 @@ MESSAGES: dict[str, Kind] = {
         "observable {name} is not a finite number: its function raised an error, or is not finite everywhere.",
         "Check the function at every x and v that the motion reaches.",
     ),
+    "force_over_steps": Kind(
+        _ACCURACY,
+        "{name} is seen as its mean over a step, which lacks {share} of its mean square: so do its distribution, "
+        "extremes, record and profile.",
+        "Use a shorter step; the mean square itself has what is lacking.",
+    ),
     "passage_mean_extrapolated": Kind(
         _ACCURACY, "{name}: {assumed}",
         "Use a longer run, or read the restricted mean and the survival curve.",

@@ -37,7 +37,14 @@ from springpot.theory.walls import about_walls
 if TYPE_CHECKING:
     from springpot.simulation.error.reach import Reached
 
-__all__ = ["about_observables", "about_options", "about_quantiles", "about_uncontrolled_impacts", "doubts"]
+__all__ = [
+    "about_forces",
+    "about_observables",
+    "about_options",
+    "about_quantiles",
+    "about_uncontrolled_impacts",
+    "doubts",
+]
 
 Floats = npt.NDArray[np.float64]
 Values = Mapping[str, float]
@@ -48,6 +55,7 @@ MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the win
 MOST_MISSED = 0.01  # of the impacts, by estimate
 MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
+MOST_LACKING = 0.02  # of a mean square force: twice that of a quantile
 GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
 
@@ -247,6 +255,22 @@ def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
 def about_observables(names: Iterable[str], values: Values) -> list[Message]:
     """Of observables without a finite value."""
     return [say("observable_not_finite", name=name) for name in names if not math.isfinite(values[name])]
+
+
+def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -> list[Message]:
+    """Of forces and accelerations whose means over a step are smaller than they are.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Of which more than moments is wanted.
+    """
+    found = []
+    for name in names:
+        lacking, whole = simulation.parts.felt.lacking[name], values[f"{name}_mean_square"]
+        if lacking > MOST_LACKING * whole:
+            found.append(say("force_over_steps", name=name, share=per_cent(lacking / whole)))
+    return found
 
 
 def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:

@@ -67,6 +67,8 @@ class Requested:
         Of the profiles of powers, once the kernel's parts are known.
     felt : tuple of (Seen, Observer)
         Of forces and accelerations.
+    is_recorded : bool
+        Whether these are stored of some paths.
     cycles : tuple of (Seen, tuple of Basquin, Observer)
         Of each displacement, force or acceleration whose cycles are counted.
     """
@@ -83,6 +85,7 @@ class Requested:
     profiles: tuple[tuple[Seen, Observer], ...] = ()
     powers: tuple[Observer, ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
+    is_recorded: bool = False
     cycles: tuple[Counted, ...] = ()
 
     @property
@@ -95,6 +98,12 @@ class Requested:
             *(observer for _, observer in (*self.felt, *self.profiles)), *self.powers,
             *(observer for *_, observer in self.cycles),
         )  # fmt: skip
+
+    @property
+    def seen_in_full(self) -> list[str]:
+        """Forces and accelerations with more than moments."""
+        whole = {*(seen.feels for seen, _ in self.sketches), *(seen.feels for seen, _ in self.profiles)}
+        return [seen.names["x"] for seen, _ in self.felt if seen.feels and (self.is_recorded or seen.feels in whole)]
 
     def completed(self, simulation: Simulation) -> Requested:
         """With the powers of the profiles, whose factors are those of the kernel's parts."""
@@ -244,6 +253,7 @@ def requested(
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
+        is_recorded=settings.record > 0,
         felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )
