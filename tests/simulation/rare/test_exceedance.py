@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.rare import search
 from tests import kernels
 from tests.sizes import validation
 
@@ -151,6 +153,28 @@ def test_the_time_is_over() -> None:
     assert found["x"].high < 0.2
 
 
+def test_a_run_goes_on_from_what_it_has_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the same bits, wherever it was killed; and what has ended is not computed again."""
+    place, given = tmp_path / "found.jsonl", {**SHORT, "rtol": 0.3}
+    whole = sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given)
+    assert sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, save=place).probability["x"].tolist() == (
+        whole.probability["x"].tolist()
+    )
+    lines = place.read_bytes().splitlines(keepends=True)
+    assert len(lines) == 1 + whole["x"].repetitions  # the plain paths first
+    place.write_bytes(b"".join(lines[:9]) + lines[9][:40])  # killed while it wrote
+    computed, of = list[int](), search.repetitions
+    monkeypatch.setattr(search, "repetitions", lambda *a, **k: computed.append(k["first"]) or of(*a, **k))
+    again = sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, threads=1, save=place)
+    assert again.probability["x"].tolist() == whole.probability["x"].tolist()
+    assert computed == [*range(8, 32)]
+    assert sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, save=place)["x"].error.tolist() == whole["x"].error.tolist()
+    assert len(computed) == 24
+    place.write_text("something else\n")
+    with pytest.raises(ValueError, match="save must be a file of exceedance or a new one"):
+        sp.exceedance(WALL, {"x": 2.0}, **given, save=place)
+
+
 def test_progress_ends_a_run() -> None:
     def told(fraction: float) -> None:
         assert 0.0 <= fraction <= 1.0
@@ -179,6 +203,9 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"x": 1.0}, {"max_time": 0.0}, "max_time must be"),
         (LIGHT, {"x": 1.0}, {"duration": None}, "duration must be a real number"),
         (LIGHT, {"x": 1.0}, {"progress": 1}, "progress must be a function"),
+        (LIGHT, {"x": 1.0}, {"save": 1}, "save must be the place of a file"),
+        (LIGHT, {"x": 1.0}, {"save": "nowhere/x"}, "save must lie in a folder that exists"),
+        (LIGHT, {"own": (lambda t, x, v: x, 1.0)}, {"save": "x"}, "save cannot be given with the function of own"),
         (LIGHT, {"x": 1.0}, {"seed": -1}, "seed must be in"),
         (PAIR, {"x": 1.0}, {}, "levels has 'x', which is no quantity that can be asked"),
         (PAIR, {"a_x": [-1.0, 1.0]}, {}, "levels of a_x must lie on one side of the start, 0 m"),
