@@ -31,6 +31,7 @@ from springpot.simulation.plan.options import DEFAULTS, Options, Progress, Reque
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
+    about_damage,
     about_forces,
     about_observables,
     about_options,
@@ -107,6 +108,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         ),
         *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
         *about_observables(observed.means, values),
+        *about_damage(observed.counted_impacts),
         *about_forces(simulation, wanted.seen_in_full, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
     )
