@@ -282,7 +282,7 @@ def _passage_times(simulation: Simulation, passage: Passage, level: float, passe
     horizon = high * settings.step - begin
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = SETTLED * simulation.motion.scales.relaxation_time
+    settling = math.inf if simulation.motion.ends else SETTLED * simulation.motion.scales.relaxation_time
     return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
 
 
