@@ -14,6 +14,7 @@ import pytest
 
 from springpot import figures
 from springpot.evidence.reliability import PAPER_MAP
+from springpot.problem import parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 FOLDERS = ("*.md", "api/*.rst", "how_to/*.md", "theory/*.md")
@@ -81,6 +82,12 @@ def test_links_lead_somewhere(page: Path) -> None:
     prose = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
     for target in re.findall(r"\]\((?!https?:)([^)#\s]+)\)", prose):
         assert there(target, page), target
+
+
+def test_every_part_is_in_the_list_of_parts() -> None:
+    page = (DOCS / "theory" / "systems.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(?:sp\.)?([A-Z]\w+)", page)) | set(re.findall(r"\{py:class\}`~?springpot\.(\w+)`", page))
+    assert set(parts.__all__) - named == set()
 
 
 def test_each_source_is_cited_and_each_citation_has_a_source() -> None:

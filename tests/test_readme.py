@@ -128,6 +128,13 @@ def test_every_command_has_its_line() -> None:
     assert commands <= set(named)
 
 
+def test_every_variable_of_the_environment_has_its_line() -> None:
+    source = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "src" / "springpot").rglob("*.py"))
+    named = set(re.findall(r'environ(?:\.get\(|\[)"(\w+)"', source))
+    assert named
+    assert named <= set(re.findall(r"`(\w+)`", COMMAND.read_text(encoding="utf-8")))
+
+
 def test_every_number_has_its_line() -> None:
     text = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([\w<>]+)`", text))
