@@ -136,8 +136,8 @@ def rate_of(times: Floats, horizon: float, settling: float) -> PassageRate:
     if math.isinf(settling):
         said = "the motion has no stationary state, in which the rate of passages would be constant."
     elif found.events:
-        p_value = f"{found.p_value:.1g}"
-        said = f"the rate of passages still changes after {found.since:.3g} s (p = {p_value}): use a longer run."
+        tested = f"p = {found.p_value:.1g}"
+        said = f"the rate of passages still changes after {found.since:.3g} s ({tested}): use a longer run."
     elif settling > LARGEST_SHARE * horizon:
         said = f"the rate of passages is constant at the earliest after {settling:.3g} s: use a run of twice that time."
     else:
