@@ -47,7 +47,10 @@ def test_return_periods_of_runs_and_formulas_are_beside_each_other(passages) -> 
     np.testing.assert_array_equal(lines["Vanmarcke"].get_ydata(), found.return_period["vanmarcke"])
     curve = sp.exceedance(SYSTEM, {"x": [2.5]}, duration=30.0, step=0.05, start="rest", rtol=0.5)["x"]
     figures.plot_return_periods(curve, axes)
-    assert axes.containers[-1].get_label() == f"{curve.method}, 95 %"
+    assert axes.get_lines()[-1].get_label() == f"{curve.method}, 95 %"
+    assert axes.get_lines()[-1].get_ydata() == curve.return_period
+    band, share = axes.collections[-1].get_paths()[0].vertices[:, 1], 1.96 * curve.rate_error / curve.rate
+    np.testing.assert_allclose([band.min(), band.max()], curve.return_period * np.exp([-share[0], share[0]]))
 
 
 def test_other_things_are_refused(passages) -> None:

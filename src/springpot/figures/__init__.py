@@ -9,6 +9,7 @@ from springpot.figures.charts import plot_design_chart
 from springpot.figures.comparison import plot_comparison
 from springpot.figures.convergence import plot_convergence
 from springpot.figures.designing import plot_design_curve, plot_sensitivities
+from springpot.figures.fatigue import plot_rainflow
 from springpot.figures.fits import plot_fit, plot_profile
 from springpot.figures.from_rest import plot_survival, plot_transient
 from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_terms_against_tolerance
@@ -50,6 +51,7 @@ __all__ = [
     "plot_path",
     "plot_phase_portrait",
     "plot_profile",
+    "plot_rainflow",
     "plot_return_periods",
     "plot_sensitivities",
     "plot_spectrum",

@@ -107,7 +107,7 @@ def plot_return_periods(
     ----------
     data : PassageTimes, PassagesOfLevels, ExceedanceCurve or LevelRates
         ``run.first_passages["x"]``, drawn with its 95 % intervals, an arrow upwards where no path has passed;
-        ``sp.exceedance(...)["x"]``, with 95 % bars; or ``sp.theory.exceedance(...)["x"]``, a line for each formula.
+        ``sp.exceedance(...)["x"]``, with a 95 % band; or ``sp.theory.exceedance(...)["x"]``, a line for each formula.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if left out.  Draw several on the same axes to compare them.
     label, color : str, optional
@@ -140,10 +140,15 @@ def plot_return_periods(
         name, unit = data.name, "m"
     elif isinstance(data, ExceedanceCurve):
         name, unit = data.name, data.unit
-        period = np.ravel(data.return_period)
-        error = CONFIDENCE * np.ravel(data.rate_error) * period**2
-        words = label or f"{data.method}, 95 %"
-        ax.errorbar(np.ravel(data.levels), period, [np.minimum(error, 0.9 * period), error], label=words, **look)
+        known = np.argsort(np.ravel(data.levels))
+        known = known[np.ravel(data.rate)[known] > 0.0]
+        place, period, share = (np.ravel(each)[known] for each in (data.levels, data.return_period, data.rate_error))
+        factor = np.exp(CONFIDENCE * share * period)
+        ax.fill_between(place, period / factor, period * factor, color=own, alpha=0.25, linewidth=0.0)
+        ax.plot(
+            place, period, marker=mark if place.size < 9 else "", markersize=4.0, color=own, gid=design.gid,
+            label=label or f"{data.method}, 95 %",
+        )  # fmt: skip
     elif isinstance(data, PassageTimes | PassagesOfLevels):
         each = [data] if isinstance(data, PassageTimes) else [*data]
         name, unit = each[0].quantity, each[0].unit

@@ -234,6 +234,11 @@ MESSAGES: dict[str, Kind] = {
         "value: only {seen} in {time} of all paths together.",
         "Use more or longer paths.",
     ),
+    "damage_of_few_paths": Kind(
+        _RARE,
+        "{name} is {share} that of the worst of {paths:,} paths: its standard error is itself off by about {off}.",
+        "Use more or longer paths.",
+    ),
     "uneven_repetitions": Kind(
         _RARE,
         "the repetitions of {name} differ by {spread:.1f} times their mean, and the largest has {most} of their sum: "

@@ -55,6 +55,7 @@ MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the win
 MOST_MISSED = 0.01  # of the impacts, by estimate
 MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
+FEW_PATHS = 0.2  # relative error of the standard error of a damage
 MOST_LACKING = 0.02  # of a mean square force: twice that of a quantile
 GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
@@ -255,6 +256,21 @@ def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
 def about_observables(names: Iterable[str], values: Values) -> list[Message]:
     """Of observables without a finite value."""
     return [say("observable_not_finite", name=name) for name in names if not math.isfinite(values[name])]
+
+
+def about_damage(counted: Mapping[str, tuple[float, Floats]]) -> list[Message]:
+    """Of damage whose standard error is not known to a fifth: it is that of a few paths with the largest cycles."""
+    found = []
+    for name, (mean, damage) in counted.items():
+        apart = damage - mean
+        variance = float((apart**2).mean())
+        if "_damage_rate" not in name or damage.size < 2 or not variance > 0.0:
+            continue
+        off = 0.5 * math.sqrt(max(float((apart**4).mean()) / variance**2 - 1.0, 0.0) / damage.size)
+        if off > FEW_PATHS:
+            share = per_cent(float(damage.max()) / (mean * damage.size))
+            found.append(say("damage_of_few_paths", name=name, share=share, paths=damage.size, off=per_cent(off)))
+    return found
 
 
 def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -> list[Message]:
