@@ -264,17 +264,20 @@ def block(
                 d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
             for k in range(observers.feels.size if shown else 0):
                 which = observers.feels[k]
-                for i in range(0, GROUP * LANES, LANES):
-                    to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                    at, pull, middle = beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i)
-                    given, state = beyond(forcing.given, i), beyond(forcing.state, i)
-                    feel(observers, which, at, pull, middle, given, state, to)
+                to = beyond(seen.x, (1 + which) * GROUP * LANES)
+                feel(
+                    observers, which, GROUP * LANES, seen.at, seen.pull, seen.middle, forcing.given, forcing.state, to
+                )  # fmt: skip
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)
                     for k in range(slots(load)):
                         works[k * LANES + lane] += forcing.works[k * LANES + lane]
                 if shown:
+                    for lane in range(LANES):
+                        seen.v[GROUP * LANES + lane] = terms.power[lane]
+                    for i in range(slots(load) * LANES):
+                        seen.v[(GROUP + 1) * LANES + i] = forcing.works[i]
                     show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
             for j in range(GROUP if marked else 0):
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:

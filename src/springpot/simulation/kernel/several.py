@@ -450,7 +450,9 @@ def _feel(size, q, s, j, observers, given, state, shown):
     for k in range(observers.feels.size):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
-        feel(observers, which, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to)
+        feel(
+            observers, which, LANES, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to
+        )
 
 
 @njit(**INLINE)
@@ -685,6 +687,11 @@ def several(
                         mode = f64(z[memories.tapped[k] * LANES + lane])
                         tapped[k * LANES + lane] += mode * mode
             if watched:
+                at = (size.points + size.rows) * GROUP * LANES
+                for lane in range(LANES):
+                    shown_v[at + lane] = terms.power[lane]
+                for i in range((size.sources + size.dampers + size.shaken) * LANES):
+                    shown_v[at + LANES + i] = terms.works[i]
                 show_steps(observers, shown_x, shown_v, exact.step, t, low, high)
             if in_window:
                 _add(sums.x, terms.x, n)
