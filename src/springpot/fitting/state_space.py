@@ -26,8 +26,10 @@ from springpot.problem.parts import (
     KanaiTajimiNoise,
     Maxwell,
     ParametricNoise,
+    PiezoelectricCircuit,
     PoissonImpulses,
     RecordedExcitation,
+    ResonantCircuit,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
@@ -152,7 +154,12 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
 def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fastest: float) -> StateSpace:
     points = seen_by.size
     stiffness, damping = own.stiffness, own.damping
-    modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in own.circuits]
+    coils = [circuit for circuit in own.circuits if isinstance(circuit, ResonantCircuit)]
+    modes = [
+        (c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c))
+        for c in own.circuits
+        if isinstance(c, PiezoelectricCircuit)
+    ]
     for element in own.elements:
         row = own.row(element)
         match element:
@@ -169,6 +176,10 @@ def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fast
     if not np.linalg.eigvalsh(stiffness)[0] > 0.0:
         raise NotCoveredError("a fit of a record needs a positive stiffness of the linear springs.")
     modes = [(weight, rate, row) for weight, rate, row in modes if weight > 0.0]
+    first = 2 * points + len(modes)
+    for coil in coils:  # its voltage, which x drives, and its current, where the resistor is
+        row = own.row(coil)
+        modes += [(coil.coupling**2 / coil.capacitance, 0.0, row), (1.0, coil.rate, 0.0 * row)]
     extra = sum(1 if isinstance(n, ColoredNoise) else 2 for n in own.noises if not isinstance(n, WhiteNoise))
     size = 2 * points + len(modes) + extra
     x, v = slice(0, points), slice(points, 2 * points)
@@ -184,6 +195,9 @@ def _assembled(own: Companion, of: Of, seen_by: FloatArray, slowest: float, fast
             -math.sqrt(weight) * (light @ row),
         )
         noise[n, n] = 2.0 * own.temperature * rate
+    for n, coil in enumerate(coils):
+        at = first + 2 * n
+        rates[at, at + 1], rates[at + 1, at] = -coil.frequency, coil.frequency
     at = 2 * points + len(modes)
     for part in own.noises:
         push = light @ own.push(part)

@@ -16,7 +16,8 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.lowering.felt import FeltInKernel
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.parts import Arm, Named
+from springpot.simulation.lowering.memory import Tap
+from springpot.simulation.lowering.parts import Named
 from springpot.simulation.lowering.readings import Reading
 
 __all__ = ["Composed"]
@@ -37,7 +38,7 @@ class Composed:
         Mean input power of the noise whose increments are independent; per unit mass in a kernel of one mass.
     named : tuple of Named
         The forces with names, in the order of their works.
-    taps : tuple of Arm
+    taps : tuple of Tap
         Circuits whose voltage is observed.
     law : BoltzmannLaw, BoltzmannOfSeveral or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
@@ -65,7 +66,7 @@ class Composed:
     history: ExponentialSum
     expected_power: float
     named: tuple[Named, ...] = ()
-    taps: tuple[Arm, ...] = ()
+    taps: tuple[Tap, ...] = ()
     law: Any = None
     mass: float = 1.0
     frequency: float = math.nan

@@ -25,6 +25,7 @@ from springpot.problem.parts import (
     PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
+    ResonantCircuit,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
@@ -387,7 +388,7 @@ def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
     for name, part in unit.named():
-        if isinstance(part, Harmonic | SpectralExcitation | CloughPenzienNoise):
+        if isinstance(part, Harmonic | SpectralExcitation | CloughPenzienNoise | ResonantCircuit):
             raise NotCoveredError(f"{REACH}, not {name}.")
         if getattr(part, "envelope", None) is not None:
             raise NotCoveredError(f"{REACH}, not the envelope of {name}: it has no stationary state.")
