@@ -45,14 +45,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "springpot"
 html_static_path = ["_static"]
 html_css_files = ["springpot.css"]
-# pages without pages below them need no list of those
-html_sidebars: dict[str, list[str]] = {
-    page: []
-    for page in (
-        "tutorial", "tutorial_device", "device", "results", "questions", "glossary", "memory", "explorer",
-        "install", "performance", "users_of", "references", "design", "citing", "changelog",
-    )
-}  # fmt: skip
+html_sidebars: dict[str, list[str]] = {"questions": []}  # no pages are below it
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options: dict[str, Any] = {

@@ -37,6 +37,26 @@ results that are marked have a bounded error, `run[name].budget.total`, in the d
 | name | unit | meaning | formula | when | `rtol` | dimensions |
 |---|---|---|---|---|---|---|
 """
+ENDINGS = """
+`decay_rate`, in s-1, is a result of theory only: β, the rate at which the amplitude decays without noise.
+
+## Errors and curves of each result
+
+In `run.to_xarray()`, in files and in JSON further results have the same name with one of these endings; in Python they
+are `run["x_mean"].error`, `.step_bias` and `.budget`:
+
+| ending | meaning |
+|---|---|
+| `_se` | standard error: if there is no bias, the true value lies within 1.96 standard errors in 95 of 100 runs |
+| `_step_bias` | bound on the bias from the step; without `rtol` for few results, impact rate and speeds among them |
+| `_memory_bias`, `_transient` | with `rtol`: bounds on the bias from memory and start |
+| `_error` | with `rtol`: 1.96 `_se` and the three bounds together: half-width of a 95 % interval, printed after `+-` |
+
+The endings that need `rtol` exist for the results that are marked above. With `distributions` there are also `_density`
+and `_quantile` of `x`, `v`, `amplitude` and `impact_speed` over the window (those of the impact speed have a
+`_step_bias`, and so have the quantiles of `v_largest`), and `_quantile` over the paths of `x_minimum`, `x_maximum`,
+`v_largest` and `impact_speed_largest`.
+"""
 WARNINGS = """\
 # All warnings and errors
 
@@ -89,7 +109,8 @@ ERRORS = {
 
 def results() -> str:
     """The text of the page *All results*."""
-    return RESULTS + "".join(f"| {' | '.join(_cells(entry))} |\n" for entry in CATALOGUE)
+    rows = "".join(f"| {' | '.join(_cells(entry))} |\n" for entry in CATALOGUE)
+    return RESULTS + rows + ENDINGS
 
 
 def _cells(entry: Quantity) -> list[str]:

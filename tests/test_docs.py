@@ -14,6 +14,7 @@ import pytest
 
 from springpot import figures
 from springpot.evidence.reliability import PAPER_MAP
+from springpot.problem import parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 FOLDERS = ("*.md", "api/*.rst", "how_to/*.md", "theory/*.md")
@@ -83,6 +84,12 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert there(target, page), target
 
 
+def test_every_part_is_in_the_list_of_parts() -> None:
+    page = (DOCS / "theory" / "systems.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(?:sp\.)?([A-Z]\w+)", page)) | set(re.findall(r"\{py:class\}`~?springpot\.(\w+)`", page))
+    assert set(parts.__all__) - named == set()
+
+
 def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
     given = re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text(encoding="utf-8"), flags=re.M)
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
@@ -93,7 +100,7 @@ def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
 
 def test_the_front_page_has_a_picture_and_the_installation() -> None:
     """Before any list of pages; the package is in no registry, so it installs from a clone."""
-    top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorial]")[0]
+    top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorials]")[0]
     (picture,) = re.findall(r"!\[[^]]*\]\((.*?)\)", top)
     assert (DOCS / picture).is_file()
     assert '```sh\npython3 -m pip install ".[all]"\n```' in top

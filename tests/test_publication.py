@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
+from springpot.paper.errata import ERRATA
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = (ROOT / "paper" / "paper.md").read_text(encoding="utf-8")
@@ -39,6 +40,11 @@ def test_the_paper_has_its_parts() -> None:
     (picture,) = re.findall(r"!\[.*?\]\((.*?)\)", PAPER, flags=re.S)
     assert (ROOT / "paper" / picture).is_file()
     assert 750 < len(PAPER.split("---", 2)[2].split()) < 1200
+
+
+def test_the_errors_of_the_paper_that_is_reproduced_are_counted() -> None:
+    counted = {7: "seven", 8: "eight", 9: "nine"}[len(ERRATA)]
+    assert f"[{counted} errors](docs/theory/errata.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_numbers_of_the_paper_are_those_measured() -> None:

@@ -1,5 +1,6 @@
-"""Every block of the README runs as it stands and prints what it says; its commands and targets exist, its links lead
-somewhere."""
+"""Every block of the README, and of the two pages that go on from it, runs as it stands and prints what it says.
+
+Commands and targets of make exist, links lead somewhere."""
 
 from __future__ import annotations
 
@@ -20,7 +21,9 @@ from springpot.problem.catalogue import possible_results
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 TEXT = README.read_text(encoding="utf-8")
-FENCED = dict.fromkeys(re.findall(r"^```(\w*)\n.*?^```$", TEXT, flags=re.MULTILINE | re.DOTALL))
+RESULTS, COMMAND = (ROOT / "docs" / name for name in ("how_to/results.md", "command.md"))
+ALL = "\n".join(page.read_text(encoding="utf-8") for page in (README, RESULTS, COMMAND))
+FENCED = dict.fromkeys(re.findall(r"^```(\w*)\n.*?^```$", ALL, flags=re.MULTILINE | re.DOTALL))
 
 
 @pytest.fixture(autouse=True)
@@ -29,7 +32,11 @@ def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", TEXT, flags=re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```$", ALL, flags=re.MULTILINE | re.DOTALL)
+
+
+def test_it_is_short() -> None:
+    assert TEXT.count("\n") <= 160
 
 
 def test_every_block_is_of_a_kind_that_runs_here() -> None:
@@ -50,7 +57,7 @@ def test_the_examples_print_and_draw_what_they_say(example: str, output: str, tm
         assert np.mean(np.abs(made - kept)) < 0.01  # on other processors and with other fonts a few points differ
 
 
-@pytest.mark.parametrize("line", [line for block in blocks("console") for line in block.splitlines()])
+@pytest.mark.parametrize("line", dict.fromkeys("".join(blocks("console")).splitlines()))
 def test_the_commands_run(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     program, *words = line.split()
     assert program == "springpot"
@@ -58,9 +65,12 @@ def test_the_commands_run(line: str, capsys: pytest.CaptureFixture[str]) -> None
     assert capsys.readouterr().out
 
 
-@pytest.mark.parametrize("line", re.findall(r"`springpot ([^`]+)`", TEXT))
+@pytest.mark.parametrize("line", dict.fromkeys(re.findall(r"`springpot ([^`]+)`", ALL)))
 def test_the_commands_named_in_the_text_exist(line: str) -> None:
-    cli.app.parse_args([word for word in line.split() if word != "--help"], exit_on_error=False, print_error=False)
+    words = [word for word in line.split() if word != "--help"]
+    assert words[0] in cli.app
+    if len(words) > 1:
+        cli.app.parse_args(words, exit_on_error=False, print_error=False)
 
 
 def test_it_installs_as_it_says() -> None:
@@ -112,10 +122,23 @@ def test_a_study_from_file_to_chart(tmp_path: Path) -> None:
     assert bool(sp.open_study(made[".zarr"])["simulation"]["done"].all())
 
 
+def test_every_command_has_its_line() -> None:
+    named = re.findall(r"`springpot (\w+)", "".join(re.findall(r"^\| .*$", COMMAND.read_text(), flags=re.MULTILINE)))
+    commands = {name for name in cli.app if not name.startswith("-")}
+    assert commands <= set(named)
+
+
+def test_every_variable_of_the_environment_has_its_line() -> None:
+    source = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "src" / "springpot").rglob("*.py"))
+    named = set(re.findall(r'environ(?:\.get\(|\[)"(\w+)"', source))
+    assert named
+    assert named <= set(re.findall(r"`(\w+)`", COMMAND.read_text(encoding="utf-8")))
+
+
 def test_every_number_has_its_line() -> None:
-    table = re.findall(r"^\| (`.*?) \|", TEXT, flags=re.MULTILINE)
-    named = {name for cell in table for name in re.findall(r"`([\w<>]+)`", cell)}
-    results = {name.replace("barrier_", "<wall>_") for name in possible_results(sp.Oscillator())}
+    text = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w<>]+)`", text))
+    results = {re.sub("^barrier_", "<part>_", name) for name in possible_results(sp.Oscillator())}
     assert {*results, "decay_rate", "_se", "_step_bias", "_memory_bias", "_transient", "_error"} <= named
 
 

@@ -28,21 +28,15 @@ print(found)
 
 # %%
 # The band is the 95 % interval of the return period at each speed, from independent repetitions.
-YEAR = 365.25 * 86400.0
-decade = np.interp(np.log(10.0 * YEAR), np.log(curve.return_period), speeds)
-
-figure, axes = plt.subplots(figsize=(6.6, 4.2))
-factor = np.exp(1.96 * curve.rate_error / curve.rate)
-axes.fill_betweenx(speeds, curve.return_period / factor, curve.return_period * factor, alpha=0.25, lw=0)
-axes.plot(curve.return_period, speeds)
-axes.set_xscale("log")
-axes.set_xlabel("return period in s")
-axes.set_ylabel("impact speed in m/s")
-for seconds, name in ((60.0, "minute"), (86400.0, "day"), (YEAR, "year"), (10.0 * YEAR, "ten years")):
-    axes.axvline(seconds, color="0.8", lw=0.8, zorder=0)
-    axes.text(seconds, speeds[0], name, rotation=90, va="bottom", ha="right", color="0.4")
+DECADE = 10.0 * 365.25 * 86400.0
+speed = np.interp(np.log(DECADE), np.log(curve.return_period), speeds)
+axes = sp.figures.plot_return_periods(curve, plt.figure(figsize=(6.6, 4.2)).add_subplot())
+axes.plot(speed, DECADE, "ko", ms=4)
+for seconds, name in ((60.0, "minute"), (86400.0, "day"), (DECADE / 10.0, "year"), (DECADE, "ten years")):
+    axes.axhline(seconds, color="0.8", lw=0.8, zorder=0)
+    axes.text(speeds[0], seconds, name, va="bottom", color="0.4")
 plt.show()
-print(f"once in ten years an impact is faster than {decade:.2f} m/s")
+print(f"once in ten years an impact is faster than {speed:.2f} m/s")
 
 # %%
 # The step matters more in the tail than in the mean: halve it where the number decides something. The same call with

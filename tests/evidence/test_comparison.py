@@ -156,7 +156,7 @@ def test_the_best_method_is_as_good_as_is_claimed() -> None:
             good |= np.logical_and.reduce(gaps)
         return int(good.sum()), good.size
 
-    assert within(near, 2.0) == (54, 56)  # as the README says
+    assert within(near, 2.0) == (54, 56)  # as docs/limits.md says
     assert within(light, 5.0) == (470, 476)
 
 
@@ -358,9 +358,9 @@ def test_the_readme_counts_the_cells_of_the_map() -> None:
             near["light losses"].append(good(i, 2.0, 4.0))
         if cells["c"][i] <= 1.0 and cells["restitution"][i] >= 0.5 and abs(cells["position"][i]) <= 1.0:
             near["losses and gaps"].append(good(i, 5.0, 4.0))
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    limits = (Path(__file__).parents[2] / "docs" / "limits.md").read_text()
     for found in near.values():
-        assert f"{sum(found)} of {len(found)}" in readme
+        assert f"{sum(found)} of {len(found)}" in limits
         assert sum(found) >= 0.9 * len(found)
 
 

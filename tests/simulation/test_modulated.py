@@ -98,6 +98,39 @@ def test_white_noise_and_a_springpot_in_twenty_bins_against_the_exact_response()
     assert abs(residual.value) < 3.0 * residual.error < 0.015
 
 
+BAND = sp.SpectralExcitation((0.05, 0.12, 0.6), (1.0, 4.0, 0.5), on="ground", envelope=ENVELOPE)
+TWO = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(1.0, between=("ground", "a")),
+    sp.Springpot(0.5, 0.3, between=("ground", "a")), sp.Spring(2.0, between=("a", "b")),
+    sp.FractionalMaxwell(sp.Springpot(0.5, 0.5), sp.Spring(1.0), between=("a", "b")), BAND,
+)  # fmt: skip
+
+
+def off_the_exact(system: sp.System, paths: int, step: float) -> dict[str, np.ndarray]:
+    """Deviations in twenty bins, in standard errors."""
+    run = sp.simulate(system, paths=paths, step=step, duration=24.0, profile=20)
+    exact, found = sp.theory.transient(system, np.linspace(0.0, 24.0, 481)), {}
+    for name, values in exact.numbers.items():
+        profile = run.profiles[f"{name}_profile"]
+        assert np.median(profile.standard_error / profile.value) < 0.02
+        found[name] = apart(profile, (0.5 * (values[1:] + values[:-1])).reshape(20, -1).mean(axis=1))
+    return found
+
+
+def test_two_masses_under_a_given_density_with_an_envelope_in_twenty_bins() -> None:
+    found = off_the_exact(TWO, 12800, 0.06)
+    assert len(found) == 5
+    assert max(np.abs(each).max() for each in found.values()) < 3.5  # the largest of 100
+
+
+@pytest.mark.validation
+def test_in_short_steps_and_for_one_mass() -> None:
+    for system in (TWO, sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), BAND)):
+        for name, each in off_the_exact(system, 65536, 0.02).items():
+            print(name, each.round(2).tolist())
+            assert np.abs(each).max() < 3.0
+
+
 def test_a_wall_against_an_independent_program() -> None:
     run = sp.simulate(
         sp.System(*SHAKEN, sp.Barrier(0.0, 0.8)), paths=20480, step=0.02, duration=25.0, profile=TIMES, seed=5,

@@ -43,6 +43,79 @@ def test_without_an_envelope_it_ends_in_the_stationary_state(noise: Any) -> None
     assert float(found.v_mean_square) == pytest.approx(stationary.v_mean_square, rel=3e-4)
 
 
+FALLING = sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="mass", frequency_rate=-0.2, envelope=ENVELOPE)
+
+
+def test_ground_whose_frequency_falls_against_another_program() -> None:
+    found = sp.theory.transient(sp.System(sp.Spring(4.0), sp.Dashpot(0.2), FALLING), TIMES)
+    x, v = (
+        (0.12108, 0.33799, 0.41904, 0.31967, 0.15098, 0.023911),
+        (0.53312, 1.44829, 1.74141, 1.29292, 0.60747, 0.095492),
+    )
+    assert found.x_mean_square == pytest.approx(x, rel=5e-4)
+    assert found.v_mean_square == pytest.approx(v, rel=5e-4)
+
+
+ENDS = ("ground", "a"), ("a", "b"), ("ground", "b")
+PAIR = (
+    sp.Mass(1.0, at="a"), sp.Mass(2.0, at="b"), sp.Spring(4.0, between=ENDS[0]), sp.Spring(3.0, between=ENDS[1]),
+    sp.Springpot(0.4, 0.6, between=ENDS[0]), sp.Maxwell(1.0, 2.0, between=ENDS[2]),
+    sp.FractionalMaxwell(sp.Springpot(0.6, 1.0), sp.Spring(2.0), between=ENDS[1]),
+    sp.PiezoelectricCircuit(0.5, 1.0, 0.4, between=ENDS[1]),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        sp.ColoredNoise(1.0, 0.3, on="b"), sp.PoissonImpulses(0.5, 2.0, on="ground"),
+        sp.SpectralExcitation((0.05, 0.2, 3.0), (0.5, 1.0, 0.1), on="ground"),
+        sp.CloughPenzienNoise(6.0, 0.4, 0.6, 0.5, 1.0),
+    ],
+    ids=lambda noise: type(noise).__name__,
+)  # fmt: skip
+def test_several_masses_with_every_memory_end_in_the_stationary_state(noise: Any) -> None:
+    system = sp.System(*PAIR, noise)
+    found, stationary = sp.theory.transient(system, [0.0, 150.0]), sp.theory.linear(system)
+    assert [*found.numbers] == [
+        "a_x_mean_square", "a_v_mean_square", "b_x_mean_square", "b_v_mean_square", "a_b_elongation_mean_square"
+    ]  # fmt: skip
+    for name, (start, end) in found.numbers.items():
+        assert start == 0.0
+        assert end == pytest.approx(stationary.numbers[name], rel=3e-4)
+
+
+def test_a_given_density_with_an_envelope_against_the_double_integral() -> None:
+    """<x^2> = int int h(t - s) h(t - u) e(s) e(u) R(s - u), of a dashpot and a flat band, whose R is known."""
+    band = sp.SpectralExcitation((0.1, 0.6), (2.0, 2.0), envelope=sp.JenningsHousnerEnvelope(2.0, 4.0, 0.4))
+    found = sp.theory.transient(sp.System(sp.Spring(4.0), sp.Dashpot(0.4), band), [1.5, 5.0, 9.0])
+    turn = np.sqrt(4.0 - 0.04)
+    for n, time in enumerate(found.time):
+        s, step = np.linspace(0.0, time, 1501, retstep=True)
+        weight = np.full(s.size, step)
+        weight[[0, -1]] *= 0.5
+        lag = np.where(s[:, None] == s, 1e-9, s[:, None] - s)
+        own = 2.0 * (np.sin(2.0 * np.pi * 0.6 * lag) - np.sin(2.0 * np.pi * 0.1 * lag)) / (2.0 * np.pi * lag)
+        fading = np.exp(-0.2 * (time - s))
+        h, away = fading * np.sin(turn * (time - s)) / turn, turn * (time - s)
+        slope = fading * (np.cos(away) - 0.2 / turn * np.sin(away))
+        for values, exact in ((h, found.x_mean_square[n]), (slope, found.v_mean_square[n])):
+            shown = values * band.envelope.at(s) * weight
+            assert exact == pytest.approx(shown @ own @ shown, rel=2e-4)
+
+
+def test_strong_damping_and_noises_together() -> None:
+    parts = sp.Spring(1.0), sp.Dashpot(5.0)
+    noises = sp.WhiteNoise(1.0, envelope=ENVELOPE), sp.ColoredNoise(1.0, 0.3)
+    together = sp.theory.transient(sp.System(*parts, *noises), TIMES)
+    alone = [sp.theory.transient(sp.System(*parts, noise), TIMES) for noise in noises]
+    assert together.x_mean_square == pytest.approx(sum(one.x_mean_square for one in alone), rel=1e-6)
+    late = sp.theory.transient(sp.System(*parts, sp.WhiteNoise(1.0)), 60.0)
+    assert float(late.x_mean_square) == pytest.approx(0.1, rel=1e-4)
+    with pytest.raises(AttributeError, match="a transient has no 'impact_rate'"):
+        _ = late.impact_rate
+
+
 def test_a_factor_of_the_envelope_is_its_square() -> None:
     small, large = (
         sp.theory.transient(
@@ -60,8 +133,9 @@ def test_a_factor_of_the_envelope_is_its_square() -> None:
     ("parts", "sentence"),
     [
         ((sp.Barrier(0.0),), "not barrier"), ((sp.Friction(0.1),), "not friction"),
-        ((sp.ColoredNoise(1.0, 1.0),), "not colored_noise"), ((sp.Dashpot(5.0),), "oscillations of their own"),
-        ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), "not the nonlinear polynomial_spring"),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), "not polynomial_spring"),
+        ((sp.Constant(1.0),), "not constant or harmonic forces, thermal noise or noise that multiplies x"),
+        ((sp.Dashpot(0.1), sp.ThermalNoise(1.0)), "not constant or harmonic forces, thermal noise"),
     ],
 )  # fmt: skip
 def test_what_is_not_covered_is_named(parts: tuple[Any, ...], sentence: str) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from springpot.cli.commands import warn
-from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of
-from springpot.cli.terminal import Bar, Json, Whole, print_json
+from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of, written
+from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json
 from springpot.machine.interrupt import leave_at_once
 
 __all__ = ["exceedance"]
@@ -18,8 +19,8 @@ _LEVELS = Parameter(
     group=MONTE_CARLO,
     negative="",
     metavar="NAME LEVEL",
-    help="Level of x, distance (|x|) or amplitude in m, of v, speed (|v|) or impact_speed in m/s, or of energy in "
-    "m^2/s^2; can be repeated.",
+    help="Level of x, distance (|x|) or amplitude in m, of v, speed or impact_speed in m/s, of energy in m^2/s^2, "
+    "of a force or an acceleration; can be repeated.",
 )
 
 
@@ -40,6 +41,7 @@ def exceedance(
     max_time: Annotated[
         float | None, monte_carlo("Seconds after which it ends; levels not reached then have an upper bound.")
     ] = None,
+    plot: Annotated[str | None, written("PNG file for levels against return periods, a panel for each name.")] = None,
     json_: Json = False,
 ) -> int:
     """Probabilities of rare events; its help is in `springpot.cli.commands`."""
@@ -47,6 +49,7 @@ def exceedance(
     asked: dict[str, list[float]] = {}
     for name, level in levels:
         asked.setdefault(name, []).append(level)
+    check_picture(plot)
     with leave_at_once():
         from springpot.simulation.rare.exceedance import exceedance as find
 
@@ -57,6 +60,14 @@ def exceedance(
             max_time=max_time, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)
+    if plot is not None:
+        from springpot.figures.passages import plot_return_periods
+        from springpot.figures.style import new_grid, save
+
+        figure, panels = new_grid(5.6, 3.8 * len(found.curves), len(found.curves), 1)
+        for curve, ax in zip(found.curves.values(), panels, strict=True):
+            plot_return_periods(curve, ax)
+        save(figure, Path(plot))
     if json_:
         print_json(found.to_dict())
     else:

@@ -13,6 +13,7 @@ from springpot.machine.faults import few, per_cent
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
@@ -180,6 +181,8 @@ def _scales(system: System) -> Iterator[str]:
         if (found := system.resonance) > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
         yield from filter(None, (part.measure(name, omega) for name, part in system.per_unit_mass.named()))
+    if system.of(Yielding) and not system.potential.holds():
+        yield "it drifts without end: only parts that yield hold the mass, and x has no stationary state"
 
 
 def _filters(system: System) -> Iterator[str]:

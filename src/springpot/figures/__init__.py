@@ -9,11 +9,13 @@ from springpot.figures.charts import plot_design_chart
 from springpot.figures.comparison import plot_comparison
 from springpot.figures.convergence import plot_convergence
 from springpot.figures.designing import plot_design_curve, plot_sensitivities
+from springpot.figures.fatigue import plot_rainflow
 from springpot.figures.fits import plot_fit, plot_profile
 from springpot.figures.from_rest import plot_survival, plot_transient
 from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_terms_against_tolerance
 from springpot.figures.motion import plot_path, plot_phase_portrait
 from springpot.figures.over_time import plot_over_time
+from springpot.figures.passages import plot_passage_probability, plot_return_periods
 from springpot.figures.series import plot_fourier_error, plot_fourier_series
 from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
@@ -45,9 +47,12 @@ __all__ = [
     "plot_memory_error",
     "plot_memory_terms",
     "plot_over_time",
+    "plot_passage_probability",
     "plot_path",
     "plot_phase_portrait",
     "plot_profile",
+    "plot_rainflow",
+    "plot_return_periods",
     "plot_sensitivities",
     "plot_spectrum",
     "plot_study",

@@ -67,7 +67,7 @@ def plot_over_time(
     design = next_design(panel(ax), color, label)
     time, value, error = (np.asarray(dataset[each], float) for each in ("time_bin", name, f"{name}_se"))
     design.bars(time, value, error, measured="Monte Carlo, 95 %", size=2.5)
-    if theory is not None and hasattr(theory, quantity):
-        design.curve("linear", theory.time, getattr(theory, quantity))
+    if theory is not None and quantity in theory.numbers:
+        design.curve("linear", theory.time, theory.numbers[quantity])
     design.ax.set(xlabel="time $t$ (s)", ylabel=f"{quantity.replace('_', ' ')} ({dataset[name].units})")
     return design.ax

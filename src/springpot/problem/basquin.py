@@ -51,9 +51,11 @@ class Basquin:
     stress: float = 1.0
 
     def __post_init__(self) -> None:
-        finite_number(self.exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
+        exponent = finite_number(self.exponent, "exponent", low=1.0, high=50.0, hint="Of metals it is 3 to 15.")
+        object.__setattr__(self, "exponent", exponent)
         for name in ("strength", "cycles", "stress"):
-            finite_number(getattr(self, name), name, low=0.0, high=LARGEST, open_low=True)
+            number = finite_number(getattr(self, name), name, low=0.0, high=LARGEST, open_low=True)
+            object.__setattr__(self, name, number)
 
     def cycles_at(self, amplitude: float) -> float:
         """Cycles to failure at an amplitude of what is counted."""

@@ -207,6 +207,12 @@ MESSAGES: dict[str, Kind] = {
         "observable {name} is not a finite number: its function raised an error, or is not finite everywhere.",
         "Check the function at every x and v that the motion reaches.",
     ),
+    "force_over_steps": Kind(
+        _ACCURACY,
+        "{name} is seen as its mean over a step, which lacks {share} of its mean square: so do its distribution, "
+        "extremes, record and profile.",
+        "Use a shorter step; the mean square itself has what is lacking.",
+    ),
     "passage_mean_extrapolated": Kind(
         _ACCURACY, "{name}: {assumed}",
         "Use a longer run, or read the restricted mean and the survival curve.",
@@ -226,6 +232,11 @@ MESSAGES: dict[str, Kind] = {
         _RARE,
         "{rate} is between {low:.2g} and {high:.2g} per second with a probability of 95 %, not symmetric about its "
         "value: only {seen} in {time} of all paths together.",
+        "Use more or longer paths.",
+    ),
+    "damage_of_few_paths": Kind(
+        _RARE,
+        "{name} is {share} that of the worst of {paths:,} paths: its standard error is itself off by about {off}.",
         "Use more or longer paths.",
     ),
     "uneven_repetitions": Kind(

@@ -31,6 +31,8 @@ from springpot.simulation.plan.options import DEFAULTS, Options, Progress, Reque
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
+    about_damage,
+    about_forces,
     about_observables,
     about_options,
     about_quantiles,
@@ -65,7 +67,11 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
         if wishes:
-            raise ValueError(f"{next(iter(wishes))} cannot be given with rtol, which controls moments only.")
+            other, reason = next(iter(wishes)), "which controls moments only"
+            reason = (
+                "whose pairs of runs do not see them: give paths, duration and step" if other == "forces" else reason
+            )
+            raise ValueError(f"{other} cannot be given with rtol, {reason}.")
         return _run_to(system, rtol, of_rtol, options, progress)
     if "max_time" in of_rtol:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
@@ -102,6 +108,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         ),
         *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
         *about_observables(observed.means, values),
+        *about_damage(observed.counted_impacts),
+        *about_forces(simulation, wanted.seen_in_full, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
     )
     return Run(
@@ -223,10 +231,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
         and the extremes of each path in it; with several masses of x and v of each, of the elongation of each pair and
-        the impact speed of each wall.
+        the impact speed of each wall.  Of ``forces`` too.
     spectrum : array_like
         Frequencies in rad/s at which to estimate the spectral density of x in the window; with several masses that of
-        each and of the elongation of each pair.
+        each and of the elongation of each pair.  Of ``forces`` too.
     first_passage : dict
         Quantities whose first passage through a level is recorded, or through each of a list of levels, such as
         ``{"x": [0.01, 0.012]}``.  Levels of ``"x"`` (m) and ``"v"`` (m/s) are passed away from where the run starts; a
@@ -235,8 +243,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         of v; ``"amplitude"`` (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem; ``"energy"``
         (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function f(t, x, v)
         and its level or levels.  With several masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``, and
-        of a part or a pair ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Times count from the start
-        of the window; from rest the window is the whole run if left out.
+        of a part or a pair ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Any name of ``forces``: a
+        level that is not negative is passed upwards.  Times count from the start of the window; from rest the window is
+        the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
@@ -244,14 +253,16 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     profile : int or array_like
         A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
         square of v, impact rate and the power that rigid walls take in each of them, for motions that are not
-        stationary.  The times are rounded to four steps; from rest the window is the whole run if left out.
+        stationary; and mean and mean square of ``forces``.  The times are rounded to four steps; from rest the window
+        is the whole run if left out.
     forces : sequence of str
         Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
         ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses
-        ``"box_acceleration"``.  Impulses of walls are not in them.  They are means over the step; the mean square has
-        what it lacks by that, where noise is white.  What has no finite mean square is refused with the reason: an
-        acceleration with noise on a mass itself, or a force with the matched noise of its part.  With
-        ``distributions`` there are their extremes in each path, with ``spectrum`` their spectra.
+        ``"box_acceleration"``; of a soft contact ``"stop_force"``, with which it pushes, and ``"stop_peak_force"``, the
+        largest one of each touch.  Impulses of rigid walls are not in them.  They are means over the step; the mean
+        square has what it lacks by that, where noise is white.  What has no finite mean square is refused with the
+        reason: an acceleration with white noise on a mass itself, or a force with the matched noise of its part.  With
+        ``distributions``, ``spectrum``, ``profile`` and ``record`` there are these of them too.
     rainflow : dict
         Names of displacements, elongations, forces and accelerations, each with a `Basquin` curve or a list of them:
         ``{"x": sp.Basquin(5.0, strength=0.01), "mount_force": [...]}``.  Their cycles in the window are counted while
@@ -297,7 +308,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     contact_tolerance : float
         The paper's epsilon in m, 1e-5 if left out; ``"grunwald"`` only.
     record : int
-        Number of paths to store (variables ``x`` and ``v``); none if left out.
+        Number of paths to store (variables ``x`` and ``v``, and those of ``forces``, half a step before); none if left
+        out.
     record_every : int
         Steps between two stored points; 1 if left out.  At most 50 million points are stored.
     progress : callable

@@ -9,6 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from springpot.theory.level_crossings import LevelRates, exceedance
     from springpot.theory.methods.averaging import Averaging, averaging
     from springpot.theory.methods.envelope.method import Envelope, envelope
     from springpot.theory.methods.exact import Exact, exact
@@ -37,6 +38,7 @@ __all__ = [
     "Fatigue",
     "FokkerPlanck",
     "HalfCycles",
+    "LevelRates",
     "LinearResponse",
     "Linearization",
     "MemoryClosure",
@@ -51,6 +53,7 @@ __all__ = [
     "averaging_amplitude",
     "envelope",
     "exact",
+    "exceedance",
     "fatigue",
     "fokker_planck",
     "half_cycles",
@@ -64,6 +67,7 @@ __all__ = [
     "transient",
 ]
 _PLACES = {
+    "level_crossings": ("LevelRates", "exceedance"),
     "methods.averaging": ("Averaging", "averaging"),
     "methods.memory_closure.method": ("MemoryClosure", "memory_closure"),
     "methods.envelope.method": ("Envelope", "envelope"),

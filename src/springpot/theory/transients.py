@@ -1,48 +1,46 @@
 """Mean squares in time of linear systems from rest, with noise that may have an envelope.
 
-x = int h(t - s) e(s) dW(s) for a white noise that drives a filter G and a system D, with h the inverse of G / D, so
-that <x^2> = q int h^2(t - s) e^2(s) ds, and <v^2> the same with h'.  H = G / D has poles in the plane that is cut along
-the negative axis, with springpots one pair of D, and h is their residues and an integral over the cut,
+The system and the filters of its noise are a state, dX = A X dt + e(t) b dW with the modes of springpots' memory
+(`springpot.theory.methods.systems.states`), and its covariance grows by
 
-    h(t) = 2 Re sum e^(s0 t) / (1 / H)'(s0) + int_0^inf K(r) e^(-r t) dr,  K(r) = -Im[H(r e^(i pi))] / pi.
+    P(t + h) = F P(t) F^T + mean of e^2 in the step * Q,    F = exp(A h),  Q = int_0^h exp(A s) b b^T exp(A s)^T ds,
+
+which is exact for an envelope that is constant in the step, however long that is.  Noise of a given spectral density S
+has no state: each of its frequencies drives the system by e(t) exp(i w t), with e a straight line in each step, and
+
+    <x^2> = int S(w) |int_0^t h(t - s) e(s) exp(i w s) ds|^2 dw.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.parts import (
-    CloughPenzienNoise,
-    Dashpot,
-    KanaiTajimiNoise,
-    PolynomialDashpot,
-    PolynomialSpring,
-    Spring,
-    Springpot,
-    WhiteNoise,
-)
+from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.linear import companion_of
+from springpot.theory.methods.systems.states import States, states_of
 
 __all__ = ["Transient", "transient"]
 
 FloatArray = npt.NDArray[np.float64]
 
-_REACH = (
-    "The transient covers one mass with linear springs, dashpots and springpots, and white, Kanai-Tajimi and "
-    "Clough-Penzien noise"
-)
-_PER_SCALE = 60  # points of the shortest time scale
-_MOST_POINTS = 400_000
-_CUT = np.arange(-46.0, 46.0, 0.05)  # logarithms of rates beside the frequency
+_REACH = "The transient covers linear systems from rest"
+_STEPS = 800  # of the time that is asked for, and of an envelope
+_MOST_STEPS = 50_000
+_TURN = 0.1  # radians in a step in which a filter changes
+_SLOWEST, _FASTEST = 0.02, 300.0  # of one over the time, and of the fastest rate: the range of the memory
+_NODES, _WIDE, _FADED = 8, 6.0, 8.0  # of an interval of frequencies; times its width, and the decay of what it resolves
+_NEAR, _APART = 20.0, 3.0
+_MOST_FREQUENCIES = 60_000
+_SMALL = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,36 +51,41 @@ class Transient:
     ----------
     time : ndarray
         In s.
-    x_mean_square, v_mean_square : ndarray
-        In m^2 and m^2/s^2.
+    numbers : dict of ndarray
+        ``x_mean_square`` and ``v_mean_square``, in m^2 and m^2/s^2; of several masses ``box_x_mean_square``,
+        ``box_v_mean_square`` and ``panel_box_elongation_mean_square``.  Each is an attribute too.
     """
 
     time: FloatArray
-    x_mean_square: FloatArray
-    v_mean_square: FloatArray
+    numbers: dict[str, FloatArray] = field(repr=False)
+
+    def __getattr__(self, name: str) -> FloatArray:
+        try:
+            return self.__dict__["numbers"][name]  # type: ignore[no-any-return]
+        except KeyError:
+            raise AttributeError(f"a transient has no {name!r}.") from None
 
 
-@np.errstate(over="ignore", under="ignore")
 def transient(system: System, time: npt.ArrayLike) -> Transient:
     """The exact mean squares in time of a linear system that starts from rest.
 
     Parameters
     ----------
     system : System
-        One mass with linear springs, dashpots and springpots; white, Kanai-Tajimi and Clough-Penzien noise, with or
-        without an envelope.  A filter starts from silence.
+        One mass or several with linear springs, dashpots, springpots, arms and circuits; noise of any kind, with or
+        without an envelope, but thermal noise and noise that multiplies x.  A filter starts from silence.
     time : array_like
         In s, none below 0.
 
     Returns
     -------
     Transient
-        To about 1e-4 of the largest value: trapezoids of a sixtieth of the shortest time scale.
+        To about 1e-4 of the largest value.
 
     Raises
     ------
     NotCoveredError
-        If the system has another part, or is damped so strongly that it does not oscillate; the sentence says which.
+        If the system has another part; the sentence says which.
     TypeError, ValueError
         If it is not a System, or a time is below 0.
 
@@ -95,130 +98,179 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     [0.983, 0.778]
     """
     system = checked_system(system)
-    if len(system.points) > 1:
-        raise NotCoveredError(f"{_REACH}, not {len(system.points)} masses.")
-    unit = system.per_unit_mass
-    memory = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | Springpot
-    kinds = memory | WhiteNoise | KanaiTajimiNoise | CloughPenzienNoise
-    check_kinds(unit, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="the nonlinear ", over=True)
+    own = companion_of(system, over=True)
+    if own.temperature > 0.0 or own.harmonics or own.parametric or own.force.any():
+        raise NotCoveredError(f"{_REACH}, not constant or harmonic forces, thermal noise or noise that multiplies x.")
     times = real_array(time, "time")
     if (times < 0.0).any():
         raise ValueError("time must not be below 0.")
-    found = np.zeros((2, times.size))
-    noises: Any = unit.of(WhiteNoise, KanaiTajimiNoise, CloughPenzienNoise)
-    for noise in noises:
-        found += noise.intensity * _mean_squares(_Response(unit, noise), noise, times.ravel())
-    return Transient(times, found[0].reshape(times.shape), found[1].reshape(times.shape))
-
-
-@dataclass(frozen=True, eq=False)
-class _Response:
-    """Displacement per white noise that drives a system through the filter of a noise, in the Laplace variable."""
-
-    unit: System
-    noise: Any
-
-    def of_system(self, p: Any) -> Any:
-        """D(p)."""
-        return p * p + sum(part.modulus(p) for part in self.unit.parts if not hasattr(part, "density"))
-
-    def of_filter(self, p: Any) -> Any:
-        """The denominator of G."""
-        return math.prod((p * p + 2.0 * z * w * p + w * w for w, z in self.filters), start=1.0 + 0.0 * p)
-
-    @property
-    def filters(self) -> list[tuple[float, float]]:
-        """Frequency and damping ratio of each."""
-        match self.noise:
-            case KanaiTajimiNoise(frequency=w, damping=z):
-                return [(w, z)]
-            case CloughPenzienNoise(frequency=w, damping=z, base_frequency=wf, base_damping=zf):
-                return [(w, z), (wf, zf)]
-        return []
-
-    def above(self, p: Any) -> Any:
-        """The numerator of G."""
-        if not self.filters:
-            return 1.0 + 0.0 * p
-        w, z = self.filters[0]
-        passed = w * w + 2.0 * z * w * p
-        return passed * p * p if len(self.filters) > 1 else passed
-
-    def under(self, p: Any) -> Any:
-        """The denominator of all."""
-        return self.of_system(p) * self.of_filter(p)
-
-    @property
-    def poles(self) -> list[complex]:
-        """Those above the real axis.
-
-        Raises
-        ------
-        NotCoveredError
-            If there is none of the system, or two are one.
-        """
-        if not any(pot.remembers and pot.coefficient > 0.0 for pot in self.unit.of(Springpot)):
-            stiffness, damping = self.of_system(0.0), self.of_system(1.0) - 1.0 - self.of_system(0.0)
-            found = [complex(-0.5 * damping, math.sqrt(max(stiffness - 0.25 * damping**2, 0.0)))]
-        else:
-            found = [_newton(self.of_system, 1j * self.unit.resonance)]
-        found += [complex(-z * w, w * math.sqrt(1.0 - z * z)) for w, z in self.filters]
-        apart = [abs(a - b) > 1e-6 * abs(a) for n, a in enumerate(found) for b in found[:n]]
-        if not all(pole.imag > 1e-9 * abs(pole) for pole in found) or not all(apart):
-            raise NotCoveredError(f"{_REACH}, all with oscillations of their own and each with another.")
-        return found
-
-    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """h and h' at times."""
-        h, slope = np.zeros_like(time), np.zeros_like(time)
-        for pole in self.poles:
-            small = 1e-6 * abs(pole)
-            derivative = (self.under(pole + small) - self.under(pole - small)) / (2.0 * small)
-            wave = 2.0 * self.above(pole) / derivative * np.exp(pole * time)
-            h += wave.real
-            slope += (pole * wave).real
-        rates = abs(self.poles[0]) * np.exp(_CUT)
-        behind = rates * np.exp(1j * math.pi)
-        behind = behind.real + 1j * 0.0  # above the cut
-        weights = -(self.above(behind) / self.under(behind)).imag / math.pi * rates * (_CUT[1] - _CUT[0])
-        kept = np.abs(weights) * (1.0 + rates) > 1e-16 * np.abs(weights * (1.0 + rates)).max()
-        for weight, rate in zip(weights[kept], rates[kept], strict=True):
-            fading = weight * np.exp(-rate * time)
-            h += fading
-            slope -= rate * fading
-        return h, slope
-
-
-def _newton(function: Any, start: complex) -> complex:
-    p = start
-    for _ in range(200):
-        small = 1e-6 * abs(p)
-        change = function(p) / ((function(p + small) - function(p - small)) / (2.0 * small))
-        p -= change
-        if abs(change) < 1e-14 * abs(p):
-            return complex(p)
-        if p.imag <= 0.0 or cmath.phase(p) > math.pi - 1e-9:
-            break
-    raise NotCoveredError(f"{_REACH}, that oscillate: here none was found.")
-
-
-def _mean_squares(response: _Response, noise: Any, times: FloatArray) -> FloatArray:
-    """Of x and v at each time, of a driving white noise of intensity 1."""
     end = float(times.max(initial=0.0))
-    if not end > 0.0:
-        return np.zeros((2, times.size))
-    shortest = 1.0 / max(map(abs, response.poles))
-    count = math.ceil(end / shortest * _PER_SCALE / (2.0 * math.pi)) + 1
-    if count > _MOST_POINTS:
-        raise NotCoveredError(f"{_REACH}, over at most {_MOST_POINTS} times a sixtieth of their shortest period.")
-    from scipy.interpolate import CubicSpline  # slow to import
+    fastest = max([*own.scales, 1.0 / end if end > 0.0 else 1.0])
+    states = states_of(own, _SLOWEST / max(end, 1.0 / fastest), _FASTEST * fastest, "a transient")
+    rows = _rows(system, states)
+    seen = np.array([*rows.values()])
+    found = np.zeros((times.size, len(rows)))
+    if end > 0.0:
+        asked, place = np.unique(times.ravel(), return_inverse=True)
+        steps = [*_steps(states, asked)]
+        whole = _driven_white(states, seen, steps)
+        for noise, vector, _ in states.inputs:
+            if isinstance(noise, SpectralExcitation):
+                whole = whole + _of_density(noise, states, vector, seen, steps, end)
+        found = whole[place]
+    return Transient(times, {name: found[:, n].reshape(times.shape) for n, name in enumerate(rows)})
 
-    grid = np.linspace(0.0, end, max(count, 400))
-    squares = [CubicSpline(grid, values**2) for values in response.at(grid)]
-    found = np.zeros((2, times.size))
-    for n, time in enumerate(times):
-        inside = np.linspace(0.0, time, max(int(np.searchsorted(grid, time)) * 2, 50))
-        weight = np.ones_like(inside) if noise.envelope is None else noise.envelope.at(time - inside) ** 2
-        for k, square in enumerate(squares):
-            found[k, n] = np.trapezoid(square(inside) * weight, inside)
+
+def _rows(system: System, states: States) -> dict[str, FloatArray]:
+    """The state's rows of all results, by name."""
+    at, found = system.coordinates, dict[str, FloatArray]()
+    for point, row in zip(at.points, at.rows, strict=True):
+        name = f"{point}_" if len(system.points) > 1 else ""
+        found |= {f"{name}x_mean_square": states.x(row), f"{name}v_mean_square": states.v(row)}
+    if len(system.points) > 1:
+        found |= {f"{pair}_elongation_mean_square": states.x(row) for pair, row in at.pairs.items()}
     return found
+
+
+def _steps(states: States, asked: FloatArray) -> Iterator[tuple[float, float, bool]]:
+    """Begin and length of each step, and whether a time that was asked for is its end; one of no length is time 0.
+
+    Raises
+    ------
+    NotCoveredError
+        If there are too many.
+    """
+    noises, end = [noise for noise, _, _ in states.inputs], float(asked[-1])
+    longest = min([end, *(noise.duration for noise in noises if noise.duration)]) / _STEPS
+    for noise in noises:
+        if getattr(noise, "frequency_rate", 0.0):
+            longest = min(longest, _TURN / max(*states.companion.scales, noise.frequency_at(end, "the noise")))
+    corners = {t for noise in noises if noise.envelope is not None for t in noise.envelope.corners if 0.0 < t < end}
+    times = np.unique([0.0, *asked, *corners])
+    counts = np.ceil(np.diff(times) / longest * (1.0 - 1e-9)).astype(int)
+    if counts.sum() > _MOST_STEPS:
+        raise NotCoveredError(f"{_REACH}, over at most {_MOST_STEPS:,} steps in which envelopes change little.")
+    if asked[0] == 0.0:
+        yield 0.0, 0.0, True
+    for begin, stop, count in zip(times[:-1].tolist(), times[1:].tolist(), counts.tolist(), strict=True):
+        length = float(f"{(stop - begin) / count:.12g}")  # equal steps are one
+        for n in range(count):
+            yield begin + n * length, length, n == count - 1 and stop in asked
+
+
+def _mean_square(noise: Any, begin: float, length: float) -> float:
+    """Of an envelope in a step, by Simpson's rule."""
+    if noise.envelope is None:
+        return 1.0
+    inside = begin + length * np.array([1e-9, 0.5, 1.0 - 1e-9])  # an envelope may jump at an end
+    return float(np.array([1.0, 4.0, 1.0]) @ noise.envelope.at(inside) ** 2) / 6.0
+
+
+def _driven_white(states: States, seen: FloatArray, steps: list[tuple[float, float, bool]]) -> FloatArray:
+    """Mean squares under the noises that white noise drives, at the times that were asked for."""
+    from scipy import linalg  # slow to import
+
+    noises = [(noise, vector) for noise, vector, _ in states.inputs if not isinstance(noise, SpectralExcitation)]
+    changing = any(getattr(noise, "frequency_rate", 0.0) for noise, _ in noises)
+    size, known = len(states.rates), dict[float, tuple[FloatArray, list[FloatArray]]]()
+    covariance, found = np.zeros((size, size)), []
+    for begin, length, is_asked in steps:
+        if changing or length not in known:
+            rates = states.rates_at(begin + 0.5 * length) if changing else states.rates
+            half: Any = linalg.expm(0.5 * length * rates)
+            vectors = [vector for _, vector in noises]
+            gathered = [_simpson(half, b, length) if changing else _gathered(rates, b, length) for b in vectors]
+            known = {length: (half @ half, gathered)} if changing else {**known, length: (half @ half, gathered)}
+        moved, gathered = known[length]
+        covariance = moved @ covariance @ moved.T
+        for (noise, _), more in zip(noises, gathered, strict=True):
+            covariance += _mean_square(noise, begin, length) * more
+        if is_asked:
+            found.append(np.einsum("ri,ij,rj->r", seen, covariance, seen))
+    return np.array(found)
+
+
+def _gathered(rates: FloatArray, b: FloatArray, length: float) -> FloatArray:
+    """The covariance that a white noise brings in a step: that of a short one, which is doubled."""
+    from scipy import linalg  # slow to import
+
+    halvings = max(0, math.ceil(math.log2(max(length * float(np.abs(rates).sum(axis=1).max()), 1e-300))) + 1)
+    size, short = len(rates), length * 0.5**halvings
+    joint = np.zeros((2 * size, 2 * size))
+    joint[:size, :size], joint[:size, size:], joint[size:, size:] = -rates, np.outer(b, b), rates.T
+    power: Any = linalg.expm(short * joint)
+    step = power[size:, size:].T
+    spread = step @ power[:size, size:]
+    for _ in range(halvings):
+        spread = spread + step @ spread @ step.T
+        step = step @ step
+    return np.asarray(0.5 * (spread + spread.T))
+
+
+def _simpson(half: FloatArray, b: FloatArray, length: float) -> FloatArray:
+    """The same of a short step through a filter, without a matrix twice as large."""
+    middle, end = half @ b, half @ (half @ b)
+    return np.asarray(length / 6.0 * (np.outer(b, b) + 4.0 * np.outer(middle, middle) + np.outer(end, end)))
+
+
+def _of_density(
+    noise: SpectralExcitation, states: States, vector: FloatArray, seen: FloatArray,
+    steps: list[tuple[float, float, bool]], end: float,
+) -> FloatArray:  # fmt: skip
+    """Mean squares under a noise of a given spectral density, as sums over its frequencies."""
+    inner = slice(0, states.own)
+    values, ways = np.linalg.eig(states.rates[inner, inner])
+    driven, shown = np.linalg.solve(ways, vector[inner].astype(complex)), seen[:, inner] @ ways
+    kept = (np.abs(driven) * np.abs(shown).max(axis=0)) > 1e-14 * (np.abs(driven) * np.abs(shown).max(axis=0)).max()
+    values, driven, shown = values[kept], driven[kept], shown[:, kept]
+    w, weights = _frequencies(noise, values, end)
+    weights = 2.0 * weights * np.array([noise.density(each) for each in w.tolist()])
+    state, found = np.zeros((len(values), len(w)), complex), []
+    known = dict[float, tuple[Any, Any, Any]]()
+    envelope: Callable[[Any], FloatArray] = np.ones_like if noise.envelope is None else noise.envelope.at
+    for begin, length, is_asked in steps:
+        if length > 0.0:
+            if length not in known:
+                known[length] = _line(length * (values[:, None] - 1j * w[None, :]), length, driven[:, None])
+            moved, first, last = known[length]
+            left, right = envelope(begin + length * np.array([1e-9, 1.0 - 1e-9])).tolist()
+            state = moved * state + left * first + right * last
+        if is_asked:
+            found.append(np.abs(shown @ state) ** 2 @ weights)
+    return np.array(found)
+
+
+def _line(turned: Any, length: float, driven: Any) -> tuple[Any, Any, Any]:
+    """What a step leaves of a state, and what the values at the ends of a straight line add to it."""
+    moved = np.exp(turned)
+    small = np.abs(turned) < _SMALL
+    safe = np.where(small, 1.0, turned)
+    whole = np.where(small, 1.0 + turned / 2.0 + turned**2 / 6.0, (moved - 1.0) / safe)
+    last = np.where(small, 0.5 + turned / 6.0 + turned**2 / 24.0, (moved - 1.0 - safe) / safe**2)
+    return moved, length * driven * (whole - last), length * driven * last
+
+
+def _frequencies(noise: SpectralExcitation, values: Any, end: float) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of Gauss's rule in intervals of frequencies, short where the system is at resonance.
+
+    Raises
+    ------
+    NotCoveredError
+        If there are too many.
+    """
+    cuts = 2.0 * np.pi * np.array(noise.frequency)
+    own = values[np.abs(values.imag) > 1e-3 * np.abs(values)]
+    centres = np.abs(own.imag)
+    width = _WIDE / np.minimum(end, _FADED / np.abs(own.real))
+    w, edges = float(cuts[0]), [float(cuts[0])]
+    while w < cuts[-1]:
+        away = np.maximum(np.abs(w - centres) - _NEAR * width, 0.0)
+        size = min([0.5 * w, *(width + away / _APART).tolist()])
+        following = float(cuts[np.searchsorted(cuts, w, side="right")])
+        w = following if w + size > following * (1.0 - 1e-12) else w + size
+        edges.append(w)
+        if len(edges) * _NODES > _MOST_FREQUENCIES:
+            raise NotCoveredError(f"{_REACH}, with at most {_MOST_FREQUENCIES:,} frequencies of a spectral excitation.")
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (np.array(edges)[1:] + np.array(edges)[:-1])[:, None]
+    return (middle + half * nodes).ravel(), (half * weights).ravel()

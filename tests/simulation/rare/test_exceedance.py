@@ -186,7 +186,7 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"spring_force": [-1.0, 1.0]}, {}, "levels of spring_force must lie on one side of 0"),
         (LIGHT, {"own": (lambda y: y, 1.0)}, {}, "argument"),
         (LIGHT, {"x": (lambda t, x, v: x, 1.0)}, {}, "x"),
-        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0)), {"x": 1.0}, {}, "system must have noise or a random phase"),
+        (sp.System(sp.Spring(1.0), sp.Dashpot(1.0)), {"x": 1.0}, {}, "system must have noise, a random phase"),
         (1.0, {"x": 1.0}, {}, "system must be a System"),
     ],
 )

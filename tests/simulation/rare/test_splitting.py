@@ -48,6 +48,12 @@ PAIR = sp.System(
 ON_GROUND = sp.System(
     sp.Mass(0.8), sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.WhiteNoise(0.2, on="ground"), sp.Barrier(-50.0)
 )
+# a record for each path, noise of a given density, and a part that yields
+RECORDED = sp.System(
+    sp.Spring(1.0), sp.BoucWen(1.0, 1.0), sp.WhiteNoise(0.1),
+    sp.RecordedExcitation((0.0, 8.0, 16.0), ((0.0, 0.4, 0.0), (0.0, -0.2, 0.3), (0.1, 0.1, 0.1)), taken="at random"),
+    sp.SpectralExcitation.from_psd([0.05, 0.2, 0.6], [0.3, 0.6, 0.3], "m2/s4/Hz"),
+)  # fmt: skip
 SHAKEN = sp.System(sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(0.3), sp.ParametricNoise(0.1))
 
 
@@ -89,7 +95,14 @@ def mean_of(samples: Floats) -> tuple[Floats, Floats]:
 
 
 @pytest.mark.parametrize(
-    ("system", "name"), [(WALL, "x"), validation(MANY, "impact_speed"), validation(MANY, "x"), validation(PAIR, "b_x")]
+    ("system", "name"),
+    [
+        (WALL, "x"),
+        validation(MANY, "impact_speed"),
+        validation(MANY, "x"),
+        validation(PAIR, "b_x"),
+        validation(RECORDED, "x"),
+    ],
 )
 def test_a_kept_state_is_complete(system: sp.System, name: str) -> None:
     """With the noise of before, a path goes on from it to the same bits."""
@@ -167,6 +180,7 @@ def test_without_splitting_paths_are_those_of_a_plain_run() -> None:
         validation(PAIR, "mine", 1.0, {"own": lambda a_x, b_x: a_x * a_x + b_x * b_x}, [3.0, 8.0, 14.0], 1.0),
         validation(ON_GROUND, "acceleration", -1.0, {}, [-1.5, -2.2, -3.0], 2.0),
         validation(ON_GROUND, "springpot_force", 1.0, {}, [0.2, 0.4, 0.6], 2.0),
+        validation(RECORDED, "x", 1.0, {}, [1.5, 2.6, 3.4], 1.0),
         validation(WALL, "mine", 1.0, {"own": lambda t, x, v: x * abs(x)}, [2.0, 4.0, 6.8], 2.0),
     ],
 )

@@ -342,3 +342,45 @@ def test_a_lossy_contact_gives_what_the_parts_take() -> None:
     assert run["low_pushes"].value == pytest.approx(run["low_force_mean"].value, rel=0.01)
     assert abs(run["force_on_ground_mean"].value) < 3.0 * run["force_on_ground_mean"].error
     assert run["force_on_ground_mean_square"].value == pytest.approx(4.0 * run["acceleration_mean_square"].value)
+
+
+# --- first passages ---------------------------------------------------------------------------------------------------
+
+
+def passed(step: float) -> tuple[float, float]:
+    """The probability that the acceleration on a strong dashpot leaves three standard deviations, and its error."""
+    system = sp.System(sp.Mass(1.0), sp.Spring(1.0), mount=sp.Dashpot(1.0), shaking=SHAKING)
+    root = linear(system).mean_square("acceleration") ** 0.5
+    three = -3.0 * root, 3.0 * root
+    run = simulated(system, paths=20480, duration=10.0, step=step, start="rest", first_passage={"acceleration": three})
+    found = run.first_passages["acceleration"]
+    assert found.unit == "m s-2"
+    return float(1.0 - found.survival(9.9)[0]), float(found.survival(9.9)[1])
+
+
+def test_the_passage_of_a_rough_force_does_not_depend_on_the_step() -> None:
+    """Without what lowers the level, half of them would be missed at this step."""
+    (coarse, error), (fine, other) = passed(0.08), passed(0.02)
+    assert abs(coarse - fine) < 3.0 * np.hypot(error, other) + 0.03 * fine
+    assert error < 0.03 * coarse
+
+
+def test_the_passage_of_the_force_of_a_spring_is_that_of_the_displacement() -> None:
+    run = simulated(
+        device(0.5), paths=640, duration=30.0, step=0.01, start="rest",
+        first_passage={"x": [-0.4, 0.6], "spring_force": [-3.2, 4.8]},
+    )  # fmt: skip
+    for x, force in zip(run.first_passages["x"], run.first_passages["spring_force"], strict=True):
+        both = np.isfinite(x.times) & np.isfinite(force.times)
+        assert both.sum() > 0.98 * np.isfinite(x.times).sum() > 100
+        assert np.median(np.abs(x.times[both] - force.times[both])) < 0.01
+
+
+def test_a_long_step_is_told_where_more_than_moments_is_wanted() -> None:
+    system = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Dashpot(1.0), shaking=SHAKING)
+    given: dict[str, Any] = {"paths": 64, "duration": 20.0, "step": 0.2, "forces": ("mount_force",)}
+    assert not [said for said in simulated(system, **given).warnings if "over a step" in said]
+    (said,) = (said for said in simulated(system, record=1, **given).warnings if "over a step" in said)
+    assert said.startswith("mount_force is seen as its mean over a step, which lacks ")
+    with pytest.raises(ValueError, match="forces cannot be given with rtol, whose pairs of runs do not see them"):
+        simulated(system, rtol=0.1, forces=("mount_force",))

@@ -242,6 +242,32 @@ def test_the_force_of_a_spring_is_counted_as_its_elongation() -> None:
     assert narrow == pytest.approx(sp.theory.fatigue(system, CURVES[1], "x").damage["narrow_band"], rel=1e-6)
 
 
+def test_damage_of_few_paths_is_doubted() -> None:
+    few = simulated(LIGHT, paths=64, duration=60.0, rainflow={"x": sp.Basquin(15.0)})
+    (doubt,) = (sentence for sentence in few.warnings if sentence.name == "damage_of_few_paths")
+    assert doubt.startswith("x_damage_rate is ")
+    many = simulated(LIGHT, paths=6400, duration=60.0, rainflow={"x": sp.Basquin(3.0)})
+    assert "damage_of_few_paths" not in [sentence.name for sentence in many.warnings]
+
+
+def test_the_shares_of_longer_ranges() -> None:
+    run = simulated(LIGHT, paths=6400, duration=150.0, window=(50.0, 150.0), step=0.1, rainflow={"x": CURVES[0]})
+    ranges = run.distributions["x_range"]
+    share, error = ranges.share_above([0.0, 4.0])
+    assert share[0] == 1.0
+    rate = share[1] * run["x_cycle_rate"].value
+    # narrow band: exp(-2) of the crossings, which is some 6 % too many
+    assert 1.03 < 0.159155 * math.exp(-2.0) / rate < 1.09
+    assert error[1] < 0.02 * share[1]
+    drawn = sp.figures.plot_rainflow(run, "x", theory=sp.theory.fatigue(LIGHT, CURVES[0], "x"))
+    sp.figures.plot_rainflow(run, "x", drawn, label="again")
+    assert len(drawn.get_legend_handles_labels()[1]) == 3
+    with pytest.raises(ValueError, match=r"^run holds no cycles of 'v': it has those of x\.$"):
+        sp.figures.plot_rainflow(run, "v")
+    with pytest.raises(TypeError, match=r"^run must be a Run with counted cycles, not 3\.$"):
+        sp.figures.plot_rainflow(3, "x")
+
+
 # --- bits, files, refusals --------------------------------------------------------------------------------------------
 
 

@@ -51,6 +51,11 @@ class Envelope(Checked):
         """Where it ends, in s; one that does not, where it has fallen to a hundredth of its largest value."""
         raise NotImplementedError
 
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Times in s at which its slope jumps."""
+        return ()
+
     def words(self) -> str:
         """The formula with its numbers, of the time t."""
         raise NotImplementedError
@@ -101,6 +106,11 @@ class JenningsHousnerEnvelope(Envelope):
 
         t = np.asarray(time, float)
         return np.minimum(np.clip(t / self.rise, 0.0, 1.0) ** 2, np.exp(-self.decay * np.maximum(t - self.fall, 0.0)))
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The ends of its three parts."""
+        return self.rise, self.fall
 
     @property
     def duration(self) -> float:
@@ -226,6 +236,11 @@ class TabulatedEnvelope(Envelope):
         import numpy as np  # slow to import
 
         return np.asarray(np.interp(np.asarray(time, float), self.time, self.values, left=0.0, right=0.0))
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Its times."""
+        return self.time
 
     @property
     def duration(self) -> float:

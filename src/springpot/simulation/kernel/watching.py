@@ -33,7 +33,8 @@ HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 
 ``length`` and ``speed`` are negative for a wall above the motion, which is mirrored in the kernel; ``frequency`` is
 Omega and ``wall`` the position of the wall (0 without one), both in the kernel's units; only the first ``lanes`` lanes
-are paths of the run.  Of a force or an acceleration, which has the place of x, ``frequency`` is what brings it near 1.
+are paths of the run.  Of a force or an acceleration, which has the place of x, ``frequency`` is what brings it near 1,
+and ``wall`` twice the root of what its mean square lacks.
 """
 
 _numbers = types.CPointer(types.float64)

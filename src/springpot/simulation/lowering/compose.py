@@ -121,7 +121,8 @@ class Parts(Composed):
         frequency = self.felt.scale if observer.feels else self.frequency
         length, speed = self.units.state
         speed = self.felt.force if observer.peaks else speed
-        return [length, speed, self.units.time, frequency, self.wall_position, LANES]
+        wall = self.felt.roughness(observer.feels[0]) if observer.feels else self.wall_position
+        return [length, speed, self.units.time, frequency, wall, LANES]
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:

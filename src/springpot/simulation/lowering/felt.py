@@ -34,8 +34,8 @@ class FeltInKernel:
         What the mean square of each lacks by name, because the kernel sees the mean force of a step.
     scale : float
         A power of two that brings what the kernel shows near 1.
-    force : float
-        The kernel's unit of the forces of contacts.
+    force, length : float
+        The kernel's unit of the forces of contacts, and that of length.
     """
 
     begin: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
@@ -44,6 +44,11 @@ class FeltInKernel:
     lacking: Mapping[str, float] = field(default_factory=dict)
     scale: float = 1.0
     force: float = 1.0
+    length: float = 1.0
+
+    def roughness(self, number: int) -> float:
+        """Twice the root of what the mean square of one of them lacks, as the kernel shows it."""
+        return 2.0 * math.sqrt(max([*self.lacking.values()][number], 0.0)) / self.length
 
 
 def lowered_felt(
@@ -110,7 +115,7 @@ def lowered_felt(
             for (a, one), (b, other) in itertools.product(rough, rough)
         ) + sum(share**2 * _lack_of(excitations[n], plan.settings.step) for n, share in smooth.items())
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
-    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length)
+    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length, length)
 
 
 def _remembers(part: Lowered) -> bool:

@@ -124,7 +124,8 @@ class PartsOfSeveral(Composed):
         frequency = self.felt.scale if observer.feels else 1.0
         length, speed = self.units.state
         speed = self.felt.force if observer.peaks else speed
-        return [length, speed, self.units.time, frequency, observer.place / length, LANES]
+        wall = self.felt.roughness(observer.feels[0]) if observer.feels else observer.place / length
+        return [length, speed, self.units.time, frequency, wall, LANES]
 
     @property
     def half_drift(self) -> tuple[float, float, float]:

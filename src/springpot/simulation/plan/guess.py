@@ -60,6 +60,7 @@ _LEAST_SHARE = 1e-200
 _GUESSED = 1.5  # factor on the forgetting time
 _HARDLY = 1e-3  # share of its yielding below which a part is a spring
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
+_DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +232,7 @@ def guessed_law(system: System) -> BoltzmannLaw:
     """
     unit = system.per_unit_mass
     if not unit.potential.holds():
-        raise ValueError(_NOT_HELD)
+        raise ValueError(_DRIFTS if unit.of(Yielding) else _NOT_HELD)
     law = boltzmann_law(unit.potential, _temperature(unit, unit.potential))
     if not law.is_resolved:
         raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")

@@ -171,7 +171,7 @@ def exceedance(
 
     Notes
     -----
-    With random phases, or a record among others, the probability is that over them too.
+    With random phases, or several records, the probability is that over them too.
 
     A coarse step distorts a tail more than a mean: a relative error e of the mean square changes a probability at b
     standard deviations by about e b^2 / 2.
@@ -198,7 +198,7 @@ def exceedance(
         memory_tolerance=memory_tolerance, seed=seed, threads=threads,
     )  # fmt: skip
     if not plan.motion.is_random:
-        raise ValueError("system must have noise or a random phase: without, all its paths are alike.")
+        raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
     wanted = _checked(plan, levels)
     clock = Clock(max_time)
     plan = _settled(plan)

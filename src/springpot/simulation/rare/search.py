@@ -26,7 +26,7 @@ REPETITIONS = 32  # first ones: fewer do not tell their own spread
 PLAIN_PATHS, SPLIT_PATHS = 64, 256  # of a repetition
 MOST_PATHS = 4096
 FREQUENT = 0.01  # probability above which plain paths are cheaper
-UNEVEN = 0.7  # standard deviation of the repetitions over their mean above which each gets more paths
+EVEN, UNEVEN = 0.4, 0.7  # standard deviation of the repetitions over their mean above which each gets more paths
 DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
 LARGEST_SHARE = 0.3
 PATHS_AT_ONCE = 65536
@@ -138,7 +138,8 @@ def search(
             now = plain if now.is_dear else now
         while True:
             more = now.lacking(rtol)
-            if now.splits and now.paths < MOST_PATHS and now.spread > (UNEVEN if more else DOUBTFUL):
+            many = more >= 3 * REPETITIONS  # as many paths in larger repetitions have a smaller spread
+            if now.splits and now.paths < MOST_PATHS and now.spread > (EVEN if many else UNEVEN if more else DOUBTFUL):
                 now = now.again(4 * now.paths)
             elif more:
                 now.add(more)

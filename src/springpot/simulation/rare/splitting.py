@@ -113,20 +113,18 @@ def repetitions(
     ends = np.full((count, paths, MARKS), -np.inf)
     flat = ends.reshape(size, MARKS)
     head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0)
-    if np.isnan(flat).any():
-        raise ValueError(f"levels: {asked.name} gives no number at some place that the motion comes to.")
     work = float(size) * run.steps
     weights, going = np.ones(count), np.full(count, splits)
     gone, iterations = np.zeros((count, 2, levels.size)), np.zeros(count, np.int64)
     rank = int(REPLACED * paths) - 1
 
-    def counted(which: npt.NDArray[np.bool_]) -> Floats:
+    def counted(which: npt.NDArray[np.bool_], weights: Floats) -> Floats:
         """What the paths give that are marked, each with the weight of its repetition."""
-        shares = np.empty_like(gone)
+        shares, these = np.empty_like(gone), np.flatnonzero(which)
+        place = these // paths * (levels.size + 1)
         for k in (0, 1):
-            beyond = np.searchsorted(levels, ends[:, :, 2 - k], side="left")  # levels that each path has exceeded
-            place = np.arange(count)[:, None] * (levels.size + 1) + beyond
-            counts = np.bincount(place[which], minlength=count * (levels.size + 1)).reshape(count, -1)
+            beyond = np.searchsorted(levels, flat[these, 2 - k], side="left")  # levels that each path has exceeded
+            counts = np.bincount(place + beyond, minlength=count * (levels.size + 1)).reshape(count, -1)
             shares[:, k] = counts[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:]
         return shares * (weights / paths)[:, None, None]
 
@@ -134,14 +132,14 @@ def repetitions(
     branch, origin = np.empty(size, np.int64), np.empty(size, np.int64)
     living = np.empty(paths, np.int64)
     for generation in itertools.count(1):
-        marks = np.zeros((0, MARKS)) if splits else flat
-        found = Tally(gone + counted(there), weights.copy(), iterations.copy(), work, True, marks)
         at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
         going &= at < asked.target
         if not going.any() or generation > MOST_ITERATIONS:
-            return found
+            marks = np.zeros((0, MARKS)) if splits else flat
+            return Tally(gone + counted(there, weights), weights, iterations, work, True, marks)
         replaced = (ends[:, :, 0] <= at[:, None]) & going[:, None]
-        gone += counted(replaced)
+        gone += counted(replaced, weights)
+        living_still, before = there & ~replaced, Tally(gone, weights.copy(), iterations.copy(), work, False, flat[:0])
         left = np.count_nonzero(replaced, axis=1)
         iterations += going
         going &= left < paths
@@ -152,13 +150,15 @@ def repetitions(
             living, branch, origin,
         )  # fmt: skip
         # blocks of branches that are born together; of the same step in the order of the paths
-        order = np.argsort(run.kept.step[origin[:made]], kind="stable")
+        groups = run.kept.step[origin[:made]] // GROUP
+        few = run.steps // GROUP < 1 << 16  # sorted by their digits
+        order = np.argsort(groups.astype(np.uint16) if few else groups, kind="stable")
         of, rows = branch[:made][order], origin[:made][order]
-        born, marks = run.kept.step[rows], np.empty((made, MARKS))
+        born, marks = GROUP * groups[order], np.empty((made, MARKS))
         try:
             head[of] = run.advance(of, rows, born, marks, generation)
         except OutOfTimeError:
-            return replace(found, path_steps=work, complete=False)
+            return replace(before, exceeded=gone + counted(living_still, before.weights))
         flat[of] = marks
         work += float((run.steps - born).sum())
     raise AssertionError
@@ -227,6 +227,8 @@ class _Paths:
             self.tell(generation)
 
         work_together(work, min(settings.threads, -(-blocks // together)), stop=halt, tell=tell)
+        if np.isnan(marks).any():
+            raise ValueError(f"levels: {self.asked.name} gives no number at some place that the motion comes to.")
         ends[:] = marks[: len(paths)]
         return head[: len(paths)]
 

@@ -37,7 +37,14 @@ from springpot.theory.walls import about_walls
 if TYPE_CHECKING:
     from springpot.simulation.error.reach import Reached
 
-__all__ = ["about_observables", "about_options", "about_quantiles", "about_uncontrolled_impacts", "doubts"]
+__all__ = [
+    "about_forces",
+    "about_observables",
+    "about_options",
+    "about_quantiles",
+    "about_uncontrolled_impacts",
+    "doubts",
+]
 
 Floats = npt.NDArray[np.float64]
 Values = Mapping[str, float]
@@ -48,6 +55,8 @@ MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the win
 MOST_MISSED = 0.01  # of the impacts, by estimate
 MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
+FEW_PATHS = 0.2  # relative error of the standard error of a damage
+MOST_LACKING = 0.02  # of a mean square force: twice that of a quantile
 GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
 
@@ -247,6 +256,37 @@ def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
 def about_observables(names: Iterable[str], values: Values) -> list[Message]:
     """Of observables without a finite value."""
     return [say("observable_not_finite", name=name) for name in names if not math.isfinite(values[name])]
+
+
+def about_damage(counted: Mapping[str, tuple[float, Floats]]) -> list[Message]:
+    """Of damage whose standard error is not known to a fifth: it is that of a few paths with the largest cycles."""
+    found = []
+    for name, (mean, damage) in counted.items():
+        apart = damage - mean
+        variance = float((apart**2).mean())
+        if "_damage_rate" not in name or damage.size < 2 or not variance > 0.0:
+            continue
+        off = 0.5 * math.sqrt(max(float((apart**4).mean()) / variance**2 - 1.0, 0.0) / damage.size)
+        if off > FEW_PATHS:
+            share = per_cent(float(damage.max()) / (mean * damage.size))
+            found.append(say("damage_of_few_paths", name=name, share=share, paths=damage.size, off=per_cent(off)))
+    return found
+
+
+def about_forces(simulation: Simulation, names: Iterable[str], values: Values) -> list[Message]:
+    """Of forces and accelerations whose means over a step are smaller than they are.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Of which more than moments is wanted.
+    """
+    found = []
+    for name in names:
+        lacking, whole = simulation.parts.felt.lacking[name], values[f"{name}_mean_square"]
+        if lacking > MOST_LACKING * whole:
+            found.append(say("force_over_steps", name=name, share=per_cent(lacking / whole)))
+    return found
 
 
 def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:

@@ -206,6 +206,34 @@ class Distribution:
         error = np.divide(self._error(reached) * width, inside, out=np.full_like(p, np.nan), where=inside > 0.0)
         return np.asarray(self.edges[bins] + part * width), error
 
+    def share_above(self, value: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """The share of the samples above each value, and its standard error.
+
+        Parameters
+        ----------
+        value : array_like
+            In the unit, any shape.
+
+        Returns
+        -------
+        share, standard_error : ndarray
+            Of that shape; NaN without samples.
+
+        Examples
+        --------
+        >>> distribution = Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]]))
+        >>> float(distribution.share_above(1.5)[0])
+        0.25
+        """
+        x = np.asarray(value, dtype=float)
+        if not self.size > 0.0:
+            return np.full(x.shape, np.nan), np.full(x.shape, np.nan)
+        above = np.concatenate([np.cumsum(self.counts[:, ::-1], axis=1)[:, ::-1], np.zeros((len(self.counts), 1))], 1)
+        at = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, self.edges.size - 2)
+        part = np.clip((x - self.edges[at]) / np.diff(self.edges)[at], 0.0, 1.0)
+        there = above[:, at] - part * self.counts[:, at]
+        return np.asarray(there.sum(axis=0) / self.size), self._error(there)
+
     def _error(self, counts: Floats) -> Floats:
         """Standard error of the ratio of sums of counts to the number of samples; batches are independent."""
         batches = self.counts[self.counts.sum(axis=1) > 0.0].sum(axis=1)

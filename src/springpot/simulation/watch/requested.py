@@ -65,6 +65,8 @@ class Requested:
         Of each displacement, or nothing.
     felt : tuple of (Seen, Observer)
         Of forces and accelerations.
+    is_recorded : bool
+        Whether these are stored of some paths.
     cycles : tuple of (Seen, tuple of Basquin, Observer)
         Of each displacement, force or acceleration whose cycles are counted.
     """
@@ -80,6 +82,7 @@ class Requested:
     edges: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     profiles: tuple[tuple[Seen, Observer], ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
+    is_recorded: bool = False
     cycles: tuple[Counted, ...] = ()
 
     @property
@@ -91,6 +94,12 @@ class Requested:
             *(passage.observer for passage in self.passages), *self.counted.values(),
             *(observer for _, observer in (*self.felt, *self.profiles)), *(observer for *_, observer in self.cycles),
         )  # fmt: skip
+
+    @property
+    def seen_in_full(self) -> list[str]:
+        """Forces and accelerations with more than moments."""
+        whole = {*(seen.feels for seen, _ in self.sketches), *(seen.feels for seen, _ in self.profiles)}
+        return [seen.names["x"] for seen, _ in self.felt if seen.feels and (self.is_recorded or seen.feels in whole)]
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """The results of the observers after a run."""
@@ -232,6 +241,7 @@ def requested(
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
+        is_recorded=settings.record > 0,
         felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )

@@ -23,7 +23,7 @@ cycle over 2 pi) diffuses.  The springpot, dimensionless (Omega = q = 1, a = alp
 The stationary density per action is exp(-(2/q) int (loss / <v^2>) (1 - f) w1 dJ): exact for a dashpot with an elastic
 wall anywhere.  k0, m, beta and the share in 4 are determined self-consistently.  With an elastic wall no number is
 fitted; with a lossy one three are (see the modules in 5).  The derivation, and the alternatives that were tried, are in
-the documentation, page "The energy envelope".
+the documentation, pages "The energy envelope" and "What was tried".
 """
 
 from __future__ import annotations

@@ -17,7 +17,9 @@ from springpot.problem.parts import (
     CloughPenzienNoise,
     ColoredNoise,
     Contact,
+    Force,
     FractionalMaxwell,
+    Friction,
     Harmonic,
     KanaiTajimiNoise,
     Maxwell,
@@ -25,6 +27,7 @@ from springpot.problem.parts import (
     PiezoelectricCircuit,
     PoissonImpulses,
     PolynomialDashpot,
+    RecordedExcitation,
     ResonantCircuit,
     SpectralExcitation,
     Springpot,
@@ -32,6 +35,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.walls import SoftStop, slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
@@ -72,6 +76,8 @@ _NEAR, _BROAD = 0.25, 1.0  # widths of panels in ln E, up to a hundred times the
 _DEPTH, _CUTOFF, _FIELD_STEPS, _FIELD_SETTLED = 3, 1e-8, 30, 3e-4  # of the mean field
 _STILL = 1e-6  # variance of the cycles' mean over <x^2>, below which slow changes of it are not followed
 _STRONG = 1.0  # loss in a cycle over the energy, above which it is said
+_NOT_COVERED = Harmonic | SpectralExcitation | CloughPenzienNoise | RecordedExcitation | Force | Friction | Yielding
+_NOT_COVERED |= ResonantCircuit  # two motions that take turns are no slow change of one cycle
 
 
 @dataclass(frozen=True)
@@ -388,7 +394,7 @@ def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
     for name, part in unit.named():
-        if isinstance(part, Harmonic | SpectralExcitation | CloughPenzienNoise | ResonantCircuit):
+        if isinstance(part, _NOT_COVERED):
             raise NotCoveredError(f"{REACH}, not {name}.")
         if getattr(part, "envelope", None) is not None:
             raise NotCoveredError(f"{REACH}, not the envelope of {name}: it has no stationary state.")

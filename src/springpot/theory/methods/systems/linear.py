@@ -49,7 +49,7 @@ from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
 from springpot.theory.result import Moments, Result, moments_of, moments_of_points
 
-__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments", "motions"]
+__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments", "motions", "pulled"]
 
 FloatArray = NDArray[np.float64]
 Density = Callable[[float], float]
@@ -651,8 +651,8 @@ def linear(system: System) -> LinearResponse:
     )
 
 
-def companion_of(system: System) -> Companion:
-    """The linear system, or the sentence that names the part which is not linear.
+def companion_of(system: System, *, over: bool = False) -> Companion:
+    """The linear system, or the sentence that names the part which is not linear; ``over`` time, with envelopes.
 
     Raises
     ------
@@ -663,7 +663,7 @@ def companion_of(system: System) -> Companion:
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
     sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
     kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
-    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="")
+    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
     at = system.coordinates
     return Companion(
         coordinates=at,
@@ -738,6 +738,23 @@ def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[floa
     if isinstance(settled, str):
         return settled
     return _Seen(settled).motions_within(np.array(rows)) if rows else []
+
+
+def pulled(companion: Companion, arms: Sequence[Maxwell]) -> list[tuple[float, float]] | str:
+    """Mean squares of the velocity of each arm's elongation and of its force under noise; or why there are none."""
+    settled = _settled(companion)
+    if isinstance(settled, str):
+        return settled
+    seen, found = _Seen(settled), []
+
+    def strained(density: Density, arm: Maxwell) -> Density:
+        return lambda w: density(w) * abs(arm.modulus(1j * w)) ** 2
+
+    for arm in arms:
+        row = companion.row(arm)[None, :]
+        forces = [(push, strained(density, arm)) for push, density in settled.groups]
+        found.append((seen.motions_within(row)[0][2], float(seen.mean_squares(row, forces)[0])))
+    return found
 
 
 def _sprung(companion: Companion) -> Companion:

@@ -1,0 +1,221 @@
+"""How often a stationary Gaussian response exceeds a level: formulas from its spectral density."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.faults import NotCoveredError, known_word, listed, shown
+from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
+from springpot.problem.system import System
+from springpot.theory.methods.envelope.method import Envelope, envelope
+from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
+from springpot.theory.numerics.frequencies import integrals, resonances
+
+__all__ = ["LevelRates", "exceedance"]
+
+FloatArray = NDArray[np.float64]
+
+_EVEN = 1e-6  # standard deviations of a mean that counts as 0
+MEASURED = {
+    "rice": "Counts every crossing: a bound on the probability. On one side its rate was within 6 % of Monte Carlo at "
+    "a bandwidth of 0.4 or more, 18 to 61 % above it at 0.25 and 150 to 390 % at 0.11; on both sides twice as far.",
+    "vanmarcke": "On one side it was within 6 % of Monte Carlo at a bandwidth of 0.33 or more, up to 22 % above it at "
+    "0.2 to 0.25 and 28 to 73 % at 0.11; on both sides 17 % below to 16 % above it at 0.2 or more.",
+    "envelope": "On one side and on both it was within 6 % of Monte Carlo, mostly within 3 %, at a bandwidth of 0.09 "
+    "to 0.4.",
+}
+"""How far each rate was from Monte Carlo, of oscillators under white noise at 2 to 4 standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class LevelRates:
+    """Rates at which a displacement first exceeds levels, by formulas, in the stationary state.
+
+    Attributes
+    ----------
+    name : str
+    levels : ndarray
+        In m.
+    at_start : ndarray
+        Probability to be beyond each level at any given time.
+    rate : dict of ndarray
+        Of first exceedances in 1/s, by each formula: ``"rice"``, ``"vanmarcke"`` and, where it covers the system,
+        ``"envelope"``.
+    crossing_rate : float
+        Upward crossings of the mean, in 1/s.
+    bandwidth : float
+        Vanmarcke's, sqrt(1 - m_1^2 / (m_0 m_2)) of the spectral moments: 0 of a single frequency.
+    """
+
+    name: str
+    levels: FloatArray
+    at_start: FloatArray
+    rate: Mapping[str, FloatArray]
+    crossing_rate: float
+    bandwidth: float
+
+    @property
+    def measured(self) -> Mapping[str, str]:
+        """Of each formula, how far it was from Monte Carlo at levels of 2 to 4 standard deviations."""
+        return {name: MEASURED[name] for name in self.rate}
+
+    @property
+    def return_period(self) -> Mapping[str, FloatArray]:
+        """Mean time between exceedances in s, one over the rate, by each formula."""
+        return {name: 1.0 / rate for name, rate in self.rate.items()}
+
+    def probability(self, duration: float) -> Mapping[str, FloatArray]:
+        """Probability that each level is exceeded within a time, by each formula; that of Rice's rate is a bound.
+
+        Parameters
+        ----------
+        duration : float
+            In s.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is not a positive number.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+        >>> within = exceedance(device, {"x": 3.2})["x"].probability(20.0)
+        >>> round(float(within["rice"]), 5), round(float(within["vanmarcke"]), 5)
+        (0.01971, 0.01538)
+        """
+        time = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
+        found = {name: self.at_start - (1.0 - self.at_start) * np.expm1(-r * time) for name, r in self.rate.items()}
+        return {**found, "rice": np.minimum(self.at_start + self.rate["rice"] * time, 1.0)}
+
+
+def exceedance(system: System, levels: Mapping[str, Any]) -> dict[str, LevelRates]:
+    """How often the displacements of a linear system first exceed levels, by Rice's and Vanmarcke's formulas.
+
+    Parameters
+    ----------
+    system : System
+        A linear one.
+    levels : dict
+        Quantities and their levels in m, one or many, such as ``{"x": [0.004, 0.005], "distance": 0.005}``: ``"x"`` on
+        the side of the mean on which the level lies, ``"distance"``, the size of x, on both sides.  Of several masses
+        ``"box_x"``, ``"box_distance"``, and of a part with two ends ``"mount_elongation"`` and ``"mount_distance"``.
+
+    Returns
+    -------
+    dict of LevelRates
+        By quantity.
+
+    Raises
+    ------
+    NotCoveredError
+        If the system is not linear, or its response is not Gaussian.
+    NoStationaryStateError
+        If it has no stationary state.
+    TypeError, ValueError
+        If there is no such quantity, or a level is no number or not beyond the mean.
+
+    Notes
+    -----
+    With the number b of standard deviations between the mean and the level, Rice's rate on one side is that of all
+    crossings, nu e^(-b^2 / 2).  Of crossings that follow each other in clumps only the first one counts: Vanmarcke's
+    rate is that of Rice times (1 - e^(-sqrt(2 pi) s b)) / (1 - e^(-b^2 / 2)) with s the bandwidth to the power 1.2; on
+    both sides the rate doubles, and sqrt(2 pi) is half as large.  Where the mean is not 0, those of both sides are
+    added.  ``"envelope"`` is the slowest rate of `springpot.theory.envelope`'s diffusion of the amplitude.
+
+    S. O. Rice, Bell System Technical Journal 24, 1945; E. H. Vanmarcke, "On the distribution of the first-passage time
+    for normal stationary random processes", Journal of Applied Mechanics 42, 1975.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+    >>> found = exceedance(device, {"x": [3.2, 4.8], "distance": 3.2})
+    >>> found["x"].rate["vanmarcke"], round(float(found["distance"].return_period["rice"]))
+    (array([7.40...e-04, 1.41...e-06]), 526)
+    """
+    if not isinstance(levels, Mapping) or not levels:
+        raise TypeError(f"levels must be a dict of names and levels, such as {{'x': [0.01]}}, not {shown(levels)}.")
+    response = linear(system)
+    if rough := response.system.of(Harmonic, ParametricNoise, PoissonImpulses):
+        names = listed([name for name, part in response.system.named() if part in rough])
+        raise NotCoveredError(f"Rates of exceedance cover Gaussian responses, which that to {names} is not.")
+    _ = response.moments  # says if there is no stationary state
+    return {name: _rates(response, name, given) for name, given in levels.items()}
+
+
+def _rates(response: LinearResponse, name: str, given: Any) -> LevelRates:
+    place, both = _asked(response.system, name)
+    mean, deviation, crossings, bandwidth = _moments(response, place)
+    listed_ = np.asarray(given, dtype=object)
+    if not listed_.size:
+        raise ValueError(f"levels of {name} must not be empty.")
+    low = 0.0 if both else -LARGEST
+    numbers = [finite_number(level, f"level of {name}", low=low, high=LARGEST, open_low=both) for level in listed_.flat]
+    levels = np.array(numbers).reshape(listed_.shape)
+    sides = np.array([levels - mean, levels + mean]) if both else np.abs(levels - mean)[None]
+    if not (sides > 0.0).all():
+        beyond = "beyond the mean on both sides" if both else "off the mean"
+        raise ValueError(f"level of {name} must lie {beyond}, {mean:g} m.")
+    b = sides / deviation
+    rice = crossings * np.exp(-0.5 * b**2)
+    even = both and abs(mean) <= _EVEN * deviation
+    clumps = math.sqrt((0.5 if even else 2.0) * math.pi) * bandwidth**1.2 * b
+    rate = {"rice": rice.sum(axis=0), "vanmarcke": (rice * np.expm1(-clumps) / np.expm1(-0.5 * b**2)).sum(axis=0)}
+    if place in ("", *response.system.points):
+        rate |= _of_the_envelope(response.system, levels, both)
+    at_start = 0.5 * special.erfc(b / math.sqrt(2.0)).sum(axis=0)
+    return LevelRates(name, levels, np.asarray(at_start), rate, crossings, bandwidth)
+
+
+def _asked(system: System, name: object) -> tuple[str, bool]:
+    """The point or part, and whether both sides count."""
+    many, at = len(system.points) > 1, system.coordinates
+    before = [f"{point}_" for point in system.points] if many else [""]
+    known = {f"{point}{what}": (point[:-1], what != "x") for point in before for what in ("x", "distance")}
+    if many:
+        ends = ("elongation", "distance")
+        known |= {f"{part}_{what}": (part, what == "distance") for part in at.elongations for what in ends}
+    return known[known_word(name, known, "levels", "must be of")]
+
+
+def _moments(response: LinearResponse, place: str) -> tuple[float, float, float, float]:
+    """Mean, standard deviation, rate of upward crossings of the mean, and bandwidth."""
+    companion, at = response.companion, response.system.coordinates
+    row = at.elongations[place] if place in at.elongations else at.push(place or response.system.points[0])
+    found = motions(companion, [row])
+    assert not isinstance(found, str)
+    ((mean, x_square, v_square),) = found
+    if not v_square > 0.0:
+        raise ValueError("levels are not exceeded: without noise the displacement is at rest.")
+    cuts = resonances(companion.nearest, companion.scales)
+
+    def weighted(w: FloatArray) -> FloatArray:
+        return np.asarray(response.spectrum(w, place)[:, None] * w[:, None] ** [0.0, 1.0])
+
+    whole, first = integrals(weighted, cuts, np.zeros(2)).tolist()
+    frequency, deviation = math.sqrt(v_square / (x_square - mean**2)), math.sqrt(x_square - mean**2)
+    bandwidth = math.sqrt(max(1.0 - (first / whole / frequency) ** 2, 0.0))
+    return mean, deviation, frequency / (2.0 * math.pi), bandwidth
+
+
+def _of_the_envelope(system: System, levels: FloatArray, both: bool) -> dict[str, FloatArray]:
+    """The rate from the diffusion of the amplitude, if it covers this system and these levels."""
+    name = "distance" if both else "x"
+    try:
+        solved = envelope(system)
+        if not isinstance(solved, Envelope):
+            return {}
+        rates = [solved.first_passage(**{name: float(level)}).rates.min() for level in levels.flat]
+    except ValueError:
+        return {}
+    return {"envelope": np.array(rates).reshape(levels.shape)}

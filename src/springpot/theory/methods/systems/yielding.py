@@ -1,0 +1,114 @@
+"""Bouc-Wen parts in statistical linearization: each is replaced by a spring and a dashpot in series."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from springpot.problem.parts import BoucWen, Maxwell
+from springpot.theory.methods.systems.linear import Companion, pulled
+from springpot.theory.result import NoConvergenceError, NoStationaryStateError
+
+__all__ = ["nearest_arm", "with_arms"]
+
+FloatArray = NDArray[np.float64]
+
+_ROUNDS = 40  # of halfway steps, before Newton's method
+_TOLERANCE = 1e-10
+
+
+def nearest_arm(part: BoucWen, speed: float, correlation: float) -> tuple[Maxwell, float]:
+    """The Maxwell element nearest to a part in mean square, and the standard deviation of its force.
+
+    With v and z as Gaussian, z' = c v - d z by the means of the derivatives of its law [1]_.  Since z is stationary,
+    the correlation of the two gives the size of z, and is a better unknown: that has a largest value, where it is 1.
+
+    Parameters
+    ----------
+    part : BoucWen
+    speed : float
+        Standard deviation of v.
+    correlation : float
+        Of v and z, in (0, 1).
+
+    References
+    ----------
+    .. [1] Y.-K. Wen, "Equivalent linearization for hysteretic systems under random excitation", Journal of Applied
+       Mechanics 47 (1980); his beta and gamma are exchanged.
+
+    Examples
+    --------
+    >>> arm, force = nearest_arm(BoucWen(0.5, 0.5), 0.66244, 0.3514)  # of the first system of the documentation
+    >>> round(arm.stiffness, 3), round(arm.stiffness / arm.coefficient, 3), round(force**2 / 0.25, 3)
+    (0.37, 0.357, 0.233)
+    """
+    n, beta, rho = part.exponent, part.beta, correlation
+    size = 2.0 ** (0.5 * n) / math.pi
+    even, odd = size * math.gamma(0.5 * n + 1.0), size * math.sqrt(math.pi) * math.gamma(0.5 * (n + 1.0))
+    arc = float(special.beta(0.5, 0.5 * (n + 1.0)) * special.betainc(0.5, 0.5 * (n + 1.0), rho * rho))
+    slower = beta * even * arc + (1.0 - beta) * odd  # of what r^n takes from c
+    faster = beta * even * (2.0 * (1.0 - rho * rho) ** (0.5 * (n + 1.0)) + n * rho * arc) + (1.0 - beta) * n * rho * odd
+    power = rho / (faster + rho * slower)
+    spread = power ** (1.0 / n)  # of z over its limit
+    rate = faster * spread ** (n - 1.0) * speed / part.yield_displacement
+    stiffness = part.stiffness * (1.0 - power * slower)
+    return Maxwell(stiffness, stiffness / rate, between=part.between), spread * part.yield_force
+
+
+def with_arms(companion: Companion, parts: Sequence[BoucWen], settled: Callable[[Companion], Companion]) -> Companion:
+    """A linear system with Maxwell elements that agree with its motion, last among its elements.
+
+    Parameters
+    ----------
+    companion : Companion
+        The linear system without them.
+    parts : sequence of BoucWen
+    settled : callable
+        What makes of a linear system with them one whose springs and dampers agree with its motion too.
+
+    Raises
+    ------
+    NoConvergenceError, NoStationaryStateError
+        If there are none that are found, or no stationary state.
+    """
+    count = len(parts)
+
+    def arms(state: FloatArray) -> tuple[list[Maxwell], FloatArray]:
+        speeds, correlations = np.exp(state[:count]), special.expit(state[count:])
+        each = map(nearest_arm, parts, speeds.tolist(), correlations.tolist())
+        found, forces = zip(*each, strict=True)
+        return [*found], np.concatenate([speeds, forces])
+
+    def missing(state: FloatArray) -> FloatArray:
+        found, sizes = arms(state)
+        return np.log(_sizes(settled(_with(companion, found)), found) / sizes)
+
+    heaviest = float(np.diag(companion.mass).max())
+    speeds = [part.yield_displacement * math.sqrt(part.stiffness / heaviest) for part in parts]
+    state = np.concatenate([np.log(speeds), np.zeros(count)])
+    for _ in range(_ROUNDS):
+        step = missing(state)
+        state = state + 0.5 * step
+        if np.abs(step).max() < 0.01:
+            break
+    state = optimize.root(missing, state, method="hybr", options={"xtol": _TOLERANCE}).x
+    if not np.abs(missing(state)).max() < 1e-7:
+        raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
+    return _with(companion, arms(state)[0])
+
+
+def _with(companion: Companion, arms: Sequence[Maxwell]) -> Companion:
+    return replace(companion, elements=(*companion.elements, *arms))
+
+
+def _sizes(companion: Companion, arms: Sequence[Maxwell]) -> FloatArray:
+    """Standard deviations of the velocities of the arms' elongations, and of their forces."""
+    found = pulled(companion, arms)
+    if isinstance(found, str):
+        raise NoStationaryStateError(found)
+    return np.asarray(np.sqrt(found)).T.ravel()

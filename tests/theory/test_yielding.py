@@ -1,0 +1,80 @@
+"""Statistical linearization of Bouc-Wen parts, by moments of Gaussian variables and by Lyapunov's equation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+import springpot as sp
+from springpot.theory.methods.systems.yielding import nearest_arm
+
+ROWS = ((0.1, 0.5, 0.2, (0.56336, 0.43882, 0.23257)), (0.04, 0.1, 0.1, (0.40196, 0.21796, 0.15841)))
+
+
+@pytest.mark.parametrize(("damping", "left", "intensity", "exact"), ROWS)
+def test_moments_are_those_of_an_own_solution(
+    damping: float, left: float, intensity: float, exact: tuple[float, float, float]
+) -> None:
+    part = sp.BoucWen(1.0 - left, 1.0 - left)
+    found = sp.theory.linearization(sp.System(sp.Spring(left), sp.Dashpot(damping), part, sp.WhiteNoise(intensity)))
+    arm = found.arms["bouc_wen"]
+    c, d = arm.stiffness / part.stiffness, arm.stiffness / arm.coefficient  # z' = c v - d z
+    drift = np.array([[0.0, 1.0, 0.0], [-left, -damping, left - 1.0], [0.0, c, -d]])
+    covariance = linalg.solve_continuous_lyapunov(drift, -np.diag([0.0, intensity, 0.0]))
+    assert [found.x_mean_square, found.v_mean_square] == pytest.approx(np.diag(covariance)[:2], rel=1e-6)
+    assert np.diag(covariance) == pytest.approx(exact, abs=6e-6)
+    assert not found.is_exact
+    assert "far from Gaussian" in found.warnings[0]
+
+
+@pytest.mark.parametrize(("exponent", "beta"), [(1.0, 0.5), (1.0, 0.9), (2.0, 0.5), (3.0, 1.4), (2.5, 0.7)])
+def test_the_arm_has_the_mean_slopes_of_the_law(exponent: float, beta: float) -> None:
+    """By differences of E[z' v] and E[z' z], which have them as coefficients of the covariances of v and z."""
+    part, speed, rho = sp.BoucWen(2.0, 3.0, exponent, beta), 0.7, 0.6
+    arm, force = nearest_arm(part, speed, rho)
+    c, d, size = arm.stiffness / part.stiffness, arm.stiffness / arm.coefficient, force / part.stiffness
+    u, v = np.meshgrid(np.linspace(-9.0, 9.0, 601), np.linspace(-9.0, 9.0, 601), indexing="ij")
+    weight = np.exp(-0.5 * (u * u + v * v))
+    weight /= weight.sum()
+    v, z = speed * v, size * (rho * v + np.sqrt(1.0 - rho**2) * u)
+    law = v - np.abs(z / part.yield_displacement) ** exponent * (beta * np.sign(v * z) + 1.0 - beta) * v
+    covariance = np.array([[speed**2, rho * speed * size], [rho * speed * size, size**2]])
+    found = np.linalg.solve(covariance, [(weight * law * v).sum(), (weight * law * z).sum()])
+    assert found == pytest.approx([c, -d], rel=2e-4)
+    assert c * rho * speed == pytest.approx(d * size)  # z is stationary
+
+
+@pytest.mark.validation
+def test_of_masses_that_do_not_meet_each_has_the_moments_of_one() -> None:
+    one = sp.System(sp.Spring(0.5), sp.Dashpot(0.1), sp.BoucWen(0.5, 0.5, 2.0), sp.WhiteNoise(0.2))
+    pair = sp.System(
+        *(sp.Mass(1.0, at=end) for end in "ab"), *(sp.Spring(0.5, between=("ground", end)) for end in "ab"),
+        *(sp.Dashpot(0.1, between=("ground", end)) for end in "ab"), *(sp.WhiteNoise(0.2, on=end) for end in "ab"),
+        *(sp.BoucWen(0.5, 0.5, 2.0, between=("ground", end)) for end in "ab"),
+    )  # fmt: skip
+    alone, both = sp.theory.linearization(one), sp.theory.linearization(pair)
+    for end in "ab":
+        assert both.moments[f"{end}_x_mean_square"] == pytest.approx(alone.x_mean_square, rel=1e-6)
+
+
+def test_a_part_that_hardly_yields_is_a_spring_beside_one_that_bends() -> None:
+    bent = sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Dashpot(0.1), sp.WhiteNoise(0.2)
+    sprung = sp.theory.linearization(sp.System(sp.Spring(1.0), *bent)).x_mean_square
+    yielding = sp.theory.linearization(sp.System(sp.Spring(0.5), sp.BoucWen(0.5, 500.0, 2.0), *bent))
+    assert yielding.x_mean_square == pytest.approx(sprung, rel=1e-4)
+
+
+def test_the_best_guess_is_linearization() -> None:
+    found = sp.recommended(sp.System(sp.Spring(0.5), sp.Dashpot(0.1), sp.BoucWen(0.5, 0.5), sp.WhiteNoise(0.2)))
+    assert (found.method, found.guess) == ("", "linearization")
+    assert "compare with Monte Carlo" in found.why_none
+
+
+@pytest.mark.parametrize(
+    "part", [sp.Friction(0.1), sp.Jenkins(1.0, 0.1), sp.RecordedExcitation((0.0, 1.0), (0.0, 0.3)),
+             sp.Force(lambda t, x, v: -v)],
+)  # fmt: skip
+def test_the_envelope_names_what_it_leaves_out(part: sp.System) -> None:
+    with pytest.raises(ValueError, match=r"The envelope of systems covers one well, .* not "):
+        sp.theory.envelope(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), part, sp.WhiteNoise(1.0)))
