@@ -283,3 +283,52 @@ def test_a_frequency_that_changes_needs_an_end() -> None:
     falling = sp.KanaiTajimiNoise(6.0, 0.4, 1.0, on="a", frequency_rate=-1.0, envelope=ENVELOPE)
     with pytest.raises(ValueError, match=r"takes its frequency to 0 at 6 s: end the run before"):
         sp.simulate(of_pair(falling), paths=1, step=0.05, duration=12.0)
+
+
+def whole(run: sp.Run, name: str) -> float:
+    """The mean of a profile over the whole window."""
+    profile = run.profiles[f"{name}_profile"]
+    return float((profile.value * np.diff(profile.edges)).sum() / (profile.edges[-1] - profile.edges[0]))
+
+
+def test_powers_and_speeds_in_bins_are_those_of_the_run() -> None:
+    system = sp.System(*of_pair(sp.ColoredNoise(1.0, 0.5, on="a", envelope=ENVELOPE), sp.WhiteNoise(0.2, on="a")).parts,
+                       stop=sp.Barrier(-0.3, 0.8, between=("ground", "a")))  # fmt: skip
+    run = sp.simulate(system, paths=2048, duration=12.0, step=0.05, start="rest", profile=[0.0, 3.0, 5.0, 12.0])
+    assert whole(run, "damping_power") == pytest.approx(run["damping_power"].value, rel=1e-5)
+    assert whole(run, "stop_impact_power") == pytest.approx(run["stop_power"].value, rel=1e-9)
+    # of the white noise the expected power
+    fed = run["input_power"]
+    assert abs(whole(run, "input_power") - fed.value) < 4.0 * fed.error
+    assert whole(run, "input_power") == pytest.approx(run["colored_noise_power"].value + 0.1, rel=1e-5)
+    rate, speed = (run.profiles[f"stop_impact_{name}_profile"] for name in ("rate", "speed_mean"))
+    counts = rate.value * np.diff(rate.edges)
+    assert (counts @ speed.value) / counts.sum() == pytest.approx(run["stop_impact_speed_mean"].value, rel=1e-9)
+    assert 0.5 < speed.standard_error[-1] / run["stop_impact_speed_mean"].error < 3.0
+    alone = sp.simulate(system, paths=2048, duration=12.0, step=0.05, start="rest", profile=[0.0, 12.0])
+    own = alone.profiles["stop_impact_speed_mean_profile"], alone.profiles["damping_power_profile"]
+    for profile, name in zip(own, ("stop_impact_speed_mean", "damping_power"), strict=True):
+        assert profile.standard_error[0] == pytest.approx(alone[name].error, rel=2e-3)
+
+
+@pytest.mark.validation
+def test_powers_in_bins_of_one_mass() -> None:
+    """What white noise with an envelope feeds in is lost or left in each bin."""
+    run = sp.simulate(
+        sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Springpot(0.5, 0.6), sp.WhiteNoise(4.0, envelope=ENVELOPE),
+                  sp.Barrier(0.0, 0.8)),
+        paths=16384, step=0.02, duration=25.0, profile=TIMES,
+    )  # fmt: skip
+    fed, lost, taken = (run.profiles[f"{name}_power_profile"] for name in ("input", "damping", "impact"))
+    fine = np.linspace(0.0, 25.0, 25001)
+    for n, (low, high) in enumerate(itertools.pairwise(fed.edges)):
+        inside = (fine >= low) & (fine <= high)
+        assert fed.value[n] == pytest.approx((ENVELOPE.at(fine[inside]) ** 2).mean(), rel=2e-3)  # q / (2 m)
+    assert (fed.standard_error == 0.0).all()
+    assert whole(run, "damping_power") == pytest.approx(run["damping_power"].value, rel=1e-5)
+    assert whole(run, "impact_power") == pytest.approx(run["barrier_power"].value, rel=1e-9)
+    left = (whole(run, "input_power") - whole(run, "damping_power") - whole(run, "impact_power")) * 25.0
+    energy = 0.5 * 2.0 * (run["x_mean_square_end"].value + run["v_mean_square_end"].value)
+    error = 25.0 * np.hypot(run["damping_power"].error, run["barrier_power"].error)
+    assert abs(left - energy) < 4.0 * error < 0.4
+    assert (lost.value + taken.value)[-1] > fed.value[-1]  # the noise is over

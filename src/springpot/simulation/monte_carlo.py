@@ -82,6 +82,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))
+    wanted = wanted.completed(simulation)
     with _faults_of_own_forces(system):
         ensemble = simulation.advance(observers=wanted.observers, progress=_with_time(simulation, progress))
     seen = watched(simulation, ensemble.rows)
@@ -252,9 +253,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         all impacts is infinite.
     profile : int or array_like
         A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
-        square of v, impact rate and the power that rigid walls take in each of them, for motions that are not
-        stationary; and mean and mean square of ``forces``.  The times are rounded to four steps; from rest the window
-        is the whole run if left out.
+        square of v, impact rate and mean impact speed, the powers of excitations, dampers and rigid walls, and mean and
+        mean square of ``forces`` in each of them, for motions that are not stationary.  The times are rounded to four
+        steps; from rest the window is the whole run if left out.
     forces : sequence of str
         Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
         ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses

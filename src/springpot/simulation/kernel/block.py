@@ -284,6 +284,10 @@ def block(
                     for k in range(slots(load)):
                         works[k * LANES + lane] += forcing.works[k * LANES + lane]
                 if shown:
+                    for lane in range(LANES):
+                        seen.v[GROUP * LANES + lane] = terms.power[lane]
+                    for i in range(slots(load) * LANES):
+                        seen.v[(GROUP + 1) * LANES + i] = forcing.works[i]
                     show_steps(observers, seen.x, seen.v, scheme.step, n, low, high)
             for j in range(GROUP if marked else 0):
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:

@@ -693,6 +693,11 @@ def several(
                         mode = f64(z[memories.tapped[k] * LANES + lane])
                         tapped[k * LANES + lane] += mode * mode
             if watched:
+                at = (size.points + size.rows) * GROUP * LANES
+                for lane in range(LANES):
+                    shown_v[at + lane] = terms.power[lane]
+                for i in range((size.sources + size.dampers + size.shaken) * LANES):
+                    shown_v[at + LANES + i] = terms.works[i]
                 show_steps(observers, shown_x, shown_v, exact.step, t, low, high)
             if in_window:
                 _add(sums.x, terms.x, n)

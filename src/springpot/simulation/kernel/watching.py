@@ -42,7 +42,8 @@ ON_STEPS = types.void(_numbers, _numbers, types.float64, types.int64, types.int6
 """(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count.
 
 Of several masses x and v are those of the displacement that the observer is ``of``, and after them, GROUP * LANES
-numbers each, those of the next ones.
+numbers each, those of the next ones.  Beyond the displacements v is of the whole group: the power of dampers and
+memory summed over its steps, then the work of each named force, LANES numbers each.
 """
 ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""

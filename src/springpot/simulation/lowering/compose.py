@@ -32,6 +32,7 @@ from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, taps_of
+from springpot.simulation.lowering.modulated import mean_square
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
@@ -184,6 +185,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
     total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
+    steady = total.white + total.poisson
     total += modulated_noise(total, units, step, settings.steps, settings.window_steps)
     # kicks have what the exact flight has not; rounding of k - k is nothing
     remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
@@ -212,6 +214,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
+
+    def expected_in(bin_of_steps: tuple[int, int]) -> float:
+        rough = sum(mean_square(each, units, step, bin_of_steps) for each in total.modulated if not each.multiplies)
+        return 0.5 * (steady + rough) * units.speed**2 / units.time
+
     return Parts(
         scheme=at_this_step,
         wall=wall_of(total, fastest / units.speed, scales.spread / units.length, units.speed, step),
@@ -221,6 +228,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         drive=reduce(add, drives) if drives else np.zeros(0, settings.precision),
         frequency=frequency,
         expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
+        expected_in=expected_in if total.modulated else None,
         units=units,
         history=history,
         named=named,

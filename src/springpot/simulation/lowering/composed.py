@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,6 +37,8 @@ class Composed:
         The memory without units.
     expected_power : float
         Mean input power of the noise whose increments are independent; per unit mass in a kernel of one mass.
+    expected_in : callable, optional
+        The same in the steps between two, where it changes in time.
     named : tuple of Named
         The forces with names, in the order of their works.
     taps : tuple of Tap
@@ -65,6 +68,7 @@ class Composed:
     units: Units
     history: ExponentialSum
     expected_power: float
+    expected_in: Callable[[tuple[int, int]], float] | None = None
     named: tuple[Named, ...] = ()
     taps: tuple[Tap, ...] = ()
     law: Any = None
@@ -100,3 +104,9 @@ class Composed:
             step=np.empty(many, np.int64),
             next=np.empty(many, np.int64),
         )
+
+    def expected_in_bins(self, edges: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+        """The expected power between each two of some steps."""
+        if self.expected_in is None:
+            return np.full(edges.size - 1, self.expected_power)
+        return np.array([self.expected_in(pair) for pair in itertools.pairwise(edges.tolist())])

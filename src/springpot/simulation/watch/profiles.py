@@ -1,4 +1,4 @@
-"""Profiles: means, mean squares and impacts in bins of time, for motions that are not stationary.
+"""Profiles: means, mean squares, impacts and powers in bins of time, for motions that are not stationary.
 
 Each path adds its means over a bin, by the trapezoidal rule, to a sum and to a sum of squares, so that nothing is kept
 of a path.  Bins are made of whole groups of four steps, in which the kernel shows states and impacts.
@@ -13,26 +13,30 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
+from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import Barrier
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.paths.statistics import NORMAL
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import observer_of
 
-__all__ = ["Profile", "checked_edges", "profile_of", "profiles_in"]
+__all__ = ["Profile", "checked_edges", "powers_in", "powers_of", "profile_of", "profiles_in"]
 
 Floats = npt.NDArray[np.float64]
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
-_KINDS = 5  # x, x^2, v^2, impacts, squares of their speeds
-_X, _XX, _VV, _HITS, _SPEEDS = range(_KINDS)
+_KINDS = 7  # x, x^2, v^2, impacts, squares of their speeds, speeds, and impacts and speeds together
+_X, _XX, _VV, _HITS, _SQUARES, _SPEEDS, _BOTH = range(_KINDS)
 _UNSEEN = 3.0 / NORMAL  # over the time that was watched: the error of the rate of what was not seen
 
 _LENGTH, _SPEED = HEADER.index("length"), HEADER.index("speed")
@@ -43,6 +47,9 @@ _PLACE = len(HEADER)
 _COUNT, _BEFORE = _PLACE + 1, _PLACE + 2
 _SUMS = _BEFORE + 2 * LANES
 _ENDS = _SUMS + _KINDS * LANES
+# Of powers: the present bin, the numbers of ends and of the kernel's sums, the factors of these in the power of dampers
+# and in input power, and then as above
+_WEIGHTS, _POWERS = _PLACE + 3, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,26 +161,96 @@ def _parts() -> tuple[Any, Any]:
                     array[_BEFORE + lane], array[_BEFORE + LANES + lane] = here, moving
         if n + GROUP < array[_ENDS + place] and n + GROUP < high:
             return
-        for kind in range(_KINDS):
-            total = square = 0.0
-            for lane in range(LANES):
-                own = array[_SUMS + kind * LANES + lane]
-                if lane < array[_PATHS]:
-                    total += own
-                    square += own * own
-                array[_SUMS + kind * LANES + lane] = 0.0
-            at = _ENDS + count + 2 * (place * _KINDS + kind)
-            array[at] = total
-            array[at + 1] = square
-        array[_PLACE] = place + 1.0
+        _end_bin(array, _SUMS, _KINDS)
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         before = array[_SPEED] * speed
         array[_SUMS + _HITS * LANES + lane] += count
-        array[_SUMS + _SPEEDS * LANES + lane] += count * before * before
+        array[_SUMS + _SQUARES * LANES + lane] += count * before * before
+        array[_SUMS + _SPEEDS * LANES + lane] += count * before
+        array[_SUMS + _BOTH * LANES + lane] += count * (1.0 + before)
 
     return on_steps, on_impacts
+
+
+@njit(**INLINE)
+def _end_bin(array, sums, kinds):
+    """Add the sums of each lane to those of the present bin, and go to the next."""
+    place, count = int(array[_PLACE]), int(array[_COUNT])
+    for kind in range(kinds):
+        total = square = 0.0
+        for lane in range(LANES):
+            own = array[sums + kind * LANES + lane]
+            if lane < array[_PATHS]:
+                total += own
+                square += own * own
+            array[sums + kind * LANES + lane] = 0.0
+        at = sums + kinds * LANES + count + 2 * (place * kinds + kind)
+        array[at] = total
+        array[at + 1] = square
+    array[_PLACE] = place + 1.0
+
+
+def powers_of(
+    parts: Parts | PartsOfSeveral, motion: Motion, edges: npt.NDArray[np.int64], settings: Settings
+) -> Observer:
+    """The sums of the power that dampers and memory take, and of what excitations feed in beyond an expected power."""
+    names = ["power", *(f"work of {each.name}" for each in parts.named)]
+    damped = [parts.damped.get(name, 0.0) * parts.columns[name] for name in names]
+    does = ["", *(each.does for each in parts.named)]
+    fed = [
+        parts.columns[name] / settings.step if what in ("feeds", "expected") else 0.0
+        for name, what in zip(names, does, strict=True)
+    ]
+    first = 1.0 if edges[0] == settings.window_steps[0] else 0.0
+    room = np.zeros(_POWERS * LANES)
+    initial = np.array([first, edges.size, len(names), *damped, *fed, *room, *edges, *np.zeros(4 * edges.size)])
+    seen = Seen({}, motion.displacements_shown)
+    return observer_of(seen, _power_steps(), None, initial, per_path=False, per_block=True)
+
+
+@cache
+def _power_steps() -> Any:
+    @callback(ON_STEPS)
+    def on_steps(x, v, step, n, low, high, array):
+        place, count, channels = int(array[_PLACE]), int(array[_COUNT]), int(array[_COUNT + 1])
+        if place >= count:
+            return
+        sums = _WEIGHTS + _POWERS * channels
+        for kind in range(_POWERS):
+            for k in range(channels):
+                weight = array[_WEIGHTS + kind * channels + k]
+                for lane in range(LANES):
+                    array[sums + kind * LANES + lane] += weight * v[k * LANES + lane]
+        if n + GROUP >= array[sums + _POWERS * LANES + place] or n + GROUP >= high:
+            _end_bin(array, sums, _POWERS)
+
+    return on_steps
+
+
+def powers_in(
+    parts: Parts | PartsOfSeveral, motion: Motion, settings: Settings, edges: npt.NDArray[np.int64], found: Floats
+) -> dict[str, tuple[Floats, Floats, Floats]]:
+    """As `profiles_in`, of what `powers_of` kept."""
+    sums = found[:, found.shape[1] - 4 * edges.size :].sum(axis=0).reshape(edges.size, _POWERS, 2)[1:]
+    expected = parts.expected_in_bins(edges)
+    share = parts.taken_at_once / parts.expected_power if parts.expected_power > 0.0 else 0.0
+    times, profiles = np.asarray(edges * settings.step, np.float64), {}
+    for kind, (name, beside) in enumerate((("damping_power", share * expected), ("input_power", expected))):
+        if name in possible_results(motion.system):
+            mean, error = (each / np.diff(edges) for each in _over_paths(sums[:, kind], motion, settings))
+            profiles[f"{name}_profile"] = times, parts.mass * (mean + beside), parts.mass * error
+    return profiles
+
+
+def _over_paths(sums: Floats, motion: Motion, settings: Settings) -> tuple[Floats, Floats]:
+    """Mean and standard error of one sum from totals and squares."""
+    total, square, paths = sums[..., 0], sums[..., 1], settings.paths
+    mean = total / paths
+    if paths == 1:
+        return mean, np.full_like(mean, 0.0 if motion.different_paths == 1 else np.nan)
+    return mean, np.sqrt(np.maximum(square / paths - mean * mean, 0.0) / (paths - 1))
 
 
 def profiles_in(
@@ -188,21 +265,32 @@ def profiles_in(
     """
     sums = found[:, _ENDS - _PLACE + edges.size :].sum(axis=0).reshape(edges.size, _KINDS, 2)[1:]
     times, width = np.asarray(edges * settings.step, np.float64), np.diff(edges) * settings.step
-    over = {_X: np.diff(edges), _XX: np.diff(edges), _VV: np.diff(edges), _HITS: width, _SPEEDS: width}
+    over = {_X: np.diff(edges), _XX: np.diff(edges), _VV: np.diff(edges), _HITS: width, _SQUARES: width}
     profiles = {}
     for name, kind, factor in _wanted(motion, seen):
-        (total, square), paths = sums[:, kind].T, settings.paths
-        mean = total / paths
-        spread = np.maximum(square / paths - mean * mean, 0.0) / max(paths - 1, 1) if paths > 1 else np.nan * mean
-        error: Floats = np.sqrt(spread)
-        if kind in (_HITS, _SPEEDS):
+        if kind == _SPEEDS:
+            profiles[f"{name}_profile"] = times, *_mean_speed(sums, settings.paths)
+            continue
+        mean, error = _over_paths(sums[:, kind], motion, settings)
+        if kind in (_HITS, _SQUARES):
             unseen = sums[:, _HITS, 0] == 0.0
-            error = np.where(unseen, _UNSEEN / paths if kind == _HITS else np.nan, error)
+            error = np.where(unseen, _UNSEEN / settings.paths if kind == _HITS else np.nan, error)
             if kind == _HITS and any(name.startswith(start) for start in motion.uncounted):
                 mean, error = np.full_like(mean, np.nan), np.full_like(mean, np.nan)
         per_bin = np.asarray(factor / over[kind], float)
         profiles[f"{name}_profile"] = times, np.asarray(mean * per_bin), np.asarray(error * per_bin)
     return profiles
+
+
+def _mean_speed(sums: Floats, paths: int) -> tuple[Floats, Floats]:
+    """The ratio of the sums of speeds and of impacts, and its error, linearized."""
+    hits, speeds, both = (sums[:, kind] for kind in (_HITS, _SPEEDS, _BOTH))
+    struck = hits[:, 0] > 0.0
+    below = np.where(struck, hits[:, 0], 1.0)
+    value = np.where(struck, speeds[:, 0] / below, np.nan)
+    together = 0.5 * (both[:, 1] - hits[:, 1] - speeds[:, 1])
+    spread = np.maximum(speeds[:, 1] - 2.0 * value * together + value**2 * hits[:, 1], 0.0)
+    return value, np.sqrt(spread * paths / max(paths - 1, 1)) / below
 
 
 def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
@@ -215,8 +303,10 @@ def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
     if "impact_speed" in seen.names:
         start = seen.names["impact_speed"].removesuffix("impact_speed")
         found.append((f"{start}impact_rate", _HITS, 1.0))
+        if not any(start.startswith(name) for name in motion.uncounted):
+            found.append((f"{start}impact_speed_mean", _SPEEDS, 1.0))
         if not math.isnan(taken := _taken(motion, seen)):
-            found.append((f"{start}impact_power", _SPEEDS, taken))
+            found.append((f"{start}impact_power", _SQUARES, taken))
     return found
 
 
@@ -226,10 +316,8 @@ def _taken(motion: Motion, seen: Seen) -> float:
     laws = {wall.restitution for wall in walls if isinstance(wall, Barrier)}
     if len(laws) != 1 or callable(*laws) or not all(isinstance(wall, Barrier) for wall in walls):
         return math.nan
-    mass = motion.system.inertia
-    if seen.stop:  # of several masses
-        at = motion.system.coordinates
-        row = at.elongations[seen.stop]
-        mass = 1.0 / float(row @ at.accelerations(row))
+    at = motion.system.coordinates
+    row = at.elongations[seen.stop] if seen.stop else np.ones(1)  # of one mass all walls
+    mass = 1.0 / float(row @ at.accelerations(row))
     (restitution,) = laws
     return 0.5 * mass * (1.0 - float(restitution) ** 2)  # type: ignore[arg-type]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ from springpot.simulation.watch.observables import (
     squares,
 )
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
-from springpot.simulation.watch.profiles import Profile, checked_edges, profile_of, profiles_in
+from springpot.simulation.watch.profiles import Profile, checked_edges, powers_in, powers_of, profile_of, profiles_in
 from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
@@ -63,6 +63,8 @@ class Requested:
         Ends of the bins of the profiles, in steps; empty without them.
     profiles : tuple of (Seen, Observer)
         Of each displacement, or nothing.
+    powers : tuple of Observer
+        Of the profiles of powers, once the kernel's parts are known.
     felt : tuple of (Seen, Observer)
         Of forces and accelerations.
     is_recorded : bool
@@ -81,6 +83,7 @@ class Requested:
     counted: Mapping[str, Observer] = field(default_factory=dict)
     edges: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     profiles: tuple[tuple[Seen, Observer], ...] = ()
+    powers: tuple[Observer, ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
     is_recorded: bool = False
     cycles: tuple[Counted, ...] = ()
@@ -92,7 +95,8 @@ class Requested:
             *self.observables.values(), *self.impact_observables.values(),
             *(observer for _, observer in (*self.sketches, *self.extremes, *self.spectra)),
             *(passage.observer for passage in self.passages), *self.counted.values(),
-            *(observer for _, observer in (*self.felt, *self.profiles)), *(observer for *_, observer in self.cycles),
+            *(observer for _, observer in (*self.felt, *self.profiles)), *self.powers,
+            *(observer for *_, observer in self.cycles),
         )  # fmt: skip
 
     @property
@@ -100,6 +104,13 @@ class Requested:
         """Forces and accelerations with more than moments."""
         whole = {*(seen.feels for seen, _ in self.sketches), *(seen.feels for seen, _ in self.profiles)}
         return [seen.names["x"] for seen, _ in self.felt if seen.feels and (self.is_recorded or seen.feels in whole)]
+
+    def completed(self, simulation: Simulation) -> Requested:
+        """With the powers of the profiles, whose factors are those of the kernel's parts."""
+        if not self.edges.size:
+            return self
+        powers = powers_of(simulation.parts, simulation.motion, self.edges, simulation.settings)
+        return replace(self, powers=(powers,))
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """The results of the observers after a run."""
@@ -122,12 +133,13 @@ class Requested:
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for seen, _ in self.felt:
             counted |= _moments(simulation, seen, next(left) / (high - low))
-        profiles = dict[str, Profile]()
+        columns = dict[str, tuple[Floats, Floats, Floats]]()
         for seen, _ in self.profiles:
-            found = profiles_in(simulation.motion, settings, seen, self.edges, next(left))
-            profiles |= {
-                name: Profile(*columns, unit_of_result(simulation.plan.system, name)) for name, columns in found.items()
-            }
+            columns |= profiles_in(simulation.motion, settings, seen, self.edges, next(left))
+        for _ in self.powers:
+            columns |= powers_in(simulation.parts, simulation.motion, settings, self.edges, next(left))
+        system = simulation.plan.system
+        profiles = {name: Profile(*own, unit_of_result(system, name)) for name, own in columns.items()}
         for each in self.cycles:
             fatigue, more = fatigue_in(simulation, each, next(left), next(left))
             counted, distributions = counted | fatigue, distributions | more
@@ -228,7 +240,7 @@ def requested(
     counted = (*motion.seen, *felt) if distributions else ()
     moving = () if spectrum is None else tuple(seen for seen in (*motion.seen, *felt) if "x" in seen.names)
     moved = () if profile is None else (*motion.seen, *(seen for seen in felt if seen.feels))
-    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved))
+    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved) + 1)
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},

@@ -13,11 +13,12 @@ export function element(g, { draw, order, arm, curved, aside = 0, coils = 12 }, 
   g.lineJoin = "round";
   if (draw === "spring") spring(g, from, to, y, size, curved, coils);
   else {
-    // an arm is a spring in series with what remembers or damps
+    // an arm is a spring in series with what remembers, damps or slips
     const begin = arm ? from + 0.45 * (to - from) : from;
     if (arm) spring(g, from, begin, y, 0.7 * size, false, coils);
     if (draw === "inerter") inerter(g, from, to, y, size, aside);
     else if (draw === "springpot") springpot(g, begin, to, y, order, size, aside);
+    else if (draw === "slider") slider(g, begin, to, y, size, aside);
     else dashpot(g, begin, to, y, size, aside);
   }
 }
@@ -85,6 +86,20 @@ function dashpot(g, from, to, y, size, aside) {
   g.lineTo(middle + half, y + tall);
   g.lineTo(middle - half, y + tall);
   g.moveTo(middle + half, y);
+  g.lineTo(to, y);
+  g.stroke();
+}
+
+// a block that slips on a plate
+function slider(g, from, to, y, size, aside) {
+  const middle = (from + to) / 2 + aside * (to - from), half = Math.min(12, (to - from) * 0.18), tall = 9 * size;
+  g.beginPath();
+  g.moveTo(from, y);
+  g.lineTo(middle - half, y);
+  g.rect(middle - half, y - 0.5 * tall, 2 * half, tall);
+  g.moveTo(middle - 1.8 * half, y + 0.5 * tall + 2);
+  g.lineTo(middle + 1.8 * half, y + 0.5 * tall + 2);
+  g.lineTo(middle + 1.8 * half, y);
   g.lineTo(to, y);
   g.stroke();
 }

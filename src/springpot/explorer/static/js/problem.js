@@ -68,6 +68,7 @@ function elementsOf(values, ends) {
     ...(springs.length ? [{ draw: "spring", curved: springs.some(({ linear }) => !linear) }] : []),
     ...found("springpot").map((part) => ({ draw: "springpot", order: values[orderNumber(part)] })), ...arms,
     ...found("dashpot").slice(0, 1).map(() => ({ draw: "dashpot" })), ...found("dashpot arm").slice(0, 1).map(() => ({ draw: "dashpot", arm: true })),
+    ...found("slider arm").slice(0, 1).map(() => ({ draw: "slider", arm: true })),
     ...found("inerter").slice(0, 1).map(() => ({ draw: "inerter" })), ...rubbing,
   ];
   // where there are many, their marks stand beside each other

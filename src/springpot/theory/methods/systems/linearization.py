@@ -49,8 +49,8 @@ _BENT = 0.05  # error of the variance in a bath of springs that bend, beyond whi
 _NOTHING = 1e-18  # of the largest mean square
 _EVEN = 1e-12
 _SMALL = (
-    "The parts that yield make x far from Gaussian: under white noise <x^2> and <v^2> came out too small by 7 to 17 %, "
-    "<x^2> the more the less stiffness is left."
+    "The parts that yield make x far from Gaussian: under white noise <x^2> and <v^2> came out up to 17 % "
+    "too small, most where little stiffness is left."
 )
 _FIRST = np.eye(10)[0]
 _REPLACED = Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol
@@ -105,7 +105,7 @@ def linearization(system: System) -> Linearization:
     x and v are taken as Gaussian and independent at one time.  Of each part with u and w as its elongation and the
     velocity of that, the stiffness is E[U''(u)] and the damping E[w F(u, w)] / E[w^2], and the means of x balance the
     mean forces; memory is kept as it is [1]_.  A Bouc-Wen part becomes a spring and a dashpot in series, whose force is
-    taken as Gaussian too; under white noise <x^2> and <v^2> then came out too small by 7 to 17 %.  For a cubic spring
+    taken as Gaussian too; under white noise <x^2> and <v^2> then came out too small by up to 17 %.  For a cubic spring
     <x^2> comes out too small; a warning says where it would be by more than 5 % in thermal noise, where the exact law
     is known.
 
