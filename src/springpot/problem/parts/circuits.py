@@ -19,7 +19,6 @@ class Circuit(Element, abstract=True):
     ----------
     of_load : {"voltage", "current"}
         Whose mean square over ``load`` is the power of the load.
-    load : float
     """
 
     is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
@@ -28,6 +27,15 @@ class Circuit(Element, abstract=True):
     coupling: Annotated[float, Number("θ", "coupling", "N V-1", "positive", "It is theta in N/V.", mass=0.5)]
     resistance: Annotated[float, Number("R", "resistance", "ohm", "positive", "It is R in ohm.")]
     capacitance: Annotated[float, Number("Cp", "capacitance", "F", "positive", "It is Cp in farad.")]
+
+    @property
+    def load(self) -> float:
+        """By which that mean square is divided."""
+        raise NotImplementedError
+
+    def load_square(self, w: float) -> float:
+        """That square over the one of x, at a frequency."""
+        raise NotImplementedError
 
     @property
     def together(self) -> Self:

@@ -189,7 +189,7 @@ def memory_of(
         powers.ravel().astype(precision),
         weights_of_modes.ravel().astype(precision),
         *(np.dtype(precision).type(w) for w in (recent[0], extra, *recent[1:])),
-        np.concatenate([np.zeros(0), *(table for table, _ in turns)]).astype(precision),
+        turns=np.concatenate([np.zeros(0), *(table for table, _ in turns)]).astype(precision),
     ), ExponentialSum(rates, strengths, error, 1.0, float(settings.steps + 1))
 
 
