@@ -273,11 +273,10 @@ def block(
                 d[lane], d[LANES + lane] = d[GROUP * LANES + lane], d[(GROUP + 1) * LANES + lane]
             for k in range(observers.feels.size if shown else 0):
                 which = observers.feels[k]
-                for i in range(0, GROUP * LANES, LANES):
-                    to = beyond(seen.x, (1 + which) * GROUP * LANES + i)
-                    at, pull, middle = beyond(seen.at, i), beyond(seen.pull, i), beyond(seen.middle, i)
-                    given, state = beyond(forcing.given, i), beyond(forcing.state, i)
-                    feel(observers, which, at, pull, middle, given, state, to)
+                to = beyond(seen.x, (1 + which) * GROUP * LANES)
+                feel(
+                    observers, which, GROUP * LANES, seen.at, seen.pull, seen.middle, forcing.given, forcing.state, to
+                )  # fmt: skip
             if within or cut:
                 for lane in range(LANES):
                     _add(sums, terms, lane)

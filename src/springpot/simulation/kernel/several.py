@@ -454,7 +454,9 @@ def _feel(size, q, s, j, observers, given, state, shown):
     for k in range(observers.feels.size):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
-        feel(observers, which, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to)
+        feel(
+            observers, which, LANES, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to
+        )
 
 
 @njit(**INLINE)
