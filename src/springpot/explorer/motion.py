@@ -138,10 +138,10 @@ def voltages(system: System, step: float, x: Floats) -> Floats:
             turned, (y, q) = turned_in_step(Arm(1.0, circuit.rate, turn=circuit.frequency), step)
             above = circuit.coupling / circuit.capacitance * np.array([y, turned[0, 1] * q - turned[1, 1] * y])
             row[:] = [0.0, *lfilter(above, [1.0, -np.trace(turned), np.linalg.det(turned)], np.diff(row))]
-            continue
-        decay = step / circuit.time
-        gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay
-        row[:] = [0.0, *lfilter([gain], [1.0, -np.exp(-decay)], np.diff(row))]
+        elif isinstance(circuit, PiezoelectricCircuit):
+            decay = step / circuit.time
+            gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay
+            row[:] = [0.0, *lfilter([gain], [1.0, -np.exp(-decay)], np.diff(row))]
     return found
 
 

@@ -185,12 +185,14 @@ def memory_of(
     weights_of_modes = weighted[:, None] * powers
     powers[:, -1] = np.expm1(-GROUP * padded)
     precision = settings.precision
-    return Memory(
+    tables = np.concatenate([np.zeros(0), *(table for table, _ in turns)])
+    numbers: list[Any] = [
         powers.ravel().astype(precision),
         weights_of_modes.ravel().astype(precision),
         *(np.dtype(precision).type(w) for w in (recent[0], extra, *recent[1:])),
-        turns=np.concatenate([np.zeros(0), *(table for table, _ in turns)]).astype(precision),
-    ), ExponentialSum(rates, strengths, error, 1.0, float(settings.steps + 1))
+        tables.astype(precision),
+    ]
+    return Memory(*numbers), ExponentialSum(rates, strengths, error, 1.0, float(settings.steps + 1))
 
 
 def _turning_mode(arm: Arm, step: float) -> tuple[Any, Any]:
