@@ -89,12 +89,9 @@ class Quantity:
 
 def _quantities(system: System) -> Iterator[str]:
     """Displacements, elongations, forces and accelerations, by their names in results."""
-    several = _is_several(system)
-    yield from (f"{point}_x" for point in system.points) if several else ["x"]
-    yield from (f"{name}_elongation" for name in (*system.elements, *system.coordinates.pairs) if several)
-    yield from (f"{name}_force" for name in system.elements)
-    yield "force_on_ground"
-    yield from (f"{point}_acceleration" for point in system.points) if several else ["acceleration"]
+    means = {f"{name}_mean" for name in ("x", f"{_AT}x", f"{_PAIRS}elongation", *(felt[0] for felt in _FELT))}
+    yield from (name.removesuffix("_mean") for each in CATALOGUE if each.name in means for name in each.names(system))
+    yield from (f"{name}_elongation" for name in system.elements if _is_several(system))
 
 
 def _with(*powers: str) -> Callable[[Part], bool]:
@@ -401,14 +398,9 @@ def unit_of(name: str, heavy: bool = False) -> str:
         return ""
     unit = entry.unit
     if "q" in unit and not name.startswith(_ANY):
-        own = _unit_of_quantity(name[: -len(entry.name) + len(_ANY) - 1])
+        own = unit_of(f"{name[: len(_ANY) - 1 - len(entry.name)]}_mean", heavy=True)
         unit = own if unit == "q" else unit_times("1", own, -1)
     return unit if heavy else per_unit_mass(unit)
-
-
-def _unit_of_quantity(name: str) -> str:
-    units = {"force": "N", "force_on_ground": "N", "acceleration": "m s-2"}
-    return next((unit for end, unit in units.items() if f"_{name}".endswith(f"_{end}")), "m")
 
 
 def unit_of_result(system: System, name: str) -> str:
