@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.signal import lfilter
 
 from springpot.explorer.ends import rows_of
-from springpot.problem.parts import ResonantCircuit
+from springpot.problem.parts import PiezoelectricCircuit, ResonantCircuit
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
