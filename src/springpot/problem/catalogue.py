@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
+from springpot.problem.parts import Constant, ResonantCircuit, ThermalNoise
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
@@ -124,7 +125,11 @@ def _has_spring(part: Part) -> bool:
 
 
 def _is_circuit(part: Part) -> bool:
-    return isinstance(part, PiezoelectricCircuit)
+    return isinstance(part, Circuit)
+
+
+def _is_resonant(part: Part) -> bool:
+    return isinstance(part, ResonantCircuit)
 
 
 def _is_soft(part: Part) -> bool:
@@ -261,6 +266,8 @@ CATALOGUE = (
              "with white noise or impulses, or if nothing is fed in", where=_balances, controlled=False),
     Quantity("<part>_voltage_mean_square", "V2", "mean square voltage of the circuit", r"\langle V^2\rangle",
              "of each circuit, without thermal noise", **_CIRCUITS),
+    Quantity("<part>_current_mean_square", "A2", "mean square current of the circuit's coil", r"\langle I^2\rangle",
+             "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _is_resonant}),
     Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
              "with circuits, without thermal noise", **_CIRCUITS),
     Quantity("contact_share", "1", "share of the time in which a contact is touched", **_SOFT),
