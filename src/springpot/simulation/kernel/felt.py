@@ -22,43 +22,64 @@ as `springpot.simulation.kernel.soft_contacts.force_of_contact` has it.
 
 
 @njit(**INLINE)
-def feel(observers, number, u, pull, middle, given, state, to):
-    """What is felt in one step of all lanes, from lane arrays of each row at the kick: the elongation, the force of
-    dampers and memory, and the mean velocity; and from the impulses of sources in the step, and the states of forces.
+def feel(observers, number, count, u, pull, middle, given, state, to):
+    """What is felt, from lane arrays of each row at the kick: the elongation, the force of dampers and memory, and the
+    mean velocity; and from the impulses of sources in the step, and the states of forces.
 
-    The row of a term with the source r is -1 - r.
+    ``count``: LANES, or of a single row all steps of a group in one.  The row of a term with the source r is -1 - r.
     """
-    for lane in range(LANES):
+    begin, end = observers.felt_begin[number], observers.felt_begin[number + 1]
+    begun = begin < end and observers.felt_row[begin] >= 0
+    for lane in range(0 if begun else count):
         to[lane] = 0.0
-    for term in range(observers.felt_begin[number], observers.felt_begin[number + 1]):
+    for term in range(begin, end):
         i, k = observers.felt_row[term] * LANES, NUMBERS * term
         if i < 0:
             at = (-1 - observers.felt_row[term]) * GROUP * LANES
-            for lane in range(LANES):
+            for lane in range(count):
                 to[lane] += observers.felt[k + 10] * given[at + lane]
             continue
         constant, linear = observers.felt[k], observers.felt[k + 1]
         weight, damping = observers.felt[k + 10], observers.felt[k + 11]
-        for lane in range(LANES):
-            to[lane] += (constant + linear * u[i + lane]) + (weight * pull[i + lane] + damping * middle[i + lane])
+        if begun and term == begin:
+            for lane in range(count):
+                to[lane] = (constant + linear * u[i + lane]) + (weight * pull[i + lane] + damping * middle[i + lane])
+        else:
+            for lane in range(count):
+                to[lane] += (constant + linear * u[i + lane]) + (weight * pull[i + lane] + damping * middle[i + lane])
         for power in range(2, 10):
             factor = observers.felt[k + power]
             if factor != 0.0:
-                for lane in range(LANES):
+                for lane in range(count):
                     product = factor
                     for _ in range(power):
                         product *= u[i + lane]
                     to[lane] += product
-        share, away, loss = observers.felt[k + 12], observers.felt[k + 16], observers.felt[k + 19]
-        if share != 0.0:
-            for lane in range(LANES):
-                _, force = force_of_contact(observers.felt, (k + 15) // 5, f64(u[i + lane]), 1.0)
-                to[lane] += share * force * (1.0 - away * loss * middle[i + lane])
+        share, place, away = observers.felt[k + 12], observers.felt[k + 15], observers.felt[k + 16]
+        stiffness, exponent, loss = observers.felt[k + 17], observers.felt[k + 18], observers.felt[k + 19]
+        touching = 0
+        for lane in range(count if share != 0.0 else 0):
+            touching += 1 if away * (place - u[i + lane]) > 0.0 else 0
+        numbers = place, away, share * stiffness, loss
+        if touching > 0 and exponent == 1.0:  # a constant makes vector code
+            _press(*numbers, 1.0, count, i, u, middle, to)
+        elif touching > 0 and exponent == 1.5:
+            _press(*numbers, 1.5, count, i, u, middle, to)
+        elif touching > 0:
+            _press(*numbers, exponent, count, i, u, middle, to)
         share = observers.felt[k + 13]
         if share != 0.0:
             i = int(observers.felt[k + 14]) * LANES
-            for lane in range(LANES):
+            for lane in range(count):
                 to[lane] += share * state[i + lane]
+
+
+@njit(**INLINE)
+def _press(place, away, stiffness, loss, exponent, count, i, u, middle, to):
+    """Add the force of a contact."""
+    for lane in range(count):
+        _, force = force_of_contact((place, away, stiffness, exponent), 0, f64(u[i + lane]), 1.0)
+        to[lane] += force * (1.0 - away * loss * middle[i + lane])
 
 
 @njit(**INLINE)
