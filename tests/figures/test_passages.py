@@ -45,7 +45,7 @@ def test_return_periods_of_runs_and_formulas_are_beside_each_other(passages) -> 
     lines = {line.get_label(): line for line in axes.get_lines()}
     assert lines["no passage: at least, 95 %"].get_ydata() == [passages[2].return_period.low]
     np.testing.assert_array_equal(lines["Vanmarcke"].get_ydata(), found.return_period["vanmarcke"])
-    curve = sp.exceedance(SYSTEM, {"x": [2.5]}, duration=30.0, step=0.05, start="rest", rtol=0.5)["x"]
+    curve = sp.exceedance(sp.Oscillator(), {"x": [2.5]}, duration=30.0, step=0.05, start="rest", rtol=0.5)["x"]
     figures.plot_return_periods(curve, axes)
     assert axes.get_lines()[-1].get_label() == f"{curve.method}, 95 %"
     assert axes.get_lines()[-1].get_ydata() == curve.return_period

@@ -20,6 +20,7 @@ COUNTED = (
      sp.FractionalMaxwell(sp.Springpot(0.5, 40.0), sp.Spring(180.0))),
     (sp.Contact(0.004, 1e5, 1.5, 0.2, "below", count=2), sp.Contact(0.004, 2e5, 1.5, 0.2, "below")),
     (sp.PiezoelectricCircuit(1e-3, 1e5, 1e-7, count=2), sp.PiezoelectricCircuit(2e-3, 5e4, 2e-7)),
+    (sp.ResonantCircuit(1e-3, 1e3, 1e-7, 10.0, count=2), sp.ResonantCircuit(2e-3, 5e2, 2e-7, 5.0)),
 )  # fmt: skip
 
 

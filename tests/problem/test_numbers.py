@@ -29,6 +29,7 @@ ONE_OF_EACH: tuple[object, ...] = (
     sp.FractionalMaxwell(sp.Springpot(0.4, 0.3), sp.Spring(2.0)),
     sp.Maxwell(1.0, 0.5),
     sp.PiezoelectricCircuit(0.1, 2.0, 0.5),
+    sp.ResonantCircuit(0.1, 2.0, 0.5, 0.7),
     sp.WhiteNoise(0.1),
     sp.ColoredNoise(0.1, 0.5),
     sp.KanaiTajimiNoise(2.0, 0.3, 0.1),

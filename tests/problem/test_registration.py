@@ -53,7 +53,11 @@ def test_a_part_is_divided_by_the_mass_as_its_units_say(kind: type[Part]) -> Non
 
 def test_parts_of_the_memory_have_a_modulus_and_its_slopes() -> None:
     for part in EXAMPLES:
-        if part.is_linear and "damping" in part.powers and isinstance(part, sp.Maxwell | sp.PiezoelectricCircuit):
+        if (
+            part.is_linear
+            and "damping" in part.powers
+            and isinstance(part, sp.Maxwell | sp.PiezoelectricCircuit | sp.ResonantCircuit)
+        ):
             for (number, slope), name in zip(part.slopes(0.3 + 0.4j), _order(part), strict=True):
                 up, down = (type(part)(**{**_values(part), name: number * (1.0 + e)}) for e in (1e-6, -1e-6))
                 assert slope == pytest.approx((up.modulus(0.3 + 0.4j) - down.modulus(0.3 + 0.4j)) / (2e-6 * number))

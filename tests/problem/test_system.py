@@ -215,6 +215,7 @@ EVERYTHING = sp.System(
     sp.FractionalMaxwell(sp.Springpot(0.4, 2.0), sp.Spring(3.0)),
     sp.Maxwell(1.0, 2.0),
     sp.PiezoelectricCircuit(1e-3, 1e5, 1e-7),
+    sp.ResonantCircuit(1e-3, 1e3, 1e-7, 10.0),
     sp.Contact(-0.002, 1e6, 1.5, 0.1),
     sp.Barrier(-0.003, 0.7),
     sp.WhiteNoise(0.02),

@@ -72,6 +72,10 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: in_a_file(kind="dashpot", coefficient=1.0, count=2.5),
         "parts[1] (dashpot).count must be a whole number from 1 to 1000, not 2.5.",
     ),
+    "negative inductance": (
+        lambda: sp.ResonantCircuit(0.6, 0.3, 0.8, -1.25),
+        "inductance must be in (0, 1e+50], not -1.25. It is L in henry.",
+    ),
     "empty record": (
         lambda: sp.RecordedExcitation((), ()),
         "time and values must have the same number of points, two or more, not 0 and 0.",

@@ -207,8 +207,8 @@ RunFlags = _flags_class("RunFlags", (
     _flag("first_passage", list[tuple[str, float]], MONTE_CARLO,
           "Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
           "energy in m^2/s^2; can be repeated, also for levels of one NAME.  With several masses box_x, "
-          "box_distance, box_v, box_speed, panel_box_elongation or panel_box_distance.  Time counts from the start of "
-          "the window; from rest from 0.",
+          "box_distance, box_v, box_speed, panel_box_elongation or panel_box_distance; or a name of --forces.  Time "
+          "counts from the start of the window; from rest from 0.",
           metavar="NAME LEVEL"),
     _flag("slowest_counted_impact", float, MONTE_CARLO,
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
@@ -218,7 +218,8 @@ RunFlags = _flags_class("RunFlags", (
           consume_multiple=True, metavar="TIME ..."),
     _flag("forces", list[str], MONTE_CARLO,
           "Also mean and mean square of these forces and absolute accelerations: PART_force, force_on_ground, "
-          "acceleration (with several masses POINT_acceleration).", consume_multiple=True, metavar="NAME ..."),
+          "acceleration (with several masses POINT_acceleration), and of soft contacts PART_peak_force; with "
+          "--distributions, --profile and --record these of them too.", consume_multiple=True, metavar="NAME ..."),
     _flag("record", Whole, OUTPUT, "Number of paths whose x and v are saved in FILE at every step; 0 if not given."),
     _flag("record_every", Whole, OUTPUT, "With --record: steps between two saved points; 1 if not given."),
 ))  # fmt: skip

@@ -9,10 +9,13 @@ import numpy.typing as npt
 from scipy.signal import lfilter
 
 from springpot.explorer.ends import rows_of
-from springpot.problem.parts import PiezoelectricCircuit
+from springpot.problem.parts import PiezoelectricCircuit, ResonantCircuit
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.lowering.memory import turned_in_step
+from springpot.simulation.lowering.parts import Arm
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.settings import Settings
 
@@ -119,7 +122,7 @@ def _struck(wall: Stop, step: float, x: Floats, v: Floats) -> npt.NDArray[np.int
 
 
 def voltages(system: System, step: float, x: Floats) -> Floats:
-    """The voltage of each circuit along a path, from rest: Cp V' + V / R = theta x', with straight lines for x.
+    """The voltage of each circuit along a path, from rest, with straight lines for x.
 
     Examples
     --------
@@ -128,12 +131,17 @@ def voltages(system: System, step: float, x: Floats) -> Floats:
     >>> voltages(system, 0.1, np.array([[0.0, 1.0, 1.0]])).round(6)
     array([[0., 2., 2.]])
     """
-    circuits = system.of(PiezoelectricCircuit)
-    found = rows_of(system, PiezoelectricCircuit) @ x
+    circuits = system.of(Circuit)
+    found = rows_of(system, Circuit) @ x
     for row, circuit in zip(found, circuits, strict=True):
-        decay = step / circuit.time
-        gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay
-        row[:] = [0.0, *lfilter([gain], [1.0, -np.exp(-decay)], np.diff(row))]
+        if isinstance(circuit, ResonantCircuit):
+            turned, (y, q) = turned_in_step(Arm(1.0, circuit.rate, turn=circuit.frequency), step)
+            above = circuit.coupling / circuit.capacitance * np.array([y, turned[0, 1] * q - turned[1, 1] * y])
+            row[:] = [0.0, *lfilter(above, [1.0, -np.trace(turned), np.linalg.det(turned)], np.diff(row))]
+        elif isinstance(circuit, PiezoelectricCircuit):
+            decay = step / circuit.time
+            gain = circuit.coupling / circuit.capacitance * -np.expm1(-decay) / decay
+            row[:] = [0.0, *lfilter([gain], [1.0, -np.exp(-decay)], np.diff(row))]
     return found
 
 

@@ -14,7 +14,7 @@ from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.sliders import described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts import PiezoelectricCircuit
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.system import System
 
 __all__ = ["densities_of", "labels", "opened_script", "paper_view", "sizes", "view_of"]
@@ -166,7 +166,7 @@ def _quantities(system: System) -> Iterator[tuple[str, str]]:
         yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
     if len(walls) > 1:
         yield from ((f"{name}_impact_rate", f"rate, {titled(name)}") for name in walls)
-    if system.of(PiezoelectricCircuit):
+    if system.of(Circuit):
         yield "harvested_power", "harvested"
 
 
@@ -205,3 +205,4 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
         yield f"{name}_impact_rate", f"impacts on {titles[name]}"
         yield f"{name}_impact_speed_mean", f"mean impact speed on {titles[name]}"
         yield f"{name}_voltage_mean_square", f"mean square voltage of {titles[name]}"
+        yield f"{name}_current_mean_square", f"mean square current of {titles[name]}"

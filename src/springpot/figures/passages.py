@@ -90,7 +90,7 @@ def plot_passage_probability(
         handles += ax.plot([], [], "--", color="0.35", linewidth=1.4, label="with a constant rate")
     ax.set(xscale="log", yscale="log", ylim=(0.5 * lowest, 1.3), xlim=(times[0], end), xlabel="time $t$ (s)")
     ax.set_ylabel("probability that the level was passed")
-    ax.legend(handles=handles, loc="upper left", framealpha=0.8, edgecolor="none")
+    ax.legend(handles=handles, loc="best", framealpha=0.8, edgecolor="none")
     return ax
 
 

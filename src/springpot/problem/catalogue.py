@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from springpot.problem.parts import Constant, PiezoelectricCircuit, ThermalNoise
+from springpot.problem.parts import Constant, ResonantCircuit, ThermalNoise
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
@@ -88,12 +89,9 @@ class Quantity:
 
 def _quantities(system: System) -> Iterator[str]:
     """Displacements, elongations, forces and accelerations, by their names in results."""
-    several = _is_several(system)
-    yield from (f"{point}_x" for point in system.points) if several else ["x"]
-    yield from (f"{name}_elongation" for name in (*system.elements, *system.coordinates.pairs) if several)
-    yield from (f"{name}_force" for name in system.elements)
-    yield "force_on_ground"
-    yield from (f"{point}_acceleration" for point in system.points) if several else ["acceleration"]
+    means = {f"{name}_mean" for name in ("x", f"{_AT}x", f"{_PAIRS}elongation", *(felt[0] for felt in _FELT))}
+    yield from (name.removesuffix("_mean") for each in CATALOGUE if each.name in means for name in each.names(system))
+    yield from (f"{name}_elongation" for name in system.elements if _is_several(system))
 
 
 def _with(*powers: str) -> Callable[[Part], bool]:
@@ -127,7 +125,11 @@ def _has_spring(part: Part) -> bool:
 
 
 def _is_circuit(part: Part) -> bool:
-    return isinstance(part, PiezoelectricCircuit)
+    return isinstance(part, Circuit)
+
+
+def _is_resonant(part: Part) -> bool:
+    return isinstance(part, ResonantCircuit)
 
 
 def _is_soft(part: Part) -> bool:
@@ -264,6 +266,8 @@ CATALOGUE = (
              "with white noise or impulses, or if nothing is fed in", where=_balances, controlled=False),
     Quantity("<part>_voltage_mean_square", "V2", "mean square voltage of the circuit", r"\langle V^2\rangle",
              "of each circuit, without thermal noise", **_CIRCUITS),
+    Quantity("<part>_current_mean_square", "A2", "mean square current of the circuit's coil", r"\langle I^2\rangle",
+             "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _is_resonant}),
     Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
              "with circuits, without thermal noise", **_CIRCUITS),
     Quantity("contact_share", "1", "share of the time in which a contact is touched", **_SOFT),
@@ -394,14 +398,9 @@ def unit_of(name: str, heavy: bool = False) -> str:
         return ""
     unit = entry.unit
     if "q" in unit and not name.startswith(_ANY):
-        own = _unit_of_quantity(name[: -len(entry.name) + len(_ANY) - 1])
+        own = unit_of(f"{name[: len(_ANY) - 1 - len(entry.name)]}_mean", heavy=True)
         unit = own if unit == "q" else unit_times("1", own, -1)
     return unit if heavy else per_unit_mass(unit)
-
-
-def _unit_of_quantity(name: str) -> str:
-    units = {"force": "N", "force_on_ground": "N", "acceleration": "m s-2"}
-    return next((unit for end, unit in units.items() if f"_{name}".endswith(f"_{end}")), "m")
 
 
 def unit_of_result(system: System, name: str) -> str:

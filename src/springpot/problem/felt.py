@@ -20,7 +20,6 @@ from springpot.problem.parts import (
     Harmonic,
     KanaiTajimiNoise,
     Maxwell,
-    PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
     RecordedExcitation,
@@ -30,6 +29,7 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
@@ -37,7 +37,7 @@ from springpot.problem.system import System
 __all__ = ["Felt", "felt_in"]
 
 _FELT = (
-    Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, PiezoelectricCircuit,
+    Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, Circuit,
     Yielding, Contact,
 )  # fmt: skip
 _FILTERED = ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation

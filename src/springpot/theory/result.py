@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.parts import PiezoelectricCircuit
 from springpot.problem.parts.checks import put
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.system import System
 from springpot.theory.walls import about_walls
 
@@ -117,7 +117,7 @@ def names_of_results(system: System) -> tuple[str, ...]:
     """
     of_a_wall = OF_A_WALL if len(system.points) == 1 else OF_A_WALL_OF_SEVERAL
     of_walls = (f"{wall}_{what}" for wall in system.stops for what in of_a_wall)
-    return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(PiezoelectricCircuit) else []))
+    return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(Circuit) else []))
 
 
 def names_of_moments(system: System) -> Sequence[str]:

@@ -384,3 +384,38 @@ def test_a_long_step_is_told_where_more_than_moments_is_wanted() -> None:
     assert said.startswith("mount_force is seen as its mean over a step, which lacks ")
     with pytest.raises(ValueError, match="forces cannot be given with rtol, whose pairs of runs do not see them"):
         simulated(system, rtol=0.1, forces=("mount_force",))
+
+
+# --- crossings and densities of linear theory -------------------------------------------------------------------------
+
+
+def test_crossings_and_densities_of_a_force_are_those_of_linear_theory() -> None:
+    system = device(0.25)
+    exact = linear(system)
+    root = exact.mean_square("mount_force") ** 0.5
+    moments = exact.spectral_moments((0.0, 2.0), "mount_force")
+    assert moments[0.0] == pytest.approx(root**2, rel=1e-6)
+    rate = exact.crossing_rate(1.5 * root, of="mount_force")
+    assert rate == pytest.approx((moments[2.0] / moments[0.0]) ** 0.5 / (2.0 * np.pi) * np.exp(-1.125), rel=1e-6)
+    run = simulated(
+        system, paths=640, duration=100.0, window=(40.0, 100.0), step=0.02, start="rest", record=640,
+        forces=("mount_force",), distributions=True,
+    )  # fmt: skip
+    force = run.forces["mount_force"][:, 2001:]
+    up = ((force[:, :-1] < 1.5 * root) & (force[:, 1:] >= 1.5 * root)).sum(axis=1) / 60.0
+    assert up.std() / 640**0.5 < 0.02 * rate
+    assert abs(up.mean() - rate) < 3.5 * up.std() / 640**0.5 + 0.005 * rate
+    edges, density, error = run.distributions["mount_force"].density(20)
+    gauss = exact.density(0.5 * (edges[1:] + edges[:-1]), of="mount_force")
+    assert np.all(np.abs(density - gauss) < 4.0 * error + 0.03 * gauss.max())
+
+
+def test_what_has_no_crossings_says_so() -> None:
+    exact = linear(device(1.0))
+    assert exact.crossing_rate(1.0, of="mount_force") == np.inf
+    assert exact.crossing_rate(1.0, of="spring_force") < 1.0
+    with pytest.raises(ValueError, match=r"of is 'mount', which is no force or acceleration; there are spring_force"):
+        exact.mean_square("mount")
+    shots = sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.PoissonImpulses(1.0, 1.0))
+    with pytest.raises(NotCoveredError, match="Only Gaussian responses are covered"):
+        linear(shots).density(0.0, of="dashpot_force")

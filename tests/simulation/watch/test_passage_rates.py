@@ -44,6 +44,8 @@ def test_the_test_refuses_as_often_as_it_says(number: int) -> None:
     found = np.array([uniformity(sample) for sample in samples])
     assert stats.kstest(found, "uniform").pvalue > 1e-3
     assert 0.002 < np.mean(found < 0.01) < 0.02
+    assert found[0] == pytest.approx(stats.cramervonmises(samples[0], "uniform").pvalue, abs=0.02)
+    assert uniformity(0.2 * np.sort(samples.ravel())) < 1e-6
 
 
 @pytest.mark.parametrize(("paths", "horizon"), [(200, 8.0), (60, 60.0), (200, 0.6)])
@@ -100,7 +102,7 @@ def test_what_was_never_seen_has_a_bound() -> None:
     ("times", "settling", "sentence"),
     [
         (np.full(100, np.inf), 30.0, "constant at the earliest after 30 s: use a run of twice that time."),
-        (np.full(100, np.inf), math.inf, "no path is left"),
+        (np.full(100, np.inf), math.inf, "the motion has no stationary state"),
         (np.full(100, 1.0), 10.0, "no path is left after the start whose passages could be counted: use a higher l"),
     ],
 )
@@ -109,6 +111,15 @@ def test_a_rate_that_is_not_known_says_why(times: Floats, settling: float, sente
     assert math.isnan(found.rate.value)
     assert sentence in found.rate.statement
     assert str(found.rate).startswith("not known: ")
+
+
+def test_noise_that_ends_has_no_constant_rate() -> None:
+    ending = sp.WhiteNoise(1.0, envelope=sp.JenningsHousnerEnvelope(2.0, 10.0, 0.5))
+    shaken = sp.Oscillator(springpot=sp.Springpot(1.0, 0.3), barrier=None, excitation=ending)
+    run = simulate(shaken, paths=64, duration=60.0, start="rest", step=0.05, first_passage={"x": [1.5, 9.0]})
+    for passage in run.first_passages["x"]:
+        assert math.isnan(passage.rate.value)
+        assert "has no stationary state" in passage.probability(100.0).statement
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan, math.inf, "long"])

@@ -163,6 +163,16 @@ def test_cycles_of_a_harmonic_force_have_its_amplitudes(system: sp.System, x: st
 # --- walls ------------------------------------------------------------------------------------------------------------
 
 
+def test_two_walls_are_two_turning_points() -> None:
+    walls = sp.Barrier(-0.6, 1.0), sp.Barrier(0.4, 1.0, side="below")
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(2.0), *walls)
+    run = simulated(system, paths=640, duration=60.0, step=0.02, rainflow={"x": CURVES[0]})
+    valleys, peaks = run.distributions["x_valley"], run.distributions["x_peak"]
+    assert (valleys.edges[0], peaks.edges[-1]) == (pytest.approx(-0.6, rel=0.02), pytest.approx(0.4, rel=0.02))
+    assert valleys.counts[:, 0].sum() / run["barrier_1_impact_rate"].value == pytest.approx(640 * 30.0, rel=0.1)
+    assert peaks.counts[:, -1].sum() / run["barrier_2_impact_rate"].value == pytest.approx(640 * 30.0, rel=0.1)
+
+
 @pytest.mark.parametrize(("place", "side"), [(-0.5, "above"), (0.5, "below")])
 def test_the_motion_turns_at_a_wall(place: float, side: str) -> None:
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.4), sp.Barrier(place, 1.0, side))
@@ -266,6 +276,19 @@ def test_the_shares_of_longer_ranges() -> None:
         sp.figures.plot_rainflow(run, "v")
     with pytest.raises(TypeError, match=r"^run must be a Run with counted cycles, not 3\.$"):
         sp.figures.plot_rainflow(3, "x")
+
+
+def test_every_force_and_elongation_has_its_unit() -> None:
+    equal = sp.Spring(2.0, count=2)
+    one = sp.System(sp.Mass(2.0), mount=equal, damper=sp.Dashpot(0.5), shaking=sp.WhiteNoise(1.0, on="ground"))
+    for system in (one, PAIR):
+        motion = motion_of(system)
+        names = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
+        names += [name for name, felt in motion.felt.items() if not felt.reason]
+        run = simulated(system, paths=64, duration=5.0, rainflow=dict.fromkeys(names, CURVES[1]))
+        assert {run.units[f"{name}_life"] for name in names} == {"h"}
+        found = {name: run.distributions[f"{name}_range"].unit for name in names}
+        assert found == {n: "N" if "force" in n else "m s-2" if "acceleration" in n else "m" for n in names}
 
 
 # --- bits, files, refusals --------------------------------------------------------------------------------------------

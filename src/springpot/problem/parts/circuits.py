@@ -2,16 +2,61 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from springpot.problem.parts.registration import Element, Number, Slopes
 
-__all__ = ["PiezoelectricCircuit"]
+__all__ = ["PiezoelectricCircuit", "ResonantCircuit"]
 
 
 @dataclass(frozen=True)
-class PiezoelectricCircuit(Element):
+class Circuit(Element, abstract=True):
+    """A piezoelectric element, across which a load draws a current.
+
+    Attributes
+    ----------
+    of_load : {"voltage", "current"}
+        Whose mean square over ``load`` is the power of the load.
+    """
+
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
+    of_load: ClassVar[Literal["voltage", "current"]]
+
+    coupling: Annotated[float, Number("θ", "coupling", "N V-1", "positive", "It is theta in N/V.", mass=0.5)]
+    resistance: Annotated[float, Number("R", "resistance", "ohm", "positive", "It is R in ohm.")]
+    capacitance: Annotated[float, Number("Cp", "capacitance", "F", "positive", "It is Cp in farad.")]
+
+    @property
+    def load(self) -> float:
+        """By which that mean square is divided."""
+        raise NotImplementedError
+
+    def load_square(self, w: float) -> float:
+        """That square over the one of x, at a frequency."""
+        raise NotImplementedError
+
+    @property
+    def together(self) -> Self:
+        """In parallel, so that the voltage is that of each."""
+        n = self.count
+        if n == 1:
+            return self
+        numbers = {name: getattr(self, name) for name, number in self.numbers.items() if number}
+        larger = "coupling", "capacitance"
+        return type(self)(
+            **{name: n * value if name in larger else value / n for name, value in numbers.items()},
+            between=self.between,
+        )
+
+    def term(self) -> str:
+        """Its force in the equation of motion."""
+        return f" + {self.coupling:.6g} V"
+
+
+@dataclass(frozen=True)
+class PiezoelectricCircuit(Circuit):
     """A piezoelectric element with a resistor across it.
 
     The element pulls on the mass with the force theta V, and Cp V' + V / R = theta x'.  The power V^2 / R is what a
@@ -42,19 +87,7 @@ class PiezoelectricCircuit(Element):
     """
 
     said, glyph, powers = "piezoelectric circuit", "circuit", ("damping",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, True, True, True, True
-
-    coupling: Annotated[float, Number("θ", "coupling", "N V-1", "positive", "It is theta in N/V.", mass=0.5)]
-    resistance: Annotated[float, Number("R", "resistance", "ohm", "positive", "It is R in ohm.")]
-    capacitance: Annotated[float, Number("Cp", "capacitance", "F", "positive", "It is Cp in farad.")]
-
-    @property
-    def together(self) -> PiezoelectricCircuit:
-        """In parallel, so that the voltage is that of each."""
-        n = self.count
-        return self if n == 1 else PiezoelectricCircuit(
-            n * self.coupling, self.resistance / n, n * self.capacitance, between=self.between
-        )  # fmt: skip
+    of_load = "voltage"
 
     @property
     def time(self) -> float:
@@ -82,6 +115,101 @@ class PiezoelectricCircuit(Element):
             f"R Cp = {self.time:.6g} s"
         )
 
-    def term(self) -> str:
-        """Its force in the equation of motion."""
-        return f" + {self.coupling:.6g} V"
+    def load_square(self, w: float) -> float:
+        """|V / x|^2 at a frequency."""
+        return (self.coupling / self.capacitance * w) ** 2 / (w * w + 1.0 / self.time**2)
+
+    @property
+    def load(self) -> float:
+        """R: the power is V^2 / R."""
+        return self.resistance
+
+
+@dataclass(frozen=True)
+class ResonantCircuit(Circuit):
+    """A piezoelectric element with a coil and a resistor in series across it.
+
+    The element pulls on the mass with the force theta V.  Cp V' = theta x' - I and L I' + R I = V; the power R I^2 is
+    what a harvester delivers, or what a resonant shunt takes.
+
+    Parameters
+    ----------
+    coupling : float
+        theta > 0 in N/V, which is A s/m.
+    resistance : float
+        R > 0 in ohm, that of the coil included.
+    capacitance : float
+        Cp > 0 in farad.
+    inductance : float
+        L > 0 in henry.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not one, not finite or not positive.
+
+    Notes
+    -----
+    For a mass it is a second mass theta^2 L behind a spring theta^2 / Cp, with a dashpot theta^2 R to the ground, which
+    moves by the charge of the coil over theta.  The coil of an electromagnetic harvester, K x' = L I' + R I with the
+    force K I, is a `PiezoelectricCircuit` with the coupling K, the resistance 1 / R and the capacitance L.
+
+    References
+    ----------
+    N. W. Hagood and A. von Flotow, "Damping of structural vibrations with piezoelectric materials and passive
+    electrical networks", Journal of Sound and Vibration 146 (1991).
+
+    Examples
+    --------
+    >>> round(ResonantCircuit(coupling=1e-3, resistance=1e3, capacitance=1e-7, inductance=10.0).frequency, 6)
+    1000.0
+    """
+
+    said, glyph, powers = "resonant circuit", "circuit", ("damping",)
+    of_load = "current"
+
+    inductance: Annotated[float, Number("L", "inductance", "H", "positive", "It is L in henry.")]
+
+    @property
+    def frequency(self) -> float:
+        """1 / sqrt(L Cp), in rad/s."""
+        return 1.0 / math.sqrt(self.inductance * self.capacitance)
+
+    @property
+    def rate(self) -> float:
+        """R / L, in 1/s, at which the energy of the free circuit decays."""
+        return self.resistance / self.inductance
+
+    def _closed(self, p: Any) -> Any:
+        """theta p over the current that x drives."""
+        return 1.0 + self.capacitance * p * (self.resistance + self.inductance * p)
+
+    def modulus(self, p: Any) -> Any:
+        """Force per displacement at the Laplace variable p: of a number or an array."""
+        return self.coupling**2 * p * (self.resistance + self.inductance * p) / self._closed(p)
+
+    def slopes(self, p: Any) -> Slopes:
+        """The derivatives of the modulus by the four numbers."""
+        found, by_resistance = self.modulus(p), self.coupling**2 * p / self._closed(p) ** 2
+        return [
+            (self.coupling, 2.0 * found / self.coupling),
+            (self.resistance, by_resistance),
+            (self.capacitance, -((found / self.coupling) ** 2)),
+            (self.inductance, by_resistance * p),
+        ]
+
+    def load_square(self, w: float) -> float:
+        """|I / x|^2 at a frequency."""
+        return float(abs(self.coupling * w / self._closed(1j * w)) ** 2)
+
+    @property
+    def load(self) -> float:
+        """1 / R: the power is R I^2."""
+        return 1.0 / self.resistance
+
+    def line(self, name: str) -> str:
+        """The equations of its voltage and current."""
+        return (
+            f"V ({name}): {self.capacitance:.6g} V' = {self.coupling:.6g} x' - I, {self.inductance:.6g} I' + "
+            f"{self.resistance:.6g} I = V, 1/sqrt(L Cp) = {self.frequency:.6g} rad/s"
+        )

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import (
     Barrier,
-    PiezoelectricCircuit,
     ThermalNoise,
 )
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
@@ -249,16 +249,17 @@ def _of_impacts(system: System, column: dict[str, Floats], time: float) -> Sampl
 
 
 def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) -> dict[str, Floats]:
-    """Mean square voltage of each circuit, and the power that all deliver."""
+    """Mean square voltage of each circuit and current of each coil, and the power that all deliver."""
     if system.of(ThermalNoise):  # the noise of its resistor is beside the mode, in the matched force
         return {}
     instants = _groups_in(settings)
     found, harvested = {}, np.zeros(column["x"].size)
     for name, part in system.named():
-        if isinstance(part, PiezoelectricCircuit):
-            square = column[f"voltage of {name}"] / instants * system.inertia
-            found[f"{name}_voltage_mean_square"] = square
-            harvested = harvested + square / part.resistance
+        if isinstance(part, Circuit):
+            for what in ("voltage", "current"):
+                if (tapped := f"{what} of {name}") in column:
+                    found[f"{name}_{what}_mean_square"] = column[tapped] / instants * system.inertia
+            harvested = harvested + found[f"{name}_{part.of_load}_mean_square"] / part.load
     return {**found, "harvested_power": harvested} if found else {}
 
 

@@ -40,9 +40,10 @@ from springpot.simulation.kernel.lanes import (
 from springpot.simulation.kernel.questions import Forcing, begin, extras, gather, in_lanes, limited, slots, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, replay, sweep_lanes
+from springpot.simulation.kernel.turning import NUMBERS, turn
 from springpot.simulation.kernel.watching import Accumulators, show_steps
 
-__all__ = ["COLUMNS", "Memory", "Parts", "block"]
+__all__ = ["COLUMNS", "Memory", "Parts", "block", "modes_of"]
 
 # Output of a block for every path: sums over the steps of the window, then values at instants.  After them come the
 # works of the named forces and the sums that the wall keeps beside these.
@@ -66,6 +67,12 @@ class Memory(NamedTuple):
     recent1: np.floating  # full weight of the one before the last, which is not in the modes yet; and so on
     recent2: np.floating
     recent3: np.floating
+    turns: npt.NDArray[np.floating]  # (NUMBERS * modes,) of circuits with a coil, as `turning.turn` has them
+
+
+def modes_of(memory: Memory) -> int:
+    """How many numbers it keeps of a path."""
+    return memory.powers.size // 4 + 2 * (memory.turns.size // NUMBERS)
 
 
 _state = stack_array(LANES)
@@ -148,7 +155,8 @@ def block(
     scheme, wall, load = parts.scheme, parts.wall, parts.load
     zero = memory.newest * f32(0)  # in the precision of the memory
     quick = sweep.zero  # in that of the sweep
-    modes = memory.powers.size // 4
+    turned, plain = memory.turns.size // NUMBERS, memory.powers.size // 4
+    modes = plain + 2 * turned
     z = _modes(zero)
     h = _four(zero)
     d = _six(zero)  # the two increments before the group, then the group's four
@@ -254,7 +262,8 @@ def block(
                 now.v[lane] += change.v[lane]
                 begun.v[lane] = now.v[lane]
             if modes > 0:
-                _remember(z, d, h, modes, memory.powers, memory.weights)
+                _remember(z, d, h, plain, memory.powers, memory.weights)
+                turn(z, plain * LANES, d, 0, h, 0, turned, memory.turns, 0)
             if low <= n + GROUP - 1 < high:
                 for k in range(taps.size):
                     for lane in range(LANES):

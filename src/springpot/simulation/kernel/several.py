@@ -57,6 +57,7 @@ from springpot.simulation.kernel.several_impacts import (
 )
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
 from springpot.simulation.kernel.steps import State
+from springpot.simulation.kernel.turning import turn
 from springpot.simulation.kernel.watching import show_steps
 
 __all__ = [
@@ -98,6 +99,9 @@ class Memories(NamedTuple):
     table: Any  # (rows,) where its powers and weights begin
     powers: Any  # as in `springpot.simulation.kernel.block.Memory`
     weights: Any
+    turned: Any  # (rows,) how many modes of circuits with a coil follow
+    turned_table: Any  # (rows,) where their numbers begin
+    turns: Any  # as in `springpot.simulation.kernel.turning.turn`
     tapped: Any  # (taps,) modes whose squares are summed, once in every group
 
 
@@ -678,6 +682,10 @@ def several(
                     _remember(
                         z, memories.begin[e] * LANES, d, 6 * e * LANES, h, GROUP * e * LANES, memories.count[e],
                         memories.powers, memories.weights, memories.table[e],
+                    )  # fmt: skip
+                    turn(
+                        z, (memories.begin[e] + memories.count[e]) * LANES, d, 6 * e * LANES, h, GROUP * e * LANES,
+                        memories.turned[e], memories.turns, memories.turned_table[e],
                     )  # fmt: skip
                 for i in range(6 * e * LANES, (6 * e + 2) * LANES):
                     d[i] = d[i + GROUP * LANES]

@@ -21,16 +21,17 @@ from springpot.memory import direct
 from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
-from springpot.simulation.kernel.block import COLUMNS, Memory
+from springpot.simulation.kernel.block import COLUMNS, Memory, modes_of
 from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
+from springpot.simulation.kernel.turning import NUMBERS
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, memory_of, tap_of
+from springpot.simulation.lowering.memory import answer_of, memory_of, taps_of
 from springpot.simulation.lowering.modulated import mean_square
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
@@ -103,7 +104,7 @@ class Parts(Composed):
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """Those of one coordinate and one row."""
         of_sources = np.dtype(type(self.of_kernel()[1].zero))
-        return 1, 1, self.memory.powers.size // 4, self.memory.newest.dtype, self.states_of_sources, of_sources
+        return 1, 1, modes_of(self.memory), self.memory.newest.dtype, self.states_of_sources, of_sources
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -155,7 +156,7 @@ class Parts(Composed):
         speed = units.speed
         factors = {"impacts": 1.0, "speeds": speed, "momentum": speed, "time": units.time, "depth": units.length}
         extra |= {name: factors.get(name.split()[-1], square) for name in sums_of(self.wall)}
-        extra |= {f"voltage of {tap.name}": tap.volts**2 for tap in self.taps}
+        extra |= {tap.name: tap.factor**2 for tap in self.taps}
         return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
 
 
@@ -206,10 +207,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         for (order, _), drive in zip(total.springpots, drives, strict=True)
         if drive.size > 0
     )
-    taps = tuple(arm for arm in total.arms if arm.name)
+    turned = memory.turns.size // NUMBERS
+    first = history.rates.size - len(total.arms) + turned
+    taps = tuple(taps_of(total.arms, first, memory.powers.size // 4, step))
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
-    modes = history.rates.size - len(total.arms)
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
 
@@ -230,8 +232,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         units=units,
         history=history,
         named=named,
-        taps=tuple(tap_of(arm, step) for arm in taps),
-        tapped=np.array([modes + n for n, arm in enumerate(total.arms) if arm.name], np.int64),
+        taps=taps,
+        tapped=np.array([tap.mode for tap in taps], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
         contacts=tuple(name for name, _ in total.contacts),

@@ -17,7 +17,8 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.lowering.felt import FeltInKernel
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.parts import Arm, Named
+from springpot.simulation.lowering.memory import Tap
+from springpot.simulation.lowering.parts import Named
 from springpot.simulation.lowering.readings import Reading
 
 __all__ = ["Composed"]
@@ -40,7 +41,7 @@ class Composed:
         The same in the steps between two, where it changes in time.
     named : tuple of Named
         The forces with names, in the order of their works.
-    taps : tuple of Arm
+    taps : tuple of Tap
         Circuits whose voltage is observed.
     law : BoltzmannLaw, BoltzmannOfSeveral or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
@@ -69,7 +70,7 @@ class Composed:
     expected_power: float
     expected_in: Callable[[tuple[int, int]], float] | None = None
     named: tuple[Named, ...] = ()
-    taps: tuple[Arm, ...] = ()
+    taps: tuple[Tap, ...] = ()
     law: Any = None
     mass: float = 1.0
     frequency: float = math.nan

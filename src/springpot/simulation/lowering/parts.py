@@ -37,6 +37,7 @@ from springpot.problem.parts import (
     PolynomialDashpot,
     PolynomialSpring,
     RecordedExcitation,
+    ResonantCircuit,
     SpectralExcitation,
     Spring,
     Springpot,
@@ -78,14 +79,19 @@ class Arm:
         In the kernel's units.
     name : str
         Of the circuit whose voltage it is; empty otherwise.
-    volts : float
-        V per unit of the mode's state (volt over the root of the mass).
+    volts, amperes : float
+        V per unit of the mode's state (volt over the root of the mass); of a circuit with a coil A of its second state.
+    turn : float
+        Frequency of a circuit with a coil, whose rate is then R / L: a mode with two states, y' = x' - turn q and
+        q' = turn y - rate q, and the force ``strength`` y.
     """
 
     strength: float
     rate: float
     name: str = ""
     volts: float = 0.0
+    amperes: float = 0.0
+    turn: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -282,6 +288,16 @@ def _(part: PiezoelectricCircuit, name: str, units: Units, step: float) -> Lower
     return Lowered(
         arms=(Arm(part.coupling * slope * units.time**2, units.time / part.time, name, slope * units.length),)
     )
+
+
+@lower.register
+def _(part: ResonantCircuit, name: str, units: Units, step: float) -> Lowered:
+    slope = part.coupling / part.capacitance
+    arm = Arm(
+        part.coupling * slope * units.time**2, part.rate * units.time, name, slope * units.length,
+        part.coupling * part.frequency * units.length, part.frequency * units.time,
+    )  # fmt: skip
+    return Lowered(arms=(arm,))
 
 
 @lower.register
@@ -503,7 +519,8 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
     from scipy import special  # slow to import, and most runs need none of it
 
     step, steps = step / parts, steps * parts
-    theta, white, modes = total.temperature, 0.0, [(arm.strength, arm.rate * step) for arm in total.arms]
+    theta, white = total.temperature, 0.0
+    modes = [(arm.strength, arm.rate * step) for arm in total.arms if not arm.turn]
     for order, coefficient in total.springpots:
         if order == 1.0:
             white += coefficient
@@ -521,6 +538,11 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
         for strength, rate in modes
         if rate > 0.0
     ]
+    for arm in total.arms:
+        if arm.turn > 0.0:  # the noise of the resistor, in the voltage of the coil
+            turn, rate = parts * arm.turn * step, parts * arm.rate * step
+            matrix, noise = np.array([[0.0, -turn], [turn, -rate]]), np.diag([0.0, 2.0 * rate * theta * arm.strength])
+            filters.append(sources.Filter(matrix, noise, np.array([1.0, 0.0])))
     return _filtered(name, filters, parts * step, 2.0 * theta * white * parts * step)
 
 

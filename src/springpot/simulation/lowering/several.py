@@ -17,6 +17,7 @@ import numpy.typing as npt
 from springpot.memory import ExponentialSum
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import Stop
 from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, sources
 from springpot.simulation.kernel import several as kernel
@@ -26,12 +27,13 @@ from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
 from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
 from springpot.simulation.kernel.several_laws import chain_of
+from springpot.simulation.kernel.turning import NUMBERS
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, memory_of, rough_answer_of, tap_of
-from springpot.simulation.lowering.parts import Arm, Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
+from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
+from springpot.simulation.lowering.parts import Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
 from springpot.simulation.lowering.precision import with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.plan import Plan
@@ -98,7 +100,7 @@ class PartsOfSeveral(Composed):
                 for wall in self.walls
                 for name, factor in zip(_OF_A_WALL, of_walls, strict=True)
             },
-            **{f"voltage of {tap.name}": tap.volts**2 * self.unit_mass for tap in self.taps},
+            **{tap.name: tap.factor**2 * self.unit_mass for tap in self.taps},
             "energy_first": energy,
             "energy_last": energy,
             **{f"x_end of {point}": length for point in self.points},
@@ -256,7 +258,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     whole = PartsOfSeveral(
         size=kernel.Size(
             many, len(totals), len(totals), len({*map(tuple, at.rows[many:])}), len(walls), len(noises), len(given),
-            len(dampers), len(touched), len(shaken), len(taps), int(memories.count.sum()),
+            len(dampers), len(touched), len(shaken), len(taps), int((memories.count + 2 * memories.turned).sum()),
         ),
         sweep=with_arrays(exact, kind)._replace(step=kind(exact.step), zero=kind(0.0)),
         exact=exact,
@@ -443,36 +445,39 @@ def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64],
     return begin, np.nonzero(rows)[1].astype(np.int64), rows[rows != 0.0]
 
 
-def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Arm, ...]]:
+def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Tap, ...]]:
     """The modes of each row; the weights of the newest increments in each step of a group; all modes; and circuits."""
-    totals, step, tables = frame.totals, frame.step, dict[Any, tuple[int, Any, ExponentialSum]]()
-    begin, count, table = (np.zeros(len(totals), np.int64) for _ in range(3))
+    totals, step, tables = frame.totals, frame.step, dict[Any, tuple[int, int, Any, ExponentialSum]]()
+    begin, count, table, turned, turned_table = (np.zeros(len(totals), np.int64) for _ in range(5))
     near = np.zeros((len(totals), GROUP, 5))
-    powers, weights, modes, histories = list[Any]([np.zeros(0)]), list[Any]([np.zeros(0)]), 0, []
-    taps = list[tuple[int, Arm]]()
+    powers, weights, turns = (list[Any]([np.zeros(0)]) for _ in range(3))
+    modes, histories, taps = 0, [], list[Tap]()
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
             own, history = memory_of(*key, settings.numerical_scheme, step, settings)
-            tables[key] = sum(part.size for part in powers), own, history
+            tables[key] = sum(part.size for part in powers), sum(part.size for part in turns), own, history
             powers.append(own.powers)
             weights.append(own.weights)
-        table[e], own, history = tables[key]
-        begin[e], count[e] = modes, own.powers.size // 4
-        first = modes + history.rates.size - len(total.arms)
-        taps += [(first + n, tap_of(arm, step)) for n, arm in enumerate(total.arms) if arm.name]
-        modes += int(count[e])
+            turns.append(own.turns)
+        table[e], turned_table[e], own, history = tables[key]
+        begin[e], count[e], turned[e] = modes, own.powers.size // 4, own.turns.size // NUMBERS
+        first = modes + history.rates.size - len(total.arms) + int(turned[e])
+        taps += taps_of(total.arms, first, modes + int(count[e]), step)
+        modes += int(count[e] + 2 * turned[e])
         histories.append(history)
-        new, old, r1, r2, r3 = (float(number) for number in own[2:])
+        new, old, r1, r2, r3 = (float(number) for number in own[2:7])
         near[e] = [[old, new, 0, 0, 0], [0, r1, new, 0, 0], [0, r2, r1, new, 0], [0, r3, r2, r1, new]]
     together = ExponentialSum(
         np.concatenate([np.zeros(0), *(history.rates for history in histories)]),
         np.concatenate([np.zeros(0), *(history.weights for history in histories)]),
         max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
     )  # fmt: skip
-    tapped = np.array([mode for mode, _ in taps], np.int64)
-    memories = kernel.Memories(begin, count, table, np.concatenate(powers), np.concatenate(weights), tapped)
-    return memories, near, together, tuple(arm for _, arm in taps)
+    memories = kernel.Memories(
+        begin, count, table, np.concatenate(powers), np.concatenate(weights), turned, turned_table,
+        np.concatenate(turns), np.array([tap.mode for tap in taps], np.int64),
+    )  # fmt: skip
+    return memories, near, together, tuple(taps)
 
 
 def _no_law(word: int, place: int, parts: int) -> None:
@@ -736,11 +741,12 @@ def _readings(
             yield Reading(f"{name}_power", lost, "time")
             yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
     if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
-        squares = {name: f"voltage of {name}" for name in (tap.name for tap in parts.taps)}
-        for name, square in squares.items():
-            yield Reading(f"{name}_voltage_mean_square", {square: 1.0}, "groups")
-        delivered = {square: 1.0 / dict(system.named())[name].resistance for name, square in squares.items()}
-        yield Reading("harvested_power", delivered, "groups")
+        for tap in parts.taps:
+            square, _, name = tap.name.partition(" of ")
+            yield Reading(f"{name}_{square}_mean_square", {tap.name: 1.0}, "groups")
+        circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
+        loads = {f"{part.of_load} of {name}": 1.0 / part.load for name, part in circuits}
+        yield Reading("harvested_power", loads, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
     for point, shares in zip(at.points, at.rows.tolist(), strict=True):

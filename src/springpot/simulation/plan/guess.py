@@ -29,6 +29,7 @@ from springpot.problem.parts import (
     ParametricNoise,
     PiezoelectricCircuit,
     PolynomialDashpot,
+    ResonantCircuit,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
@@ -39,7 +40,14 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
-from springpot.simulation.plan.parts import fed_at, share_yielding, stiffness_at_once, taken_by_yielding
+from springpot.simulation.plan.parts import (
+    fed_at,
+    rate_of_its_own,
+    share_yielding,
+    stiffness_at_once,
+    taken_by_yielding,
+    time_of_its_own,
+)
 from springpot.simulation.plan.scales import Scales, creep_time
 
 __all__ = ["BoltzmannLaw", "boltzmann_law", "dissipated", "guessed_law", "guessed_scales"]
@@ -168,7 +176,7 @@ def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) 
                 power += part.force * math.sqrt(2.0 * theta / math.pi)
             case VanDerPol():
                 rate += part.coefficient * (law.variance + law.mean**2 - part.length**2)
-            case Springpot() | FractionalMaxwell() | Maxwell():
+            case Springpot() | FractionalMaxwell() | Maxwell() | ResonantCircuit():
                 rate += part.modulus(1j * w).imag / w
             case PiezoelectricCircuit():
                 rate += part.coupling**2 / part.capacitance * part.time / (1.0 + (w * part.time) ** 2)
@@ -265,14 +273,15 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
             case SpectralExcitation():  # a motion below the band moves with it
                 rates.append(2.0 * math.pi * part.frequency[0])
             case _:
-                rates.append(math.sqrt(stiffness_at_once(part)))
+                rates.append(max(math.sqrt(stiffness_at_once(part)), rate_of_its_own(part)))
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
-    settled = max(energy_time, _hopping_time(law, potential))
-    forgetting = _GUESSED * max(energy_time, 2.0 / law.frequency)
+    own_time = max(map(time_of_its_own, unit.parts))
+    settled = max(energy_time, own_time, _hopping_time(law, potential))
+    forgetting = _GUESSED * max(energy_time, own_time, 2.0 / law.frequency)
     return Scales(
         frequency=law.frequency,
         fastest_rate=max(rates),

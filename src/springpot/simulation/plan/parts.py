@@ -13,15 +13,19 @@ from springpot.problem.parts import (
     FractionalMaxwell,
     KanaiTajimiNoise,
     Maxwell,
-    PiezoelectricCircuit,
     PoissonImpulses,
     RecordedExcitation,
+    ResonantCircuit,
     Springpot,
     WhiteNoise,
 )
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.hysteresis import Yielding
 
-__all__ = ["fed_at", "share_yielding", "slow_springpot", "stiffness_at_once", "taken_by_yielding"]
+__all__ = [
+    "fed_at", "rate_of_its_own", "share_yielding", "slow_springpot", "stiffness_at_once",
+    "taken_by_yielding", "time_of_its_own",
+]  # fmt: skip
 
 
 def fed_at(part: Any, frequency: float) -> float:
@@ -55,9 +59,35 @@ def stiffness_at_once(part: Any) -> float:
             return part.stiffness
         case FractionalMaxwell():
             return part.spring.stiffness
-        case PiezoelectricCircuit():
+        case Circuit():
             return part.coupling**2 / part.capacitance
     return 0.0
+
+
+def rate_of_its_own(part: Any) -> float:
+    """The frequency of a circuit's own, which the step must follow; 0 of other parts.
+
+    Examples
+    --------
+    >>> rate_of_its_own(ResonantCircuit(1.0, 1.0, 0.5, 0.5))
+    2.0
+    """
+    return part.frequency if isinstance(part, ResonantCircuit) else 0.0
+
+
+def time_of_its_own(part: Any) -> float:
+    """In which the energy of a circuit with a coil decays where nothing moves; 0 of other parts.
+
+    Examples
+    --------
+    >>> time_of_its_own(ResonantCircuit(1.0, 0.1, 0.5, 0.5))
+    5.0
+    """
+    if not isinstance(part, ResonantCircuit):
+        return 0.0
+    half = 0.5 * part.rate
+    slower = part.frequency**2 / (half + math.sqrt(max(half**2 - part.frequency**2, 0.0)))
+    return 0.5 / min(half, slower)
 
 
 def share_yielding(part: Yielding, theta: float, square: float) -> float:
@@ -104,6 +134,6 @@ def slow_springpot(part: Any) -> tuple[float, float]:
             return slow_springpot(part.springpot)
         case Dashpot() | Maxwell():
             return 1.0, part.coefficient
-        case PiezoelectricCircuit():
+        case Circuit():
             return 1.0, part.coupling**2 * part.resistance
     return 0.0, 0.0

@@ -41,7 +41,14 @@ from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.parts import fed_at, slow_springpot, stiffness_at_once, taken_by_yielding
+from springpot.simulation.plan.parts import (
+    fed_at,
+    rate_of_its_own,
+    slow_springpot,
+    stiffness_at_once,
+    taken_by_yielding,
+    time_of_its_own,
+)
 from springpot.simulation.plan.scales import Scales, creep_time
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -705,6 +712,7 @@ def _scales(system: System, modes: Modes) -> Scales:
     arms = at.sum_of({name: stiffness_at_once(part) for name, part in system.elements.items()})
     fastest.append(math.sqrt(max(float(np.linalg.eigvals(at.accelerations(arms.T).T).real.max()), 0.0)))
     fastest += [0.5 * part.frequency for part in system.of(Harmonic)]
+    fastest += [rate_of_its_own(part) for part in system.elements.values()]
     fastest += [
         _rate_in(part, at.reduced(row), _FAR * modes.speed(row)) for part, row in elements if isinstance(part, Contact)
     ]
@@ -718,7 +726,7 @@ def _scales(system: System, modes: Modes) -> Scales:
         energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
-    settled = max(energy, default=math.inf)
+    settled = max([*energy, *filter(None, map(time_of_its_own, system.elements.values()))], default=math.inf)
     forgotten = max(settled, 2.0 / frequency, _forgetting_time(system, modes))
     if any(not part.is_linear for part in system.parts):  # the size of the motion is a guess
         forgotten *= _GUESSED

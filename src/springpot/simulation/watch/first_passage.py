@@ -139,14 +139,13 @@ def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
         raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
     if not quantity:
         function, given = _observable(plan, name, given)
-        parts = _observable_parts(name, function)
     else:
         given, reference = _levels_and_reference(name, quantity, given)
-        parts = _parts(quantity)
     listed = isinstance(given, list | np.ndarray)
     each = [*given] if listed else [given]
     if not 0 < len(each) <= MOST_LEVELS:
         raise ValueError(f"first_passage of {name} must have 1 to {MOST_LEVELS} levels, not {len(each)}.")
+    parts = _parts(quantity) if quantity else _observable_parts(name, function)
     # of all that are passed in one direction, each lies beyond the one before
     ways = dict[tuple[str, float, float], list[tuple[float, int]]]()
     for place, one in enumerate(each):
@@ -283,7 +282,7 @@ def _passage_times(simulation: Simulation, passage: Passage, level: float, passe
     horizon = high * settings.step - begin
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = SETTLED * simulation.motion.scales.relaxation_time
+    settling = math.inf if simulation.motion.ends else SETTLED * simulation.motion.scales.relaxation_time
     return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
 
 

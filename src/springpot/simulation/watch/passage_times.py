@@ -198,7 +198,7 @@ class PassageTimes:
         >>> times = np.random.default_rng(1).exponential(50.0, 400)
         >>> passages = PassageTimes("x", 1.0, math.nan, "m", 0.0, 20.0, 2.0, np.where(times < 20.0, times, np.inf))
         >>> print(passages.probability(100.0))  # 1 - e^-2 = 0.865
-        0.862 +- 0.025, from 0.81 to 0.91 with 95 %
+        0.892 +- 0.021, from 0.845 to 0.929 with 95 %
         """
         end = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
         rate = self.rate

@@ -21,7 +21,6 @@ from springpot.problem.parts import (
     Inerter,
     Mass,
     Maxwell,
-    PiezoelectricCircuit,
     Point,
     PolynomialDashpot,
     PolynomialSpring,
@@ -30,6 +29,7 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
@@ -140,7 +140,7 @@ def exact_of_points(system: System) -> ExactOfPoints:
 
 def check_points_covered(system: System) -> FloatArray | str:
     """kT at each point, or why there is no stationary state; `NotCoveredError` for what is not covered."""
-    memory = Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    memory = Springpot | FractionalMaxwell | Maxwell | Circuit
     springs = Spring | PolynomialSpring | Constant | Barrier | Contact
     kinds = Mass | Inerter | Point | springs | Dashpot | PolynomialDashpot | memory | ThermalNoise | WhiteNoise
     check_kinds(system, _REACH, kinds, linear=PolynomialDashpot)

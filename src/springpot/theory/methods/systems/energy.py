@@ -16,7 +16,6 @@ from springpot.problem.parts import (
     Dashpot,
     FractionalMaxwell,
     Maxwell,
-    PiezoelectricCircuit,
     PolynomialDashpot,
     PolynomialSpring,
     Spring,
@@ -25,6 +24,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
@@ -248,7 +248,7 @@ def check_law_covered(system: System) -> tuple[float, float] | str:
 
 def _thermal(unit: System) -> tuple[float, float]:
     """1 / kT, and 0: Boltzmann's law."""
-    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    elements = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
     check_kinds(unit, _REACH, _KEPT | elements | ThermalNoise | WhiteNoise, linear=PolynomialDashpot)
     temperature = unit.of(ThermalNoise)[0].temperature
     intensity = sum(noise.intensity for noise in unit.of(WhiteNoise))

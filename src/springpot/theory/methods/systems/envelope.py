@@ -28,6 +28,7 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     RecordedExcitation,
+    ResonantCircuit,
     SpectralExcitation,
     Springpot,
     ThermalNoise,
@@ -76,6 +77,7 @@ _DEPTH, _CUTOFF, _FIELD_STEPS, _FIELD_SETTLED = 3, 1e-8, 30, 3e-4  # of the mean
 _STILL = 1e-6  # variance of the cycles' mean over <x^2>, below which slow changes of it are not followed
 _STRONG = 1.0  # loss in a cycle over the energy, above which it is said
 _NOT_COVERED = Harmonic | SpectralExcitation | CloughPenzienNoise | RecordedExcitation | Force | Friction | Yielding
+_NOT_COVERED |= ResonantCircuit  # two motions that take turns are no slow change of one cycle
 
 
 @dataclass(frozen=True)

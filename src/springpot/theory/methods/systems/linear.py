@@ -32,12 +32,14 @@ from springpot.problem.parts import (
     PoissonImpulses,
     PolynomialDashpot,
     PolynomialSpring,
+    ResonantCircuit,
     SpectralExcitation,
     Spring,
     Springpot,
     ThermalNoise,
     WhiteNoise,
 )
+from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
@@ -92,7 +94,7 @@ class Companion:
     stiffness: FloatArray
     damping: FloatArray
     elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
-    circuits: tuple[PiezoelectricCircuit, ...]
+    circuits: tuple[Circuit, ...]
     noises: tuple[Noise, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
@@ -251,6 +253,9 @@ def _scales_of(element: Element, stiff: float, share: float) -> list[float]:
             return [math.sqrt(stiff + k * share), k / c]
         case PiezoelectricCircuit():
             return [1.0 / element.time, math.sqrt(stiff + element.coupling**2 / element.capacitance * share)]
+        case ResonantCircuit(coupling=theta, capacitance=c, frequency=w):
+            stiffened = stiff + theta**2 / c * share
+            return [w, element.rate, w * w / element.rate, math.sqrt(stiffened), math.sqrt(stiffened + w * w)]
     return []
 
 
@@ -655,7 +660,7 @@ def companion_of(system: System, *, over: bool = False) -> Companion:
         If there is a wall, a contact or something nonlinear.
     """
     sources = Constant | Harmonic | ParametricNoise | ThermalNoise | WhiteNoise | ColoredNoise | KanaiTajimiNoise
-    memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | PiezoelectricCircuit
+    memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
     sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
     kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
     check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
@@ -666,7 +671,7 @@ def companion_of(system: System, *, over: bool = False) -> Companion:
         stiffness=at.sum_of({name: part.linear_stiffness for name, part in system.elements.items()}),
         damping=at.sum_of({name: part.linear_damping for name, part in system.elements.items()}),
         elements=system.of(Springpot, FractionalMaxwell, Maxwell),
-        circuits=system.of(PiezoelectricCircuit),
+        circuits=system.of(Circuit),
         noises=system.of(*_NOISES),
         temperature=sum(noise.temperature for noise in system.of(ThermalNoise)),
         harmonics=system.of(Harmonic),
@@ -850,25 +855,20 @@ class _Seen:
         return x_mean, x_square + x_mean**2, v_square
 
     def power(self, groups: list[tuple[FloatArray, Density]]) -> float:
-        """Mean of V^2 / R of all circuits under noises."""
+        """Mean of the power that all circuits deliver under noises."""
 
-        def weighted(density: Density, circuit: PiezoelectricCircuit) -> Density:
-            return lambda w: density(w) * _voltage_square(circuit, w)
+        def weighted(density: Density, circuit: Circuit) -> Density:
+            return lambda w: density(w) * circuit.load_square(w)
 
         found = []
         for circuit in self.companion.circuits:
             volts = [(push, weighted(density, circuit)) for push, density in groups]
-            found.append(float(self.mean_squares(self.companion.row(circuit)[None, :], volts)[0]) / circuit.resistance)
+            found.append(float(self.mean_squares(self.companion.row(circuit)[None, :], volts)[0]) / circuit.load)
         return math.fsum(found)
 
     def power_of_harmonic(self, force: Harmonic) -> float:
         """The same under a harmonic force."""
         return sum(
-            self.under(force, self.companion.row(c)) * _voltage_square(c, force.frequency) / c.resistance
+            self.under(force, self.companion.row(c)) * c.load_square(force.frequency) / c.load
             for c in self.companion.circuits
         )
-
-
-def _voltage_square(circuit: PiezoelectricCircuit, w: float) -> float:
-    """\\|V / x\\|^2 at a frequency."""
-    return (circuit.coupling / circuit.capacitance * w) ** 2 / (w * w + 1.0 / circuit.time**2)

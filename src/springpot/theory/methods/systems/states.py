@@ -22,7 +22,9 @@ from springpot.problem.parts import (
     FractionalMaxwell,
     KanaiTajimiNoise,
     Maxwell,
+    PiezoelectricCircuit,
     PoissonImpulses,
+    ResonantCircuit,
     SpectralExcitation,
     Springpot,
     WhiteNoise,
@@ -111,7 +113,9 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     """
     own = companion
     points, stiffness, damping = len(own.mass), own.stiffness, own.damping
-    modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in own.circuits]
+    coils = [circuit for circuit in own.circuits if isinstance(circuit, ResonantCircuit)]
+    simple = [circuit for circuit in own.circuits if isinstance(circuit, PiezoelectricCircuit)]
+    modes = [(c.coupling**2 / c.capacitance, 1.0 / c.time, own.row(c)) for c in simple]
     for element in own.elements:
         row = own.row(element)
         match element:
@@ -128,6 +132,9 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     if not np.linalg.eigvalsh(stiffness)[0] > 0.0:
         raise NotCoveredError(f"{who} needs a positive stiffness of the linear springs.")
     modes = [(weight, rate, row) for weight, rate, row in modes if weight > 0.0]
+    for coil in coils:  # its voltage, which x drives, and its current, where the resistor is
+        row = own.row(coil)
+        modes += [(coil.coupling**2 / coil.capacitance, 0.0, row), (1.0, coil.rate, 0.0 * row)]
     begin = 2 * points + len(modes)
     sizes = [_states_of_filter(noise) for noise in own.noises]
     x, v, size = slice(0, points), slice(points, 2 * points), begin + sum(sizes)
@@ -138,6 +145,8 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     for n, (weight, rate, row) in enumerate(modes, start=2 * points):
         coupled = math.sqrt(weight) * (light @ row)
         rates[n, n], rates[n, v], rates[v, n] = -rate, coupled, -coupled
+    for at, coil in zip(range(begin - 2 * len(coils), begin, 2), coils, strict=True):
+        rates[at, at + 1], rates[at + 1, at] = -coil.frequency, coil.frequency
     inputs, at = [], begin
     for noise, states in zip(own.noises, sizes, strict=True):
         push, vector = light @ own.push(noise), np.zeros(size)
