@@ -188,3 +188,25 @@ def test_failures_are_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.warns(UserWarning, match="12 tasks failed, the first of them .*: ArithmeticError: no number"):
         tree = sp.study(THEORY)
     assert not tree["theory"]["done"].values.any()
+
+
+def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
+    device = sp.System(
+        sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 2.0), shake=sp.WhiteNoise(1.0, on="ground")
+    )
+    study: dict[str, Any] = {
+        "name": "mounts", "system": device, "methods": ["monte_carlo"], "axes": {"parts.mount.coefficient": [1.0, 4.0]},
+        "monte_carlo": {
+            "paths": 64, "duration": 20.0, "step": 0.05, "start": "rest", "forces": ["mount_force", "acceleration"],
+        },
+    }  # fmt: skip
+    sp.study(study, tmp_path / "study.zarr", threads=1)
+    runs = sp.open_study(tmp_path / "study.zarr")["simulation"].to_dataset()
+    assert runs["mount_force_mean_square"].units == "N2"
+    assert runs["acceleration_mean_square_se"].units == "m2 s-4"
+    weak, strong = runs["mount_force_mean_square"].values
+    assert 0.0 < weak < strong
+    with pytest.raises(ValueError, match=r"monte_carlo\.forces has 'mount', which is no force or acceleration"):
+        sp.study({**study, "monte_carlo": {**study["monte_carlo"], "forces": ["mount"]}}, tmp_path / "other.zarr")
+    with pytest.raises(ValueError, match="rtol chooses all settings, so forces cannot be given with it"):
+        sp.study({**study, "monte_carlo": {"rtol": 0.1, "forces": ["mount_force"]}}, tmp_path / "other.zarr")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from springpot.problem.catalogue import possible_results
@@ -20,6 +20,7 @@ __all__ = [
     "columns_of",
     "names_in_results",
     "numbers_of_run",
+    "results_of_run",
     "scalars_of",
 ]
 
@@ -29,8 +30,21 @@ OF_WALLS = ("impact_rate", "impact_speed_mean", "power", "force_mean")
 """Quantities of each wall: in a data set they have the dimension ``barrier``."""
 
 
-def columns_of(method: str, system: System) -> tuple[str, ...]:
-    """Names of the numbers in a method's result: they depend on the parts of the system and their names alone.
+def results_of_run(system: System, forces: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the results of a run, with the moments of forces and accelerations.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> results_of_run(System(Spring(1.0)), ["spring_force"])[-2:]
+    ('spring_force_mean', 'spring_force_mean_square')
+    """
+    felt = (f"{name}_{end}" for name in forces for end in ("mean", "mean_square"))
+    return tuple(dict.fromkeys((*possible_results(system), *felt)))
+
+
+def columns_of(method: str, system: System, forces: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the numbers in a method's result: they depend on the parts of the system, their names, and forces.
 
     Examples
     --------
@@ -40,7 +54,7 @@ def columns_of(method: str, system: System) -> tuple[str, ...]:
     """
     if method != "monte_carlo":
         return names_of_results(system)
-    return tuple(name + ending for name in possible_results(system) for ending in ENDINGS)
+    return tuple(name + ending for name in results_of_run(system, forces) for ending in ENDINGS)
 
 
 def scalars_of(system: System) -> tuple[str, ...]:
@@ -48,9 +62,9 @@ def scalars_of(system: System) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*columns_of("", system), *possible_results(system))))
 
 
-def names_in_results(system: System) -> set[str]:
+def names_in_results(system: System, forces: Sequence[str] = ()) -> set[str]:
     """Names in data sets and tables that no axis may have."""
-    taken = {*columns_of("", system), *columns_of("monte_carlo", system), "theory", "method", "done", "said"}
+    taken = {*columns_of("", system), *columns_of("monte_carlo", system, forces), "theory", "method", "done", "said"}
     return taken | {"barrier", *(f"barrier_{name}{ending}" for name in OF_WALLS for ending in ENDINGS)}
 
 
@@ -65,10 +79,10 @@ def bare(column: str) -> str:
     return column.removesuffix("_se").removesuffix("_error")
 
 
-def numbers_of_run(estimates: Mapping[str, Estimate], system: System) -> tuple[float, ...]:
+def numbers_of_run(estimates: Mapping[str, Estimate], system: System, forces: Sequence[str] = ()) -> tuple[float, ...]:
     """The numbers of a run: value, standard error and total of each result; NaN where there is none."""
     found: list[float] = []
-    for name in possible_results(system):
+    for name in results_of_run(system, forces):
         own = estimates.get(name)
         total = math.nan if own is None or own.budget is None else own.budget.total
         found += (math.nan, math.nan, math.nan) if own is None else (own.value, own.error, total)

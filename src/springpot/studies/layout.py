@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +60,12 @@ def place_of(method: str) -> str:
     return f"simulation/{method}" if method == "monte_carlo" else f"theory/{method}"
 
 
-def metadata(methods: Iterable[str], system: System) -> dict[str, bytes]:
+def metadata(methods: Iterable[str], system: System, forces: Sequence[str] = ()) -> dict[str, bytes]:
     """Content of each ``zarr.json`` below the root's, by its place; groups before what is in them."""
     made: dict[str, Any] = {}
     group = zarr.create_group(MemoryStore(made), zarr_format=3)
     for method in methods:
-        columns = columns_of(method, system)
+        columns = columns_of(method, system, forces)
         units = [unit_of_result(system, bare(column)) for column in columns]
         place = place_of(method)
         group.require_group(place.partition("/")[0])

@@ -106,7 +106,7 @@ class Study(Strict):
         for name in parameters:
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
-        taken, labels = names_in_results(self.system), [label_of(name) for name in parameters]
+        taken, labels = names_in_results(self.system, self.forces), [label_of(name) for name in parameters]
         for name, label in zip(parameters, labels, strict=True):
             if label in taken or labels.count(label) > 1:
                 raise ValueError(f"{name} would be {label} in the results, as another number is: rename the part")
@@ -169,6 +169,11 @@ class Study(Strict):
                 raise ValueError(f"quantities, number {number}: {must}")
         for name in self.system.with_functions:
             raise ValueError(f"system: {name} has a function, which cannot be kept in a store")
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Forces and accelerations whose moments Monte Carlo is asked for."""
+        return () if self.monte_carlo is None else self.monte_carlo.forces or ()
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:

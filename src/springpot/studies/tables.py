@@ -89,11 +89,13 @@ def of_either(schema: dict[str, Any]) -> None:
 class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
     """How Monte Carlo is run: ``rtol``, or the settings of a run.
 
-    ``rtol`` is the total relative error wanted of the study's quantities.  All others are the arguments of
+    ``rtol`` is the total relative error wanted of the study's quantities.  ``forces`` are forces and accelerations
+    whose mean and mean square are wanted.  All others are the arguments of
     `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)
+    forces: Annotated[tuple[str, ...] | None, Field(strict=False)] = None
 
     @model_validator(mode="after")
     def _one_way(self) -> MonteCarlo:

@@ -178,10 +178,12 @@ def check_some(study: Study, most: int) -> int:
     if study.monte_carlo is None:
         return len(chosen)
     given = _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name != "rtol"}
+    explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces")}
     for point in map(study.point, chosen):
         try:
             system = system_at(point, study.system)
+            for name in study.forces:
+                motion_of(system).seen_by_name(name, "monte_carlo.forces", forces_only=True)
             if "rtol" in given:
                 motion = motion_of(system)
                 impacts = [name for name in study.quantities if "impact_" in name]
@@ -202,11 +204,12 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
-    names = columns_of(task.method, task.base)
+    forces = task.settings.get("forces", ())
+    names = columns_of(task.method, task.base, forces)
     if task.method == "monte_carlo":
         run, statement = _simulated(task, threads, progress)
         if run is not None:
-            return Answer(numbers_of_run(run.estimates, task.base), "", run.warnings)
+            return Answer(numbers_of_run(run.estimates, task.base, forces), "", run.warnings)
     else:
         result, statement = solve_one(task.system, task.method)
         if result is not None:
