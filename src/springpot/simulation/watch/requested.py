@@ -36,7 +36,7 @@ from springpot.simulation.watch.profiles import Profile, checked_edges, powers_i
 from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
-__all__ = ["Observed", "Requested", "requested"]
+__all__ = ["Observed", "Requested", "moments_felt", "requested"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -132,7 +132,7 @@ class Requested:
         passed = passage_times(simulation, self.passages, [next(left) for _ in self.passages])
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for seen, _ in self.felt:
-            counted |= _moments(simulation, seen, next(left) / (high - low))
+            counted |= moments_felt(simulation, seen, next(left))
         columns = dict[str, tuple[Floats, Floats, Floats]]()
         for seen, _ in self.profiles:
             columns |= profiles_in(simulation.motion, settings, seen, self.edges, next(left))
@@ -148,12 +148,13 @@ class Requested:
         return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
 
 
-def _moments(simulation: Simulation, seen: Seen, means: Floats) -> dict[str, tuple[float, Floats]]:
+def moments_felt(simulation: Simulation, seen: Seen, sums: Floats) -> dict[str, tuple[float, Floats]]:
     """Mean and mean square of a force or acceleration, with what the latter lacks; or of the peaks of a contact.
 
     The mean force of a contact is among the results of every run, by its momentum.
     """
-    (name,) = seen.names.values()
+    (name,), (low, high) = seen.names.values(), simulation.settings.window_steps
+    means = sums / (high - low)
     if seen.peaks:
         return {f"{name}_{end}": ratio(means[:, n], means[:, 0]) for n, end in ((1, "mean"), (2, "mean_square"))}
     mean, square = means[:, 0], means[:, 1] + simulation.parts.felt.lacking[name]
