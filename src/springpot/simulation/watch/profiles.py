@@ -221,7 +221,7 @@ def _power_steps() -> Any:
         for kind in range(_POWERS):
             for k in range(channels):
                 weight = array[_WEIGHTS + kind * channels + k]
-                for lane in range(LANES):
+                for lane in range(LANES if weight != 0.0 else 0):
                     array[sums + kind * LANES + lane] += weight * v[k * LANES + lane]
         if n + GROUP >= array[sums + _POWERS * LANES + place] or n + GROUP >= high:
             _end_bin(array, sums, _POWERS)
