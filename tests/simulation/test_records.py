@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot import cli
 from tests.simulation.test_modulated import of_pair
 
 TIME = tuple(np.linspace(0.0, 6.0, 121).tolist())
@@ -28,6 +29,7 @@ def test_one_path_is_enough_for_each_record() -> None:
         assert together[name].value == pytest.approx(each.mean(), rel=1e-12)
         assert together[name].error == pytest.approx(each.std(ddof=1) / np.sqrt(3.0), rel=1e-9)
     many = sp.simulate(shaken(*VALUES), step=0.02, paths=300)
+    assert many.settings.paths == 3
     assert many["a_x_mean_square"].value == pytest.approx(together["a_x_mean_square"].value, rel=1e-12)
     assert [str(each) for each in many.warnings] == [
         "paths has no effect beyond 3: without noise there is one path for each record."
@@ -66,6 +68,16 @@ def test_one_mass_takes_the_same_records() -> None:
     noisy = sp.simulate(sp.System(*one.parts, sp.WhiteNoise(1e-9)), step=0.01, paths=256, record=200)
     for n in (0, 1, 2, 127, 128, 199):
         assert np.abs(noisy.record[n] - own.record[n % 3]).max() < 1e-3
+
+
+def test_a_record_in_bins_from_the_command(tmp_path, capsys) -> None:
+    (tmp_path / "device.toml").write_text(sp.to_toml(shaken(*VALUES)))
+    for bins in (["3"], ["0", "2", "4", "6"]):
+        assert cli.main(["simulate", str(tmp_path / "device.toml"), "--step", "0.02", "--profile", *bins]) == 0
+        out = capsys.readouterr().out
+        assert "0 to 2 s" in out
+        assert "input_power" in out
+        assert "impact" not in out
 
 
 def test_a_record_and_an_envelope_in_a_study(tmp_path) -> None:
