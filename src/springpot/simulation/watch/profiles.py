@@ -147,20 +147,38 @@ def _parts() -> tuple[Any, Any]:
         place, count = int(array[_PLACE]), int(array[_COUNT])
         if place >= count:
             return
-        length, speed = array[_LENGTH], array[_SPEED]
-        for j in range(GROUP):
-            if low <= n + j < high:
-                for lane in range(LANES):
-                    here, moving = length * x[j * LANES + lane], speed * v[j * LANES + lane]
-                    was, moved = array[_BEFORE + lane], array[_BEFORE + LANES + lane]
-                    if n + j == low:  # the state before it is not shown
-                        was, moved = here, moving
-                    array[_SUMS + _X * LANES + lane] += 0.5 * (was + here)
-                    array[_SUMS + _XX * LANES + lane] += 0.5 * (was * was + here * here)
-                    array[_SUMS + _VV * LANES + lane] += 0.5 * (moved * moved + moving * moving)
-                    array[_BEFORE + lane], array[_BEFORE + LANES + lane] = here, moving
+        if n <= low:  # the state before the window is not shown
+            for lane in range(LANES):
+                array[_BEFORE + lane] = x[(low - n) * LANES + lane]
+                array[_BEFORE + LANES + lane] = v[(low - n) * LANES + lane]
+        if low <= n and n + GROUP <= high:
+            for lane in range(LANES):
+                total = square = moving = 0.0
+                for j in range(GROUP):
+                    total += x[j * LANES + lane]
+                    square += x[j * LANES + lane] * x[j * LANES + lane]
+                    moving += v[j * LANES + lane] * v[j * LANES + lane]
+                array[_SUMS + _X * LANES + lane] += total
+                array[_SUMS + _XX * LANES + lane] += square
+                array[_SUMS + _VV * LANES + lane] += moving
+        else:
+            for i in range(max(low - n, 0) * LANES, min(high - n, GROUP) * LANES):
+                array[_SUMS + _X * LANES + i % LANES] += x[i]
+                array[_SUMS + _XX * LANES + i % LANES] += x[i] * x[i]
+                array[_SUMS + _VV * LANES + i % LANES] += v[i] * v[i]
         if n + GROUP < array[_ENDS + place] and n + GROUP < high:
             return
+        # of the trapezoidal rule, by which only the ends of a bin count in another way than in a plain sum
+        length, speed, last = array[_LENGTH], array[_SPEED], (min(high - n, GROUP) - 1) * LANES
+        for lane in range(LANES):
+            was, moved = array[_BEFORE + lane], array[_BEFORE + LANES + lane]
+            here, moving = x[last + lane], v[last + lane]
+            array[_SUMS + _X * LANES + lane] = length * (array[_SUMS + _X * LANES + lane] + 0.5 * (was - here))
+            square = array[_SUMS + _XX * LANES + lane] + 0.5 * (was * was - here * here)
+            array[_SUMS + _XX * LANES + lane] = length * length * square
+            square = array[_SUMS + _VV * LANES + lane] + 0.5 * (moved * moved - moving * moving)
+            array[_SUMS + _VV * LANES + lane] = speed * speed * square
+            array[_BEFORE + lane], array[_BEFORE + LANES + lane] = here, moving
         _end_bin(array, _SUMS, _KINDS)
 
     @callback(ON_IMPACTS)
