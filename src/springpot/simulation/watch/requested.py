@@ -28,7 +28,7 @@ from springpot.simulation.watch.observables import (
     faster_than,
     is_taken,
     mean_of,
-    peaks,
+    of_impacts,
     squares,
 )
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
@@ -149,13 +149,13 @@ class Requested:
 
 
 def moments_felt(simulation: Simulation, seen: Seen, sums: Floats) -> dict[str, tuple[float, Floats]]:
-    """Mean and mean square of a force or acceleration, with what the latter lacks; or of the peaks of a contact.
+    """Mean and mean square of a force or acceleration, with what the latter lacks; or of what impacts have.
 
     The mean force of a contact is among the results of every run, by its momentum.
     """
     (name,), (low, high) = seen.names.values(), simulation.settings.window_steps
     means = sums / (high - low)
-    if seen.peaks:
+    if not seen.feels:
         return {f"{name}_{end}": ratio(means[:, n], means[:, 0]) for n, end in ((1, "mean"), (2, "mean_square"))}
     mean, square = means[:, 0], means[:, 1] + simulation.parts.felt.lacking[name]
     found = {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
@@ -255,7 +255,7 @@ def requested(
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
         is_recorded=settings.record > 0,
-        felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
+        felt=tuple((seen, squares(seen) if seen.feels else of_impacts(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
