@@ -9,7 +9,8 @@ import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, addDensityCards, curvesShown, legend, makePanels, saidOf } from "./panels.js";
 import { Phase } from "./phase.js";
 import { showPinned, snapshot } from "./pinned.js";
-import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, isRecorded, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
+import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, ends, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
+import { ExcitationCard, RequestsCard } from "./requests.js";
 import { Scene } from "./scene.js";
 import { makePartsCard, showEquation, showEquations } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
@@ -67,6 +68,8 @@ addDensityCards(element("densities"));
 setBounds(view);
 const controls = new Controls(state, element("form"));
 new FitCard(element, connection, controls);
+const excitation = new ExcitationCard(element, connection);
+new RequestsCard(element, connection);
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
 const panels = makePanels(view, element, { onOrder: (order) => state.set(Object.fromEntries(ORDERS.map((name) => [name, order]))) });
@@ -90,7 +93,8 @@ on("compiling", () => {
   status("loading", "compiling, once for this kind of system…");
   element("tile-paths-note").textContent = "compiling, once for this kind of system…";
 });
-on("view", ({ equation, equations, sizes, paper, followed, groups }) => {
+on("view", ({ equation, equations, sizes, paper, followed, groups, excitation: drawn }) => {
+  excitation.show(drawn);
   showEquation(element, equation);
   showEquations(element, equations);
   Object.assign(view, { sizes, followed, groups });
@@ -321,7 +325,7 @@ function showStart() {
     : "Mean over all paths, with two standard errors on either side. Each path starts at the stationary mean displacement with zero velocity, so the curve still rises at first. Theory: stationary values.")
     + window;
   element("transient").hidden = !isTransient(measured);
-  element("use-stationary").hidden = view.values.start !== "rest";
+  element("use-stationary").hidden = Boolean(ends) || view.values.start !== "rest";
 }
 
 function drawnChanged() {
@@ -424,7 +428,11 @@ element("open-file").addEventListener("change", async ({ target }) => {
   target.value = "";
   notice("file", fault || "");
 });
-on("shelved", ({ place, fault }) => { if (fault) notice("file", fault); else goTo(place, state); });
+on("shelved", ({ of, place, fault }) => {
+  if (!fault) goTo(place, state);
+  else if (of === "table") excitation.refuse(fault);
+  else notice("file", fault);
+});
 element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));
 startSaving({ view, element, state, connection, panels, phase });
 
@@ -435,7 +443,7 @@ if (!OPENED.writable) Object.assign(element("save-file"), { disabled: true, titl
 element("impact-mark").hidden = !hasWalls;
 if (!isSeveral) document.querySelector("[data-chart=impact_speed]").hidden = !hasWalls;
 if (OPENED.place === null) notice("file", "The system of this address is not on this server any more: open its file again. This is the one that the page was opened with.");
-if (isRecorded) element("transient").firstChild.textContent = "A record has a beginning and an end: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. ";
+if (ends) element("transient").firstChild.textContent = `${ends[0].toUpperCase()}${ends.slice(1)}: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. `;
 showPaper();
 
 let linkTimer = null;

@@ -1,0 +1,85 @@
+// What is asked beside the moments: a table of densities for the excitation, and forces, cycles, passages, profiles of a run.
+
+import { Drawn } from "./drawn.js";
+import { send } from "./files.js";
+import { OPENED } from "./problem.js";
+import { escaped } from "./table.js";
+import { typeset } from "./numbers.js";
+
+const { displacements, forces } = OPENED.offered;
+
+export class ExcitationCard {
+  constructor(element, connection) {
+    const note = element("table-note"), text = element("table-text"), say = (said) => { note.textContent = said; };
+    const take = async (file) => say(file ? await send(file, "table", connection, { large: ".", binary: "." }) : "");
+    this.drawn = new Drawn(element("excitation-charts"), "excitation");
+    this.card = element("excitation");
+    text.value = OPENED.table;
+    text.rows = Math.min(Math.max(OPENED.table.split("\n").length + 1, 4), 12);
+    element("table-ask").hidden = !OPENED.table;
+    element("table-use").addEventListener("click", () => take(new File([text.value], "table.csv")));
+    element("table-file").addEventListener("change", ({ target }) => { take(target.files[0]); target.value = ""; });
+    this.refuse = say;
+    this.show([]);
+  }
+
+  show(charts) {
+    this.drawn.show(charts);
+    this.card.hidden = !charts.length && !OPENED.table;
+  }
+}
+
+export class RequestsCard {
+  constructor(element, connection) {
+    this.connection = connection;
+    for (const name of ["run", "stop", "progress", "said", "numbers", "warnings"]) this[name] = element(`asked-${name}`);
+    this.form = element("asked-form");
+    this.fields = this.form.elements;
+    this.drawn = new Drawn(element("asked-charts"), "asked");
+    element("asked-forces").innerHTML = forces.map(([name, words, , why]) => `<label${why ? ` title="${escaped(why)}"` : ""}><input type="checkbox" name="forces" value="${escaped(name)}"${why ? " disabled" : ""}>${escaped(words)}</label>`).join("") || "none";
+    const seen = [...displacements, ...forces.filter(([name, , , why]) => !why && !name.endsWith("_peak_force"))];
+    for (const name of ["levels_of", "cycles_of"]) this.fields[name].append(...seen.map(([value, words, unit]) => new Option(`${words} (${unit})`, value)));
+    this.form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      connection.send(this.asked());
+    });
+    this.form.addEventListener("input", () => this.check());
+    this.stop.addEventListener("click", () => connection.send({ kind: "stop-observing" }));
+    connection.addEventListener("observed", ({ detail }) => this.take(detail));
+    connection.addEventListener("asked", () => this.forget());
+    this.check();
+  }
+
+  asked() {
+    const number = (name) => Number(this.fields[name].value), levels = this.fields.levels.value.split(/[\s;,]+/).filter(Boolean).map(Number);
+    return {
+      kind: "observe", forces: [...this.form.querySelectorAll("[name=forces]:checked")].map(({ value }) => value),
+      levels_of: this.fields.levels_of.value, levels, cycles_of: this.fields.cycles_of.value,
+      exponent: number("exponent"), strength: number("strength"), cycles: number("cycles"), bins: number("bins"),
+    };
+  }
+
+  // nothing asked, or a level that is no number
+  check() {
+    const { forces: felt, levels, cycles_of: counted, bins } = this.asked();
+    this.fields.levels.setCustomValidity(levels.every(Number.isFinite) ? "" : "Levels are numbers, such as 0.003 0.004.");
+    this.run.disabled = !this.form.checkValidity() || !(felt.length || levels.length || counted || bins);
+  }
+
+  // other numbers of the system
+  forget() {
+    this.take({ running: false, fault: "", numbers: [], charts: [], said: [] });
+  }
+
+  take({ running, fault, done, seconds, numbers, charts, said }) {
+    this.progress.hidden = this.stop.hidden = !running;
+    this.run.hidden = running;
+    if (done > 0) this.progress.value = done; else this.progress.removeAttribute("value");
+    this.said.textContent = fault || (running && seconds ? `about ${Math.ceil(seconds)} s left` : "");
+    this.said.classList.toggle("wrong", Boolean(fault));
+    if (!numbers) return;
+    this.drawn.show(charts);
+    this.numbers.innerHTML = numbers.length ? `<caption class="sr">Forces, cycles and passages by Monte Carlo</caption><tbody>${numbers.map(([words, text]) => `<tr><th scope="row">${escaped(words)}</th><td>${escaped(text)}</td></tr>`).join("")}</tbody>` : "";
+    this.warnings.innerHTML = said.map((sentence) => `<p>${escaped(typeset(sentence))}</p>`).join("");
+  }
+}
