@@ -68,6 +68,8 @@ CASES = (
     Case("cubic dashpot", sp.System(*_BASE, sp.PolynomialDashpot((0.0, 0.0, 0.3)), _WHITE)),
     Case("van der Pol", sp.System(*_BASE, sp.VanDerPol(0.5), _WHITE)),
     Case("friction (not smooth)", sp.System(*_BASE, sp.Friction(0.3), _WHITE)),
+    Case("Bouc-Wen", sp.System(sp.Spring(0.5), _BASE[1], sp.BoucWen(0.5, 0.5), _WHITE)),
+    Case("Jenkins", sp.System(sp.Spring(0.5), _BASE[1], sp.Jenkins(0.5, 0.3), _WHITE)),
     Case("Maxwell", sp.System(*_BASE, sp.Maxwell(1.0, 1.0), _WHITE)),
     Case("series", sp.System(_BASE[0], sp.Dashpot(0.5), sp.FractionalMaxwell(_BASE[1], sp.Spring(1.0)), _WHITE)),
     Case("circuit", sp.System(*_BASE, sp.PiezoelectricCircuit(0.7, 1.0, 1.0), _WHITE)),

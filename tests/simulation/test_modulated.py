@@ -332,3 +332,57 @@ def test_powers_in_bins_of_one_mass() -> None:
     error = 25.0 * np.hypot(run["damping_power"].error, run["barrier_power"].error)
     assert abs(left - energy) < 4.0 * error < 0.4
     assert (lost.value + taken.value)[-1] > fed.value[-1]  # the noise is over
+
+
+IN_TIME = {
+    "wall": (
+        (sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.Barrier(0.0, 0.8)),
+        {"x": ((0.4095, 0.7394, 0.7954, 0.6237, 0.3757, 0.1146), (10, 18, 19, 16, 9, 3)),
+         "x^2": ((0.2716, 0.8827, 1.0124, 0.6182, 0.2240, 0.02083), (13, 40, 44, 27, 10, 0.9)),
+         "v^2": ((0.4702, 0.9880, 1.0629, 0.6780, 0.2359, 0.02042), (21, 42, 50, 30, 12, 0.9))},
+    ),
+    "Duffing": (
+        (sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 0.5)), sp.Dashpot(0.3)),
+        {"x^2": ((0.2534, 0.5607, 0.5986, 0.3832, 0.1379, 0.01000), (17, 35, 31, 22, 9, 0.6)),
+         "v^2": ((0.4307, 1.0196, 1.0634, 0.5517, 0.1615, 0.01017), (31, 64, 68, 43, 12, 0.8))},
+    ),
+    "dashpot": (
+        (sp.Spring(1.0), sp.Dashpot(0.3)),
+        {"x^2": ((0.26371, 0.97190, 1.03921, 0.60221, 0.18627, 0.012009), (0,) * 6),
+         "v^2": ((0.45841, 0.87978, 0.98970, 0.57838, 0.18671, 0.011971), (0,) * 6)},
+    ),
+}  # fmt: skip
+"""Of other programs, at times: values, and their standard errors in units of 1e-4."""
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("case", IN_TIME)
+def test_moments_at_times_against_other_programs(case: str) -> None:
+    parts, table = IN_TIME[case]
+    system = sp.System(*parts, sp.WhiteNoise(1.0, envelope=ENVELOPE))
+    run = sp.simulate(system, paths=40960, step=0.01, duration=25.0, record=40960, record_every=100, seed=3)
+    at = [int(np.abs(run.time - time).argmin()) for time in TIMES[1:]]
+    x, v = run.record[:, at, 0], run.record[:, at, 1]
+    for name, (values, errors) in table.items():
+        own = {"x": x, "x^2": x**2, "v^2": v**2}[name]
+        spread = np.hypot(own.std(axis=0) / np.sqrt(len(own)), 1e-4 * np.array(errors))
+        off = (own.mean(axis=0) - values) / spread
+        print(case, name, off.round(2).tolist())
+        assert np.abs(off).max() < 3.0
+
+
+@pytest.mark.validation
+def test_a_wall_in_twenty_bins_against_a_fine_run() -> None:
+    """A density that an envelope multiplies, and a soft ground that falls, with a wall at a distance."""
+    noises = BAND, sp.KanaiTajimiNoise(6.0, 0.4, 1.0, frequency_rate=-0.2, envelope=ENVELOPE)
+    for noise in noises:
+        system = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), noise, sp.Barrier(-0.3, 0.8))
+        coarse, fine = (
+            sp.simulate(system, paths=20480, step=step, duration=24.0, profile=20, seed=seed)
+            for step, seed in ((0.03, 4), (0.005, 5))
+        )
+        for name in ("x_mean", "x_mean_square", "v_mean_square", "damping_power", "impact_power"):
+            one, other = (run.profiles[f"{name}_profile"] for run in (coarse, fine))
+            off = (one.value - other.value) / np.hypot(one.standard_error, other.standard_error)
+            print(noise.said, name, off.round(2).tolist())
+            assert np.abs(off).max() < 3.5  # the largest of 200

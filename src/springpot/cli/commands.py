@@ -224,6 +224,8 @@ def simulate(
     given: Any = {name: value for name, value in vars(settings).items() if value is not None and value is not False}
     if "quantities" in given and "rtol" not in given:
         raise ValueError("--quantities needs --rtol, the relative error to which they must be known.")
+    if len(given.get("profile", ())) == 1:
+        (given["profile"],) = given["profile"]  # a number of bins
     if "first_passage" in given:
         given["first_passage"] = _levels(problem, given["first_passage"])
     if out is None and ("record" in given or overwrite):

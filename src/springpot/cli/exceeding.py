@@ -41,6 +41,9 @@ def exceedance(
     max_time: Annotated[
         float | None, monte_carlo("Seconds after which it ends; levels not reached then have an upper bound.")
     ] = None,
+    save: Annotated[
+        str | None, written("File of the repetitions that have ended; the same command goes on from them.")
+    ] = None,
     plot: Annotated[str | None, written("PNG file for levels against return periods, a panel for each name.")] = None,
     json_: Json = False,
 ) -> int:
@@ -57,17 +60,17 @@ def exceedance(
         warnings.simplefilter("ignore")  # they are in the result
         found = find(
             problem, asked, duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
-            max_time=max_time, progress=bar,
+            max_time=max_time, save=save, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)
     if plot is not None:
+        from springpot.figures import style
         from springpot.figures.passages import plot_return_periods
-        from springpot.figures.style import new_grid, save
 
-        figure, panels = new_grid(5.6, 3.8 * len(found.curves), len(found.curves), 1)
+        figure, panels = style.new_grid(5.6, 3.8 * len(found.curves), len(found.curves), 1)
         for curve, ax in zip(found.curves.values(), panels, strict=True):
             plot_return_periods(curve, ax)
-        save(figure, Path(plot))
+        style.save(figure, Path(plot))
     if json_:
         print_json(found.to_dict())
     else:

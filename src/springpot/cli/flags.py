@@ -214,8 +214,9 @@ RunFlags = _flags_class("RunFlags", (
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
           "impacts is infinite."),
     _flag("profile", list[float], MONTE_CARLO,
-          "Also mean, mean squares and impact rate in bins between these times in s, such as 0 5 10.",
-          consume_multiple=True, metavar="TIME ..."),
+          "Also means, mean squares, impacts and powers in so many bins of time, such as 25, or between these times in "
+          "s, such as 0 5 10.",
+          consume_multiple=True, metavar="COUNT | TIME ..."),
     _flag("forces", list[str], MONTE_CARLO,
           "Also mean and mean square of these forces and absolute accelerations: PART_force, force_on_ground, "
           "acceleration (with several masses POINT_acceleration), and of soft contacts PART_peak_force; with "

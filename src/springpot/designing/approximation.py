@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.progress import DesignProgress
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, squares_felt, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
@@ -46,11 +46,12 @@ def approximated(
     else:
         name = chosen_method(with_values(system, space.values(places[0])), method)[0]
     if name == MONTE_CARLO:
-        return name, _by_chance(system, space, places, seed, threads, work)
+        forces = [of for square, of in squares_felt(system).items() if square in needed]
+        return name, _by_chance(system, space, places, seed, threads, work, forces)
 
     def by_theory(values: Mapping[str, float]) -> dict[str, float]:
         work.step()
-        return if_allowed(lambda: theory_values(with_values(system, values), name)[0]) or {}
+        return if_allowed(lambda: theory_values(with_values(system, values), name, needed)[0]) or {}
 
     return name, by_theory
 
@@ -73,7 +74,7 @@ def leading(systems: Sequence[System], needed: Sequence[str], work: DesignProgre
 
     def answers(name: str) -> bool:
         work.step()
-        known = [theory_values(system, name)[0] for system in systems[:4]]
+        known = [theory_values(system, name, needed)[0] for system in systems[:4]]
         return all(known) and all(wanted in each for each in known for wanted in needed)
 
     for name in [name for name, method in METHODS.items() if method.exact][::-1]:  # the most exact first
@@ -97,8 +98,9 @@ def _stationary(system: System, values: Mapping[str, float]) -> System:
 
 
 def _by_chance(
-    system: System, space: Space, places: Floats, seed: int, threads: int | None, work: DesignProgress
-) -> Quantities:
+    system: System, space: Space, places: Floats, seed: int, threads: int | None, work: DesignProgress,
+    forces: Sequence[str],
+) -> Quantities:  # fmt: skip
     """Smooth surfaces through short runs at all places, on common random numbers."""
     settings = plan_of(system, paths=PILOT_PATHS, seed=seed, threads=threads).settings
     whole = float(len(places) * settings.paths * settings.steps)
@@ -108,7 +110,9 @@ def _by_chance(
         def part(fraction: float, n: int = n) -> None:
             work.short_run(fraction, n, len(places), whole)
 
-        own = if_allowed(lambda: samples_of(with_values(system, space.values(place)), settings, part))  # noqa: B023
+        own = if_allowed(
+            lambda: samples_of(with_values(system, space.values(place)), settings, part, forces=forces)  # noqa: B023
+        )
         if own is not None:
             at.append(place)
             found.append({name: value for name, (value, _, _) in own.items()})

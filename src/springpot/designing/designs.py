@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from springpot.designing.approximation import approximated, places_of
 from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
-from springpot.designing.quantities import MONTE_CARLO
+from springpot.designing.quantities import MONTE_CARLO, squares_felt
 from springpot.designing.results import Curve, Design, Promise, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
@@ -58,7 +58,8 @@ def design(
     minimize : str or callable
         The name of a quantity (``"v_mean_square"``) or of a free number, or a function of all of them by name.
     subject_to : dict
-        For each limited quantity ``(low, high)``, None where there is no limit.
+        For each limited quantity ``(low, high)``, None where there is no limit.  Of the results of ``forces`` the mean
+        squares can be limited, ``"mount_force_mean_square"``.
     seed : int
         Of the places where the search starts, and of Monte Carlo.
     rtol : float
@@ -129,7 +130,7 @@ def design(
     check_stationary(system, "design")
     try:
         work.say()
-        allowed = controllable(motion_of(system))
+        allowed = [*controllable(motion_of(system)), *squares_felt(system)]
         check_names(limits, allowed)
         cost = checked_cost(minimize, free, allowed)
         space = Space(free)

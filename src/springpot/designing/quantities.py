@@ -3,24 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TypeVar
 
 from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import known_word
+from springpot.problem.felt import felt_in
 from springpot.problem.system import System
 from springpot.theory import solve_all, solve_one
+from springpot.theory.methods.systems.linear import LinearResponse
 from springpot.theory.registry import METHODS
 
-__all__ = ["MONTE_CARLO", "chosen_method", "if_allowed", "theory_values"]
+__all__ = ["MONTE_CARLO", "chosen_method", "if_allowed", "squares_felt", "theory_values"]
 
 Answer = TypeVar("Answer")
 
 MONTE_CARLO = "monte_carlo"
 
 
-def theory_values(system: System, method: str) -> tuple[dict[str, float], str]:
+def squares_felt(system: System) -> dict[str, str]:
+    """Mean squares that a run can have with ``forces``: the names of the forces and accelerations by theirs.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot, Mass, Spring, WhiteNoise
+    >>> system = System(Mass(2.0), Spring(8.0), mount=Dashpot(1.0), shaking=WhiteNoise(1.0, on="ground"))
+    >>> squares_felt(system)["mount_force_mean_square"]
+    'mount_force'
+    """
+    return {f"{name}_mean_square": name for name, felt in felt_in(system).items() if not felt.reason}
+
+
+def theory_values(system: System, method: str, felt: Collection[str] = ()) -> tuple[dict[str, float], str]:
     """Every moment of one method that is a number, by name; and why there is none.
+
+    ``felt``: the names among `squares_felt` that are wanted too.
 
     Examples
     --------
@@ -32,7 +49,10 @@ def theory_values(system: System, method: str) -> tuple[dict[str, float], str]:
     result, statement = solve_one(system, method)
     if result is None:
         return {}, statement
-    return {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}, ""
+    found = {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}
+    if isinstance(result, LinearResponse):
+        found |= {name: result.mean_square(of) for name, of in squares_felt(system).items() if name in felt}
+    return found, ""
 
 
 def if_allowed(ask: Callable[[], Answer]) -> Answer | None:

@@ -5,7 +5,7 @@ Runs of one seed, step and duration have the same normals in path n, whatever th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,8 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
+from springpot.simulation.watch.observables import squares
+from springpot.simulation.watch.requested import moments_felt
 
 __all__ = ["SampledRun", "sampled_run", "samples_of"]
 
@@ -45,7 +47,9 @@ class SampledRun:
     distributions: Mapping[str, Distribution]
 
 
-def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress | None = None) -> SampledRun:
+def sampled_run(
+    plan: Plan, *, distributions: bool = False, forces: Sequence[str] = (), progress: Progress | None = None
+) -> SampledRun:
     """Run a system.
 
     Parameters
@@ -53,6 +57,8 @@ def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress |
     plan : Plan
         Pilot runs find its stationary start where it has none yet.
     distributions : bool
+    forces : sequence of str
+        As in `springpot.simulate`.
     progress : callable
         Called with the fraction of this run.
 
@@ -76,19 +82,27 @@ def sampled_run(plan: Plan, *, distributions: bool = False, progress: Progress |
     fastest = simulation.motion.scales.fastest_rate
     all_seen = simulation.motion.seen if distributions else ()
     observers = [sketches(seen, GROUP * plan.settings.step * fastest) for seen in all_seen]
-    ensemble = simulation.advance(observers=observers, progress=progress)
+    felt = [simulation.motion.seen_by_name(name, "forces", forces_only=True) for name in forces]
+    ensemble = simulation.advance(observers=[*observers, *map(squares, felt)], progress=progress)
     samples = estimate.samples_of(simulation, ensemble.rows)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
     counted: dict[str, Distribution] = {}
-    for sketch, seen, counts in zip(observers, all_seen, ensemble.observed, strict=True):
+    for sketch, seen, counts in zip(observers, all_seen, ensemble.observed, strict=False):
         counted |= distributions_in(simulation, sketch, seen, counts)
+    for seen, sums in zip(felt, ensemble.observed[len(observers) :], strict=True):
+        samples |= moments_felt(simulation, seen, sums)
     return SampledRun(samples, start, counted)
 
 
 def samples_of(
-    system: System, settings: Settings, progress: Progress | None = None, done: int = 0, runs: int = 1
+    system: System,
+    settings: Settings,
+    progress: Progress | None = None,
+    done: int = 0,
+    runs: int = 1,
+    forces: Sequence[str] = (),
 ) -> dict[str, tuple[float, Floats, float]]:
     """Value, samples path by path and error of the start of every result; ``done`` of ``runs`` runs are done."""
     part = None if progress is None else (lambda fraction: progress((done + fraction) / runs))
-    run = sampled_run(Plan(motion_of(system), settings), progress=part)
-    return {name: (value, own, run.start[name]) for name, (value, own) in run.samples.items()}
+    run = sampled_run(Plan(motion_of(system), settings), forces=forces, progress=part)
+    return {name: (value, own, run.start.get(name, 0.0)) for name, (value, own) in run.samples.items()}

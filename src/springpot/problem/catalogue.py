@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from springpot.problem.parts import Constant, ResonantCircuit, ThermalNoise
+from springpot.problem.parts import Barrier, Constant, ResonantCircuit, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
@@ -134,6 +134,10 @@ def _is_resonant(part: Part) -> bool:
 
 def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
+
+
+def _is_rigid(part: Part) -> bool:
+    return isinstance(part, Barrier)
 
 
 def _has_force(part: Part) -> bool:
@@ -327,13 +331,16 @@ CATALOGUE = (
                    dimensions=(f"<quantity>_{name}_bin",), **_CYCLES),
           Quantity(f"<quantity>_{name}_quantile", "q", f"quantiles of {said} in the window",
                    dimensions=("probability",), **_CYCLES))),
-    *(Quantity(f"{_OF}peak_force_{ending}", unit, f"{words} the largest force of each touch of a soft contact",
-               when=f"`forces=`{more}", dimensions=dimensions, of=_is_soft, **_ASKED)
-      for ending, unit, words, more, dimensions in (
-          ("mean", "N", "mean of", "", ()), ("mean_square", "N2", "mean square of", "", ()),
-          ("density", "N-1", "probability density of", " with `distributions=`", (f"{_OF}peak_force_bin",)),
-          ("quantile", "N", "quantiles of", " with `distributions=`", ("probability",)),
-          ("largest_quantile", "N", "quantiles over the paths of the largest of", " with `distributions=`",
+    *(Quantity(f"{_OF}{what}_{ending}", unit_times("1", unit, power), f"{words} {said}",
+               when=f"`forces=`{more}", dimensions=dimensions, of=has, **_ASKED)
+      for what, unit, said, has in (
+          ("peak_force", "N", "the largest force of each touch of a soft contact", _is_soft),
+          ("impulse", "N s", "the impulse of each impact on a rigid wall; of one mass a lone wall", _is_rigid))
+      for ending, power, words, more, dimensions in (
+          ("mean", 1, "mean of", "", ()), ("mean_square", 2, "mean square of", "", ()),
+          ("density", -1, "probability density of", " with `distributions=`", (f"{_OF}{what}_bin",)),
+          ("quantile", 1, "quantiles of", " with `distributions=`", ("probability",)),
+          ("largest_quantile", 1, "quantiles over the paths of the largest of", " with `distributions=`",
            ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),

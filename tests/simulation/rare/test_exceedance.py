@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.rare import search
 from tests import kernels
 from tests.sizes import validation
 
@@ -24,9 +26,9 @@ PAIR = sp.System(
 SHORT: dict[str, Any] = {"duration": 20.0, "step": 0.05, "start": "rest"}
 
 
-def off(found: sp.Any, level: int, value: float, its_share: float) -> float:
+def off(found: Any, level: int, value: float, its_share: float, name: str = "x") -> float:
     """In standard errors of both."""
-    p, error = found.probability["x"][level], found.error["x"][level]
+    p, error = found.probability[name][level], found.error[name][level]
     return float(abs(p - value) / math.hypot(error, its_share * value))
 
 
@@ -100,6 +102,8 @@ def test_thermal_motion_has_boltzmanns_law_at_once() -> None:
     [
         validation(LIGHT, {}, [3.2, 4.8, 6.0], [(2.3635e-3, 0.003), (8.86e-7, 0.003), (3.53e-10, 0.006)]),
         validation(WALL, {}, [2.6, 3.6], [(1.709e-3, 0.013), (1.513e-6, 0.016)]),
+        # 3.981(9)e-3 and 1.666(3)e-6 in continuous time, and the step's 0.9 and 1.0 %
+        validation(LIGHT, {"name": "distance"}, [3.2, 4.8], [(4.017e-3, 0.004), (1.682e-6, 0.004)]),
         validation(LIGHT, {"start": "stationary"}, [3.2, 4.8], [(1.667e-2, 0.012), (3.09e-5, 0.015)]),
     ],
 )
@@ -107,10 +111,11 @@ def test_independent_values(
     system: sp.System, given: dict[str, Any], levels: list[float], expected: list[tuple[float, float]]
 ) -> None:
     """By a backward equation on a lattice, by elementary failure events, by other splitting in another program."""
-    found = sp.exceedance(system, {"x": levels}, **{**SHORT, **given}, rtol=0.03)
+    name = given.get("name", "x")
+    found = sp.exceedance(system, {name: levels}, **{**SHORT, "start": given.get("start", "rest")}, rtol=0.03)
     for n, value in enumerate(expected):
-        assert off(found, n, *value) < 3.5
-    assert (found.error["x"] <= 0.03 * found.probability["x"]).all()
+        assert off(found, n, *value, name) < 3.5
+    assert (found.error[name] <= 0.03 * found.probability[name]).all()
 
 
 @pytest.mark.validation
@@ -151,6 +156,28 @@ def test_the_time_is_over() -> None:
     assert found["x"].high < 0.2
 
 
+def test_a_run_goes_on_from_what_it_has_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the same bits, wherever it was killed; and what has ended is not computed again."""
+    place, given = tmp_path / "found.jsonl", {**SHORT, "rtol": 0.3}
+    whole = sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given)
+    assert sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, save=place).probability["x"].tolist() == (
+        whole.probability["x"].tolist()
+    )
+    lines = place.read_bytes().splitlines(keepends=True)
+    assert len(lines) == 1 + whole["x"].repetitions  # the plain paths first
+    place.write_bytes(b"".join(lines[:9]) + lines[9][:40])  # killed while it wrote
+    computed, of = list[int](), search.repetitions
+    monkeypatch.setattr(search, "repetitions", lambda *a, **k: computed.append(k["first"]) or of(*a, **k))
+    again = sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, threads=1, save=place)
+    assert again.probability["x"].tolist() == whole.probability["x"].tolist()
+    assert computed == [*range(8, 32)]
+    assert sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, save=place)["x"].error.tolist() == whole["x"].error.tolist()
+    assert len(computed) == 24
+    place.write_text("something else\n")
+    with pytest.raises(ValueError, match="save must be a file of exceedance or a new one"):
+        sp.exceedance(WALL, {"x": 2.0}, **given, save=place)
+
+
 def test_progress_ends_a_run() -> None:
     def told(fraction: float) -> None:
         assert 0.0 <= fraction <= 1.0
@@ -179,6 +206,9 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"x": 1.0}, {"max_time": 0.0}, "max_time must be"),
         (LIGHT, {"x": 1.0}, {"duration": None}, "duration must be a real number"),
         (LIGHT, {"x": 1.0}, {"progress": 1}, "progress must be a function"),
+        (LIGHT, {"x": 1.0}, {"save": 1}, "save must be the place of a file"),
+        (LIGHT, {"x": 1.0}, {"save": "nowhere/x"}, "save must lie in a folder that exists"),
+        (LIGHT, {"own": (lambda t, x, v: x, 1.0)}, {"save": "x"}, "save cannot be given with the function of own"),
         (LIGHT, {"x": 1.0}, {"seed": -1}, "seed must be in"),
         (PAIR, {"x": 1.0}, {}, "levels has 'x', which is no quantity that can be asked"),
         (PAIR, {"a_x": [-1.0, 1.0]}, {}, "levels of a_x must lie on one side of the start, 0 m"),

@@ -419,3 +419,31 @@ def test_what_has_no_crossings_says_so() -> None:
     shots = sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.PoissonImpulses(1.0, 1.0))
     with pytest.raises(NotCoveredError, match="Only Gaussian responses are covered"):
         linear(shots).density(0.0, of="dashpot_force")
+
+
+def test_impulses_of_a_rigid_wall_are_its_momentum() -> None:
+    system = device(0.5, stop=sp.Barrier(-0.1, 0.8))
+    given: dict[str, Any] = {"paths": 640, "duration": 60.0, "step": 0.01, "start": "rest", "distributions": True}
+    run = simulated(system, **given, forces=("stop_impulse",))
+    mean, momentum = run["stop_impulse_mean"], run["stop_force_mean"].value / run["stop_impact_rate"].value
+    assert mean.value == pytest.approx(momentum, rel=1e-6)
+    assert (mean.unit, run["stop_impulse_mean_square"].unit) == ("N s", "N2 s2")
+    assert run["stop_impulse_mean_square"].value == pytest.approx(3.6**2 * run["impact_speed_mean_square"].value)
+    fast = run.distributions["impact_speed"].quantile(0.9)[0]
+    assert run.distributions["stop_impulse"].quantile(0.9)[0] == pytest.approx(3.6 * fast, rel=1e-3)
+    assert run.to_xarray()["stop_impulse_largest_quantile"].units == "N s"
+    slot = device(0.5, low=sp.Barrier(-0.1, 0.8), high=sp.Barrier(0.1, 0.8, side="below"))
+    with pytest.raises(ValueError, match="forces has 'low_impulse', which is no force or acceleration"):
+        simulated(slot, **given, forces=("low_impulse",))
+
+
+def test_impulses_between_masses_are_those_of_the_reduced_mass() -> None:
+    stop = sp.Barrier(-0.05, 0.6, between=("base", "top"))
+    smooth = sp.System(*isolated(DAMPERS[1]).parts, stop=stop)
+    with pytest.raises(NotCoveredError, match="stop_impulse cannot be seen: "):
+        simulated(smooth, paths=64, forces=("stop_impulse",))
+    system = sp.System(*smooth.parts[:-1], sp.WhiteNoise(0.01, on="top"), stop=stop)
+    run = simulated(system, paths=64, duration=60.0, step=0.01, forces=("stop_impulse",))
+    momentum = run["stop_force_mean"].value / run["stop_impact_rate"].value
+    # an impact after which the masses rest on each other is counted, but shown to nobody
+    assert run["stop_impulse_mean"].value == pytest.approx(momentum, rel=0.01)

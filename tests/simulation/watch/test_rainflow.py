@@ -19,6 +19,7 @@ from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.watch.distributions import BINS, distribution_of
 from springpot.simulation.watch.rainflow import _CYCLES, _RANGES, _SIZE, _STACK, DEPTH, _put, cycles_of
+from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
 CURVES = [sp.Basquin(k) for k in (3.0, 5.0, 8.0)]
@@ -29,7 +30,9 @@ PAIR = sp.System(
 )  # fmt: skip
 
 SHAKEN = sp.Harmonic(1.0, 1.25)
-OF_ONE = sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 1.5), wave=SHAKEN)
+OF_ONE = sp.System(
+    sp.Mass(2.0), *of_many_kinds(sp.Spring(8.0), SHAKEN).parts, mount=sp.Springpot(0.5, 1.5)
+)  # a kind of kernel that is there
 SHAKEN_AT_RANDOM = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.WhiteNoise(1.0), mount=sp.Springpot(0.5, 1.5))
 OF_TWO = sp.System(
     sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, between=("ground", "a")),
@@ -140,13 +143,13 @@ def test_a_long_decay_outlasts_the_stack() -> None:
 def test_cycles_of_a_harmonic_force_have_its_amplitudes(system: sp.System, x: str) -> None:
     period = 2.0 * math.pi / 1.25
     curve = sp.Basquin(5.0, strength=2.0, cycles=1000.0, stress=3.0)
+    mount = 1.5 * (1.25j) ** 0.5  # at the ends of the window is up to one cycle of 400 less
+    forces = {"mount_force": abs(mount), **({} if x == "x" else {"force_on_ground": abs(8.0 + mount)})}
     run = simulated(
         system, paths=2, duration=440.0 * period, window=(40.0 * period, 440.0 * period), step=period / 128,
-        start="rest", rainflow={x: [sp.Basquin(2.5), curve], "mount_force": curve, "force_on_ground": curve},
+        start="rest", rainflow={x: [sp.Basquin(2.5), curve], **dict.fromkeys(forces, curve)},
     )  # fmt: skip
-    mount = 1.5 * (1.25j) ** 0.5  # at the ends of the window is up to one cycle of 400 less
     amplitude = abs(1.0 / (8.0 + mount - 2.0 * 1.25**2))
-    forces = {"mount_force": abs(mount), "force_on_ground": abs(8.0 + mount)}
     assert run[f"{x}_damage_rate_1"].value == pytest.approx(3600.0 / period * amplitude**2.5, rel=4e-3)
     for name, size in {f"{x}_damage_rate_2": 1.0, **{f"{n}_damage_rate": s for n, s in forces.items()}}.items():
         expected = 3600.0 / period * (3.0 * size * amplitude / 2.0) ** 5 / 1000.0
@@ -165,7 +168,7 @@ def test_cycles_of_a_harmonic_force_have_its_amplitudes(system: sp.System, x: st
 
 def test_two_walls_are_two_turning_points() -> None:
     walls = sp.Barrier(-0.6, 1.0), sp.Barrier(0.4, 1.0, side="below")
-    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(2.0), *walls)
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(2.0), NEARLY_LINEAR, *walls)
     run = simulated(system, paths=640, duration=60.0, step=0.02, rainflow={"x": CURVES[0]})
     valleys, peaks = run.distributions["x_valley"], run.distributions["x_peak"]
     assert (valleys.edges[0], peaks.edges[-1]) == (pytest.approx(-0.6, rel=0.02), pytest.approx(0.4, rel=0.02))

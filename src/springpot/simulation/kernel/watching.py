@@ -76,6 +76,8 @@ class Observer:
         Which forces and accelerations ``on_steps`` sees.
     peaks : bool
         Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
+    impulse : float
+        By which speeds are multiplied if it is not 0.
     counts, forgotten : int
         Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
         not kept.
@@ -92,6 +94,7 @@ class Observer:
     per_block: bool = False
     feels: tuple[int, ...] = ()
     peaks: bool = False
+    impulse: float = 0.0
     counts: int = 0
     forgotten: int = 0
 

@@ -121,7 +121,7 @@ class Parts(Composed):
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else self.frequency
         length, speed = self.units.state
-        speed = self.felt.force if observer.peaks else speed
+        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
         wall = self.felt.roughness(observer.feels[0]) if observer.feels else self.wall_position
         return [length, speed, self.units.time, frequency, wall, LANES]
 

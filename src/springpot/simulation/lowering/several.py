@@ -123,7 +123,7 @@ class PartsOfSeveral(Composed):
         """Of an observer's array."""
         frequency = self.felt.scale if observer.feels else 1.0
         length, speed = self.units.state
-        speed = self.felt.force if observer.peaks else speed
+        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
         wall = self.felt.roughness(observer.feels[0]) if observer.feels else observer.place / length
         return [length, speed, self.units.time, frequency, wall, LANES]
 

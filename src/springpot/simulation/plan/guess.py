@@ -43,7 +43,7 @@ from springpot.problem.system import System
 from springpot.simulation.plan.parts import (
     fed_at,
     rate_of_its_own,
-    share_yielding,
+    slow_dashpot,
     stiffness_at_once,
     taken_by_yielding,
     time_of_its_own,
@@ -58,7 +58,6 @@ _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
 _GUESSED = 1.5  # factor on the forgetting time
-_HARDLY = 1e-3  # share of its yielding below which a part is a spring
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 _DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
@@ -279,14 +278,14 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
-    own_time = max(map(time_of_its_own, unit.parts))
+    own_time, yielding = max(map(time_of_its_own, unit.parts)), _yielding_time(unit, law)
     settled = max(energy_time, own_time, _hopping_time(law, potential))
-    forgetting = _GUESSED * max(energy_time, own_time, 2.0 / law.frequency)
+    forgetting = _GUESSED * max(energy_time, own_time, 2.0 / law.frequency, 0.5 * yielding)
     return Scales(
         frequency=law.frequency,
         fastest_rate=max(rates),
         energy_time=settled,
-        creep_time=max([_overdamped_time(unit, law), *creep]),
+        creep_time=max([_overdamped_time(unit, law), yielding, *creep]),
         forgetting_time=forgetting,
         settling_time=max(settled, forgetting),
         flight_frequency=frequency,
@@ -368,10 +367,14 @@ def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Stop)
 def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
     """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
     damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
-    # for slow displacements the fast motion makes a dashpot of dry friction in series with a spring
-    soft = [part for part in unit.of(Yielding) if share_yielding(part, law.temperature, w * w) > _HARDLY]
-    damping += sum(part.yield_force for part in soft) * math.sqrt(2.0 / math.pi / law.temperature)
     return damping / w**2 if damping > w else 0.0
+
+
+def _yielding_time(unit: System, law: BoltzmannLaw) -> float:
+    """The same where the fast motion makes dashpots of parts that yield, for slow displacements."""
+    square = law.frequency**2
+    damping = sum(slow_dashpot(part, law.temperature, square) for part in unit.of(Yielding))
+    return damping / square if damping > law.frequency else 0.0
 
 
 def _creep_time(pot: Springpot, frequency: float) -> float:

@@ -131,10 +131,22 @@ class Motion:
         return felt_in(self.system)
 
     @property
-    def peaks(self) -> dict[str, Seen]:
-        """The largest forces of the touches of soft contacts, by name."""
-        names = {f"{name}_peak_force": name for name, part in self.touched.items() if isinstance(part, SoftStop)}
-        return {name: Seen({"impact_speed": name}, None, stop=stop, peaks=True) for name, stop in names.items()}
+    def of_impacts(self) -> dict[str, Seen]:
+        """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name.
+
+        Impacts on one mass are seen without their wall: there are impulses of a lone one.
+        """
+        found, at = dict[str, Seen](), self.system.coordinates
+        for stop, part in self.touched.items():
+            if isinstance(part, SoftStop):
+                name = f"{stop}_peak_force"
+                found[name] = Seen({"impact_speed": name}, None, stop=stop, peaks=True)
+            elif isinstance(part, Barrier) and not callable(part.restitution):
+                name, mass = f"{stop}_impulse", (1.0 + part.restitution) * at.reduced(at.elongations[stop])
+                own = stop if self.arguments else ""
+                if own or len(self.touched) == 1:
+                    found[name] = Seen({"impact_speed": name}, None, stop=own, place=part.position, impulse=mass)
+        return found
 
     def number_felt(self, name: str) -> int:
         """Of a force or acceleration among all.
@@ -154,7 +166,7 @@ class Motion:
     def seen_by_name(self, name: Any, argument: str, *, forces_only: bool = False) -> Seen:
         """A displacement, a force or an absolute acceleration, as observers see it; ``argument`` asks for it.
 
-        With ``forces_only`` no displacement, and the peaks of contacts too, which have no value at every time.
+        With ``forces_only`` no displacement, and those of impacts too, which have no value at every time.
 
         Raises
         ------
@@ -169,10 +181,12 @@ class Motion:
         {'x': 'spring_force'}
         """
         moving = {} if forces_only else {own: seen for own, (kind, seen) in self.levels.items() if kind == "x"}
-        touches = self.peaks if forces_only else {}
+        touches = self.of_impacts if forces_only else {}
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
+            if touches[name].impulse and any(map(name.startswith, self.uncounted)):
+                raise NotCoveredError(f"{name} cannot be seen: {self.uncountable}.")
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"

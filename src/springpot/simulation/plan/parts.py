@@ -23,9 +23,11 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.hysteresis import Yielding
 
 __all__ = [
-    "fed_at", "rate_of_its_own", "share_yielding", "slow_springpot", "stiffness_at_once",
+    "fed_at", "rate_of_its_own", "slow_dashpot", "slow_springpot", "stiffness_at_once",
     "taken_by_yielding", "time_of_its_own",
 ]  # fmt: skip
+
+_HARDLY = 0.01  # of the power of dry friction: a part that takes less of the motion is a spring
 
 
 def fed_at(part: Any, frequency: float) -> float:
@@ -90,23 +92,10 @@ def time_of_its_own(part: Any) -> float:
     return 0.5 / min(half, slower)
 
 
-def share_yielding(part: Yielding, theta: float, square: float) -> float:
-    """How much of its yielding a part has at a temperature, of 1; ``square`` is the stiffness beside it.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Jenkins
-    >>> share_yielding(Jenkins(1.0, 1.0), 0.01, 0.0) < 1e-20
-    True
-    """
-    reached = math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
-    if not isinstance(part, BoucWen):
-        return math.erfc(math.sqrt(0.5) / max(reached, 1e-100))
-    return float(1.0 / (1.0 + max(reached, 1e-5) ** -(part.exponent + 1.0)))
-
-
 def taken_by_yielding(part: Any, theta: float, square: float) -> float:
     """Power that a part which yields takes of a unit mass: that of dry friction times a share; 0 of other parts.
+
+    The share is small where the motion hardly reaches the yield displacement.  ``square`` is the stiffness beside it.
 
     Examples
     --------
@@ -116,7 +105,40 @@ def taken_by_yielding(part: Any, theta: float, square: float) -> float:
     """
     if not isinstance(part, Yielding):
         return 0.0
-    return share_yielding(part, theta, square) * part.yield_force * math.sqrt(2.0 * theta / math.pi)
+    reached = max(_reached(part, theta, square), 1e-5)
+    if isinstance(part, BoucWen):
+        share = 1.0 / (1.0 + reached ** -(part.exponent + 1.0))
+    else:
+        share = math.erfc(math.sqrt(0.5) / reached)
+    return float(share * part.yield_force * math.sqrt(2.0 * theta / math.pi))
+
+
+def slow_dashpot(part: Yielding, theta: float, square: float) -> float:
+    """The dashpot that a part which yields is for slow displacements, beside a fast motion; 0 if it hardly yields.
+
+    That of the Maxwell element with its stiffness that takes the same power of the fast motion, or, where this goes far
+    beyond the yield displacement, of the dashpot alone.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import BoucWen, Jenkins
+    >>> round(slow_dashpot(Jenkins(0.9, 0.9), 0.379, 0.1), 1), slow_dashpot(Jenkins(0.9, 9.0), 0.379, 0.1)
+    (6.5, 0.0)
+    >>> round(slow_dashpot(BoucWen(0.9, 0.9), 0.234, 0.1), 1)  # that of linearization is 3.1
+    2.6
+    """
+    taken, fast = taken_by_yielding(part, theta, square), square + part.stiffness
+    if taken < _HARDLY * part.yield_force * math.sqrt(theta):
+        return 0.0
+    if _reached(part, theta, square) > 1.0:
+        return taken / theta
+    half = 0.5 * theta * part.stiffness**2 / (fast * taken)
+    return half + math.sqrt(max(half**2 - part.stiffness**2 / fast, 0.0))
+
+
+def _reached(part: Yielding, theta: float, square: float) -> float:
+    """Standard deviation of the elongation over that at which it yields."""
+    return math.sqrt(theta / (square + part.stiffness)) / part.yield_displacement
 
 
 def slow_springpot(part: Any) -> tuple[float, float]:

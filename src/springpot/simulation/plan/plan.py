@@ -117,8 +117,9 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     if start is None:
         start, _ = default_start(motion, options)
     _one_of(start, "start", get_args(StartKind))
-    usual = motion.different_paths if "paths" not in given and motion.different_paths else options["paths"]
-    paths = whole_number(usual, "paths", 1, MOST_PATHS)
+    paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
+    if motion.different_paths and (motion.recorded or "paths" not in given):
+        paths = min(paths, motion.different_paths)
     seed = checked_seed(options["seed"])
     threads = checked_threads(options["threads"])
     whole = motion.recorded

@@ -43,6 +43,8 @@ class Seen:
         The number of a force or an acceleration among all that are felt; empty of a displacement.
     peaks : bool
         Whether the impacts are the touches of a contact, with their largest forces in place of speeds.
+    impulse : float
+        Of an impact over its speed, in kg, where impulses take the place of speeds; otherwise 0.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
@@ -55,6 +57,7 @@ class Seen:
     high: float = math.inf
     feels: tuple[int, ...] = ()
     peaks: bool = False
+    impulse: float = 0.0
 
 
 def seen_of_several(system: System) -> tuple[Seen, ...]:

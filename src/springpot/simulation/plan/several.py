@@ -44,6 +44,7 @@ from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.parts import (
     fed_at,
     rate_of_its_own,
+    slow_dashpot,
     slow_springpot,
     stiffness_at_once,
     taken_by_yielding,
@@ -169,7 +170,7 @@ def _damping_at(part: Any, spread: float, speed: float, reduced: float = 1.0) ->
             _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
             return math.sqrt(8.0 / math.pi) * c2 * speed + 3.0 * c3 * speed**2
         case Yielding() if speed > 0.0:
-            return taken_by_yielding(part, reduced * speed**2, 0.0) / math.sqrt(reduced) / speed**2
+            return reduced * taken_by_yielding(part.per_mass(reduced), speed**2, 0.0) / speed**2
     return 0.0
 
 
@@ -727,14 +728,15 @@ def _scales(system: System, modes: Modes) -> Scales:
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
     settled = max([*energy, *filter(None, map(time_of_its_own, system.elements.values()))], default=math.inf)
-    forgotten = max(settled, 2.0 / frequency, _forgetting_time(system, modes))
+    yielding = max(_yielding_times(system, modes), default=0.0)
+    forgotten = max(settled, 2.0 / frequency, 0.5 * yielding, _forgetting_time(system, modes))
     if any(not part.is_linear for part in system.parts):  # the size of the motion is a guess
         forgotten *= _GUESSED
     return Scales(
         frequency=frequency,
         fastest_rate=largest,
         energy_time=settled,
-        creep_time=max(_creep_times(system), default=0.0),
+        creep_time=max(yielding, *_creep_times(system), 0.0),
         forgetting_time=forgotten,
         settling_time=max(settled, forgotten),
         flight_frequency=largest,
@@ -810,11 +812,26 @@ def _curvature(part: Any, spread: float) -> float:
 
 def _creep_times(system: System) -> Iterator[float]:
     """Of each part that is, for slow motion, a springpot or dashpot stronger than the springs along its row."""
+    for name, part in system.elements.items():
+        yield from _creep_time(system, name, *slow_springpot(part))
+
+
+def _yielding_times(system: System, modes: Modes) -> Iterator[float]:
+    """Of each part that yields, which the fast motion makes a dashpot for slow displacements."""
+    for name, part in system.elements.items():
+        row = system.coordinates.elongations[name]
+        if isinstance(part, Yielding) and (speed := modes.speed(row)) > 0.0:
+            reduced = system.coordinates.reduced(row)
+            dashpot = slow_dashpot(part.per_mass(reduced), speed**2, 0.0)
+            yield from _creep_time(system, name, 1.0, reduced * dashpot)
+
+
+def _creep_time(system: System, name: str, order: float, coefficient: float) -> Iterator[float]:
+    """That of a springpot in the place of a part, if it is stronger than the springs along its row."""
     at = system.coordinates
     values, shapes = np.linalg.eigh(system.stiffness_matrix)
     held = values > 1e-12 * max(float(values.max()), 0.0)
-    for name, part in system.elements.items():
-        (order, coefficient), row = slow_springpot(part), at.elongations[name]
-        give, reduced = float(((row @ shapes[:, held]) ** 2 / values[held]).sum()), at.reduced(row)
-        if order > 0.0 and give > 0.0 and coefficient / reduced > (give * reduced) ** (0.5 * order - 1.0):
-            yield creep_time(coefficient * give, order)
+    row = at.elongations[name]
+    give, reduced = float(((row @ shapes[:, held]) ** 2 / values[held]).sum()), at.reduced(row)
+    if order > 0.0 and give > 0.0 and coefficient / reduced > (give * reduced) ** (0.5 * order - 1.0):
+        yield creep_time(coefficient * give, order)

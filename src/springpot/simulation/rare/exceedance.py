@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from springpot.simulation.plan.options import DEFAULTS, StartKind
 from springpot.simulation.plan.plan import Plan, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
+from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.search import ExceedanceCurve, search
 
 __all__ = ["Exceedance", "exceedance"]
@@ -111,6 +113,7 @@ def exceedance(
     seed: int = 1,
     threads: int | None = None,
     max_time: float | None = None,
+    save: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Exceedance:
     """The probability that a quantity exceeds a level within a time, however small it is, for many levels at once.
@@ -147,6 +150,10 @@ def exceedance(
         All available ones if left out.
     max_time : float
         Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
+    save : str or Path
+        A file, made if missing, to which each repetition is written when it has ended.  The same call goes on from
+        them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  Repetitions are then
+        advanced one after another, which takes up to a quarter more time.
     progress : callable
         Called with the fraction done, about.
 
@@ -161,6 +168,8 @@ def exceedance(
         If an argument is wrong; nothing has been computed then.
     NotCoveredError
         Of a force or an acceleration that cannot be seen.
+    FileError
+        If ``save`` is a file of something else.
     TimeoutError
         If ``max_time`` is too short for any result.
 
@@ -200,6 +209,7 @@ def exceedance(
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
     wanted = _checked(plan, levels)
+    path = _checked_place(save, [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")])
     clock = Clock(max_time)
     plan = _settled(plan)
     if plan.settings.start == "stationary":
@@ -210,7 +220,9 @@ def exceedance(
         order = np.argsort(sign * given.ravel())
         asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
-        found = search(simulation, asked, rtol, own, told, _STREAMS * number)
+        content = () if path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, quantity.name)
+        saved = Saved(path, [VERSION, *content, asked.given.tolist()])
+        found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved)
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
     result = Exceedance(system, replace(plan.settings, paths=paths), curves)
@@ -219,6 +231,7 @@ def exceedance(
     return result
 
 
+VERSION = 1  # of the numbers that repetitions give
 _STREAMS = 64  # of random numbers, for each quantity
 
 
@@ -262,6 +275,18 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     if quantity.kind == "x" and not ((seen.low < numbers) & (numbers < seen.high)).all():
         raise ValueError(f"levels of {name} must lie between the walls, {seen.low:g} and {seen.high:g} m.")
     return quantity, numbers, sides.pop()
+
+
+def _checked_place(save: object, functions: list[str]) -> Path | None:
+    if save is None:
+        return None
+    if not isinstance(save, str | Path):
+        raise TypeError(f"save must be the place of a file, not {shown(save)}.")
+    if functions:
+        raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
+    if not Path(save).resolve().parent.is_dir():
+        raise ValueError(f"save must lie in a folder that exists, but {str(Path(save).parent)!r} does not.")
+    return Path(save)
 
 
 def _settled(plan: Plan) -> Plan:

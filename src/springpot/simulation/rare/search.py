@@ -16,6 +16,7 @@ from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.rare.asked import Asked
+from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.splitting import Tally, repetitions
 
 __all__ = ["ExceedanceCurve", "search"]
@@ -109,8 +110,9 @@ class ExceedanceCurve:
 
 
 def search(
-    simulation: Simulation, asked: Asked, rtol: float, clock: Clock, told: Callable[[float], None], stream: int
-) -> ExceedanceCurve:
+    simulation: Simulation, asked: Asked, rtol: float, clock: Clock, told: Callable[[float], None], stream: int,
+    saved: Saved,
+) -> ExceedanceCurve:  # fmt: skip
     """The probability of each level, in the order of rarity, to a relative standard error.
 
     Plain paths come first.  If less than one in a hundred exceeds the last level, they are left for splitting; where
@@ -123,6 +125,8 @@ def search(
         Called with the fraction done.
     stream : int
         The first one of random numbers.
+    saved : Saved
+        Where repetitions are read and written; if to a file, they are advanced one after another.
 
     Raises
     ------
@@ -130,7 +134,7 @@ def search(
         If the time is over before the first paths have ended.
     """
     begun, reason = time.perf_counter(), ""
-    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told)
+    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told, saved)
     try:
         now.add(REPETITIONS)
         if now.last.mean() < FREQUENT and simulation.motion.is_noisy:
@@ -163,6 +167,7 @@ class _Repetitions:
     stream: int
     clock: Clock
     told: Callable[[float], None]
+    saved: Saved
     path_steps: float = 0.0
     most: float = 1.0  # probability of the last level, if no path exceeds it
 
@@ -188,15 +193,19 @@ class _Repetitions:
         usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else 15.0)
         while done < wanted:
             self.clock.check()
-            now = min(wanted - done, PATHS_AT_ONCE // self.paths)
+            now = min(wanted - done, 1 if self.saved.path and self.splits else PATHS_AT_ONCE // self.paths)
+            of = self.stream, self.splits, self.paths, done, now
 
             def tell(iterations: float, done: int = done, now: int = now) -> None:
                 self.told((done + now * min(1.0, iterations / usual)) / wanted)
 
-            tally = repetitions(
-                self.simulation, self.asked, first=done, count=now, paths=self.paths, stream=self.stream,
-                splits=self.splits, clock=self.clock, tell=tell,
-            )  # fmt: skip
+            tally = self.saved.find(*of)
+            if tally is None:
+                tally = repetitions(
+                    self.simulation, self.asked, first=done, count=now, paths=self.paths, stream=self.stream,
+                    splits=self.splits, clock=self.clock, tell=tell,
+                )  # fmt: skip
+                self.saved.add(tally if done == 0 else replace(tally, ends=tally.ends[:0]), *of)
             self.path_steps += tally.path_steps
             if tally.complete or not self.tallies:
                 self.tallies.append(tally)

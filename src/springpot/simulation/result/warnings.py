@@ -320,7 +320,7 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
         useless["derivative"] = ": no springpot has an order above 0"
     elif given.get("derivative") == "riemann-liouville" and plan.settings.initial_position == 0.0:
         useless["derivative='riemann-liouville'"] = " with x(0) = 0: both derivatives are the same"
-    if 0 < motion.different_paths < plan.settings.paths and motion.recorded:
+    if motion.recorded and 0 < motion.different_paths < given.get("paths", 0):
         other = "all paths are alike" if motion.different_paths == 1 else "there is one path for each record"
         useless["paths"] = f" beyond {motion.different_paths}: without noise {other}"
     # a smaller tolerance also means double precision, so it has an effect

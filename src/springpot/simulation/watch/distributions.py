@@ -67,7 +67,7 @@ def observer_of(
     steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
     return Observer(
         steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels,
-        seen.peaks,
+        seen.peaks, seen.impulse,
     )  # fmt: skip
 
 

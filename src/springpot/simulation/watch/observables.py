@@ -39,7 +39,7 @@ __all__ = [
     "faster_than",
     "is_taken",
     "mean_of",
-    "peaks",
+    "of_impacts",
     "squares",
 ]
 
@@ -247,8 +247,8 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
 # --- impacts that are not slow ---------------------------------------------------------------------------------------
 
 
-def peaks(seen: Seen) -> Observer:
-    """The largest forces of the touches of a contact: their number, sum and the sum of their squares."""
+def of_impacts(seen: Seen) -> Observer:
+    """The largest forces of the touches of a contact, or impulses: their number, sum and the sum of their squares."""
     return observer_of(seen, None, _on_fast_impacts(), np.zeros(4 * LANES))
 
 

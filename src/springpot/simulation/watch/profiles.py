@@ -221,7 +221,7 @@ def _power_steps() -> Any:
         for kind in range(_POWERS):
             for k in range(channels):
                 weight = array[_WEIGHTS + kind * channels + k]
-                for lane in range(LANES):
+                for lane in range(LANES if weight != 0.0 else 0):
                     array[sums + kind * LANES + lane] += weight * v[k * LANES + lane]
         if n + GROUP >= array[sums + _POWERS * LANES + place] or n + GROUP >= high:
             _end_bin(array, sums, _POWERS)
@@ -300,7 +300,7 @@ def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
         found += [(f"{seen.names['x']}_mean", _X, 1.0), (f"{seen.names['x']}_mean_square", _XX, 1.0)]
     if "v" in seen.names:
         found.append((f"{seen.names['v']}_mean_square", _VV, 1.0))
-    if "impact_speed" in seen.names:
+    if "impact_speed" in seen.names and motion.touched:
         start = seen.names["impact_speed"].removesuffix("impact_speed")
         found.append((f"{start}impact_rate", _HITS, 1.0))
         if not any(start.startswith(name) for name in motion.uncounted):

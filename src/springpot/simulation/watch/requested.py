@@ -28,7 +28,7 @@ from springpot.simulation.watch.observables import (
     faster_than,
     is_taken,
     mean_of,
-    peaks,
+    of_impacts,
     squares,
 )
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
@@ -36,7 +36,7 @@ from springpot.simulation.watch.profiles import Profile, checked_edges, powers_i
 from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
 
-__all__ = ["Observed", "Requested", "requested"]
+__all__ = ["Observed", "Requested", "moments_felt", "requested"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -132,7 +132,7 @@ class Requested:
         passed = passage_times(simulation, self.passages, [next(left) for _ in self.passages])
         counted = _counted({wall: next(left)[:, :3] for wall in self.counted}, time)
         for seen, _ in self.felt:
-            counted |= _moments(simulation, seen, next(left) / (high - low))
+            counted |= moments_felt(simulation, seen, next(left))
         columns = dict[str, tuple[Floats, Floats, Floats]]()
         for seen, _ in self.profiles:
             columns |= profiles_in(simulation.motion, settings, seen, self.edges, next(left))
@@ -148,13 +148,14 @@ class Requested:
         return Observed(means, distributions, largest, spectra, passed, counted, profiles, recorded)
 
 
-def _moments(simulation: Simulation, seen: Seen, means: Floats) -> dict[str, tuple[float, Floats]]:
-    """Mean and mean square of a force or acceleration, with what the latter lacks; or of the peaks of a contact.
+def moments_felt(simulation: Simulation, seen: Seen, sums: Floats) -> dict[str, tuple[float, Floats]]:
+    """Mean and mean square of a force or acceleration, with what the latter lacks; or of what impacts have.
 
     The mean force of a contact is among the results of every run, by its momentum.
     """
-    (name,) = seen.names.values()
-    if seen.peaks:
+    (name,), (low, high) = seen.names.values(), simulation.settings.window_steps
+    means = sums / (high - low)
+    if not seen.feels:
         return {f"{name}_{end}": ratio(means[:, n], means[:, 0]) for n, end in ((1, "mean"), (2, "mean_square"))}
     mean, square = means[:, 0], means[:, 1] + simulation.parts.felt.lacking[name]
     found = {f"{name}_mean": (float(mean.mean()), mean), f"{name}_mean_square": (float(square.mean()), square)}
@@ -254,7 +255,7 @@ def requested(
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
         is_recorded=settings.record > 0,
-        felt=tuple((seen, peaks(seen) if seen.peaks else squares(seen)) for seen in felt),
+        felt=tuple((seen, squares(seen) if seen.feels else of_impacts(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
