@@ -96,13 +96,13 @@ def _replaced(system: System) -> str:
     return next(iter(tables or white), "")
 
 
-def table_of(system: System) -> str:
-    """The table of densities of a system as CSV; of white noise a band about the natural frequency; empty without both.
+def table_of(system: System, frequency: float) -> str:
+    """The table of densities of a system as CSV; of white noise a band about a frequency in rad/s; empty without both.
 
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> print(table_of(System(Spring(4e4), SpectralExcitation((10.0, 2000.0), (2.0, 1.0)))))
+    >>> print(table_of(System(Spring(4e4), SpectralExcitation((10.0, 2000.0), (2.0, 1.0))), 200.0))
     frequency_Hz,psd_m2/s4/Hz
     10,2
     2000,1
@@ -113,7 +113,7 @@ def table_of(system: System) -> str:
     if isinstance(part, SpectralExcitation):
         points = [(f, part.scale * value) for f, value in zip(part.frequency, part.psd, strict=True)]
     else:
-        middle = (system.natural_frequency or 1.0) / (2.0 * math.pi)
+        middle = frequency / (2.0 * math.pi)
         points = [(float(f"{f:.2g}"), 2.0 * part.intensity) for f in (middle / WIDE, middle * WIDE)]
     unit = "N2/Hz" if system.has_mass and not part.of_ground else "m2/s4/Hz"
     return "\n".join([f"frequency_Hz,psd_{unit}", *(f"{f:.6g},{value:.6g}" for f, value in points)])

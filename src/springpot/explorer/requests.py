@@ -31,7 +31,9 @@ _IN_BINS = ("mean_square_profile", "impact_rate_profile")
 
 
 def offered(system: System) -> dict[str, Any]:
-    """Displacements and forces that a run can see: name, words, unit, and why not, if it cannot; why the run ends.
+    """What a run can see: name, words, unit, and why not, if it cannot; and why the excitation ends.
+
+    Of displacements, of forces and accelerations, and of what belongs to impacts and has no value at other times.
 
     Examples
     --------
@@ -44,11 +46,11 @@ def offered(system: System) -> dict[str, Any]:
     motion = motion_of(system)
     moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
     felt = {name: f"{name} cannot be seen: {one.reason}." if one.reason else "" for name, one in motion.felt.items()}
-    forces = felt | dict.fromkeys(motion.peaks, "")
     return {
         "ends": motion.ends,
         "displacements": [(name, titled(name), "m", "") for name in moving],
-        "forces": [(name, titled(name), _unit(system, name), why) for name, why in forces.items()],
+        "forces": [(name, titled(name), _unit(system, name), why) for name, why in felt.items()],
+        "of_impacts": [(name, titled(name), _unit(system, name), "") for name in motion.of_impacts],
     }
 
 

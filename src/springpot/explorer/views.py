@@ -58,7 +58,7 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
         "densities": [*densities_of(system)],
         "examples": [*examples(system, opened.file)],
         "offered": offered(system),
-        "table": table_of(system),
+        "table": table_of(system, seen["sizes"]["frequency"]),
     }
     return f"globalThis.OPENED = {json.dumps(content)};\n"
 

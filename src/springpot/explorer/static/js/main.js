@@ -10,7 +10,6 @@ import { DENSITIES, addDensityCards, curvesShown, legend, makePanels, saidOf } f
 import { Phase } from "./phase.js";
 import { showPinned, snapshot } from "./pinned.js";
 import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, ends, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
-import { ExcitationCard, RequestsCard } from "./requests.js";
 import { Scene } from "./scene.js";
 import { makePartsCard, showEquation, showEquations } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
@@ -43,6 +42,7 @@ const view = {
   sizes: OPENED.sizes, // how fast and how far the mass moves, roughly
   followed: OPENED.followed,
   groups: OPENED.groups, // tables of results
+  excitation: [], // its charts
   get seen() { return this.reach.find(({ name }) => name === this.chosen) ?? this.reach[0]; },
   get values() { return state.values; },
   get frequency() { return this.sizes.frequency; },
@@ -68,13 +68,22 @@ addDensityCards(element("densities"));
 setBounds(view);
 const controls = new Controls(state, element("form"));
 new FitCard(element, connection, controls);
-const excitation = new ExcitationCard(element, connection);
-new RequestsCard(element, connection);
 const scene = new Scene(element("scene"), track);
 const phase = new Phase(element("phase"), track, () => (matchMedia("(max-width: 700px)").matches ? 300 : 318));
 const panels = makePanels(view, element, { onOrder: (order) => state.set(Object.fromEntries(ORDERS.map((name) => [name, order]))) });
 const partsCard = makePartsCard(element("parts-table"));
 const table = new Table(element("table"), element("warnings"), element("silent"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
+
+// what stands far below is loaded when it comes near
+let excitationCard = null;
+new IntersectionObserver(async (seen, observer) => {
+  if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
+  observer.disconnect();
+  const { ExcitationCard, RequestsCard } = await import("./requests.js");
+  new RequestsCard(element, connection);
+  excitationCard = new ExcitationCard(element, connection);
+  excitationCard.show(view.excitation);
+}, { rootMargin: "400px" }).observe(element("asked"));
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
@@ -93,11 +102,11 @@ on("compiling", () => {
   status("loading", "compiling, once for this kind of system…");
   element("tile-paths-note").textContent = "compiling, once for this kind of system…";
 });
-on("view", ({ equation, equations, sizes, paper, followed, groups, excitation: drawn }) => {
-  excitation.show(drawn);
+on("view", ({ equation, equations, sizes, paper, followed, groups, excitation }) => {
+  excitationCard?.show(excitation);
   showEquation(element, equation);
   showEquations(element, equations);
-  Object.assign(view, { sizes, followed, groups });
+  Object.assign(view, { sizes, followed, groups, excitation });
   showChoice();
   state.paper = paper;
   showPaper();
@@ -430,7 +439,7 @@ element("open-file").addEventListener("change", async ({ target }) => {
 });
 on("shelved", ({ of, place, fault }) => {
   if (!fault) goTo(place, state);
-  else if (of === "table") excitation.refuse(fault);
+  else if (of === "table") excitationCard.refuse(fault);
   else notice("file", fault);
 });
 element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));

@@ -6,10 +6,35 @@ import { OPENED } from "./problem.js";
 import { escaped } from "./table.js";
 import { typeset } from "./numbers.js";
 
-const { displacements, forces } = OPENED.offered;
+const { displacements, forces, of_impacts: ofImpacts } = OPENED.offered;
+
+const EXCITATION = `
+  <div class="charts" id="excitation-charts"></div>
+  <details id="table-ask">
+    <summary>Another table of densities</summary>
+    <p class="caption">One line for each break point, with the units in the header: frequency_Hz or frequency_rad/s, and psd_g2/Hz, psd_m2/s4/Hz or psd_N2/Hz, one-sided. Between the points the density is a straight line on logarithmic axes. The table takes the place of the present one, or of the white noise.</p>
+    <textarea id="table-text" spellcheck="false" aria-label="Table of densities"></textarea>
+    <div class="fit-ask"><button type="button" class="button primary" id="table-use">Use this table</button>
+      <label class="button">CSV file… <input type="file" id="table-file" accept=".csv,.txt,.tsv,text/csv" class="sr"></label></div>
+  </details>
+  <p id="table-note" class="caption wrong" role="status"></p>`;
+
+const ASKED = `
+  <form id="asked-form" autocomplete="off">
+    <fieldset><legend>Forces and accelerations: mean, rms and histogram</legend><div id="asked-forces" class="many"></div></fieldset>
+    <fieldset><legend>First passage of levels</legend><div class="many"><label>of <select name="levels_of" aria-label="First passage of"></select></label><label>levels <input name="levels" type="text" inputmode="decimal" placeholder="0.003 0.004"></label></div></fieldset>
+    <fieldset><legend>Rainflow cycles and damage</legend><div class="many"><label>of <select name="cycles_of" aria-label="Cycles of"><option value="">nothing</option></select></label><label>slope k <input name="exponent" type="number" min="1" max="50" step="any" value="5" required></label><label>amplitude <input name="strength" type="number" min="0" step="any" value="1" required></label><label>endured for cycles <input name="cycles" type="number" min="0" step="any" value="1000000" required></label></div></fieldset>
+    <fieldset><legend>Profile over time: mean squares and impact rate</legend><div class="many"><label>bins <input name="bins" type="number" min="0" max="400" step="1" value="0" required></label></div></fieldset>
+    <div class="fit-ask"><button type="submit" class="button primary" id="asked-run">Simulate</button><button type="button" class="button" id="asked-stop" hidden>Stop</button><progress id="asked-progress" max="1" hidden aria-label="Share of the simulation done"></progress></div>
+  </form>
+  <p id="asked-said" class="caption" role="status"></p>
+  <div class="charts" id="asked-charts"></div>
+  <div class="scroll" tabindex="0" role="region" aria-label="Table of forces, cycles and passages"><table id="asked-numbers"></table></div>
+  <div id="asked-warnings" class="warnings"></div>`;
 
 export class ExcitationCard {
   constructor(element, connection) {
+    element("excitation").insertAdjacentHTML("beforeend", EXCITATION);
     const note = element("table-note"), text = element("table-text"), say = (said) => { note.textContent = said; };
     const take = async (file) => say(file ? await send(file, "table", connection, { large: ".", binary: "." }) : "");
     this.drawn = new Drawn(element("excitation-charts"), "excitation");
@@ -20,7 +45,6 @@ export class ExcitationCard {
     element("table-use").addEventListener("click", () => take(new File([text.value], "table.csv")));
     element("table-file").addEventListener("change", ({ target }) => { take(target.files[0]); target.value = ""; });
     this.refuse = say;
-    this.show([]);
   }
 
   show(charts) {
@@ -31,13 +55,14 @@ export class ExcitationCard {
 
 export class RequestsCard {
   constructor(element, connection) {
+    element("asked").insertAdjacentHTML("beforeend", ASKED);
     this.connection = connection;
     for (const name of ["run", "stop", "progress", "said", "numbers", "warnings"]) this[name] = element(`asked-${name}`);
     this.form = element("asked-form");
     this.fields = this.form.elements;
     this.drawn = new Drawn(element("asked-charts"), "asked");
-    element("asked-forces").innerHTML = forces.map(([name, words, , why]) => `<label${why ? ` title="${escaped(why)}"` : ""}><input type="checkbox" name="forces" value="${escaped(name)}"${why ? " disabled" : ""}>${escaped(words)}</label>`).join("") || "none";
-    const seen = [...displacements, ...forces.filter(([name, , , why]) => !why && !name.endsWith("_peak_force"))];
+    element("asked-forces").innerHTML = [...forces, ...ofImpacts].map(([name, words, , why]) => `<label${why ? ` title="${escaped(why)}"` : ""}><input type="checkbox" name="forces" value="${escaped(name)}"${why ? " disabled" : ""}>${escaped(words)}</label>`).join("") || "none";
+    const seen = [...displacements, ...forces.filter(([, , , why]) => !why)];
     for (const name of ["levels_of", "cycles_of"]) this.fields[name].append(...seen.map(([value, words, unit]) => new Option(`${words} (${unit})`, value)));
     this.form.addEventListener("submit", (event) => {
       event.preventDefault();
