@@ -358,6 +358,7 @@ def passed(step: float) -> tuple[float, float]:
     return float(1.0 - found.survival(9.9)[0]), float(found.survival(9.9)[1])
 
 
+@pytest.mark.validation
 def test_the_passage_of_a_rough_force_does_not_depend_on_the_step() -> None:
     """Without what lowers the level, half of them would be missed at this step."""
     (coarse, error), (fine, other) = passed(0.08), passed(0.02)
