@@ -54,6 +54,11 @@ RECORDED = sp.System(
     sp.RecordedExcitation((0.0, 8.0, 16.0), ((0.0, 0.4, 0.0), (0.0, -0.2, 0.3), (0.1, 0.1, 0.1)), taken="at random"),
     sp.SpectralExcitation.from_psd([0.05, 0.2, 0.6], [0.3, 0.6, 0.3], "m2/s4/Hz"),
 )  # fmt: skip
+COIL = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), *(sp.Spring(1.0, between=("ground", end)) for end in "ab"),
+    sp.ResonantCircuit(1.0, 0.2, 1.0, 1.0, between=("a", "b")), sp.Springpot(0.5, 0.2, between=("ground", "a")),
+    sp.WhiteNoise(0.2, on="a"),
+)  # fmt: skip
 SHAKEN = sp.System(sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(0.3), sp.ParametricNoise(0.1))
 
 
@@ -102,6 +107,7 @@ def mean_of(samples: Floats) -> tuple[Floats, Floats]:
         validation(MANY, "x"),
         validation(PAIR, "b_x"),
         validation(RECORDED, "x"),
+        validation(COIL, "a_x"),
     ],
 )
 def test_a_kept_state_is_complete(system: sp.System, name: str) -> None:

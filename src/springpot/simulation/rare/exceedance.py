@@ -152,8 +152,8 @@ def exceedance(
         Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
     save : str or Path
         A file, made if missing, to which each repetition is written when it has ended.  The same call goes on from
-        them, after a kill too, to the same bits; with a smaller ``rtol`` it goes on from all of them.  Repetitions are
-        then advanced one after another, which takes up to a quarter more time.
+        them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  Repetitions are then
+        advanced one after another, which takes up to a quarter more time.
     progress : callable
         Called with the fraction done, about.
 

@@ -170,7 +170,7 @@ def _parts() -> tuple[Any, Any]:
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
-        before = array[_SPEED] * speed
+        before = abs(array[_SPEED]) * speed  # negative where the kernel sees the motion mirrored
         array[_SUMS + _HITS * LANES + lane] += count
         array[_SUMS + _SQUARES * LANES + lane] += count * before * before
         array[_SUMS + _SPEEDS * LANES + lane] += count * before
