@@ -43,8 +43,8 @@ __all__ = ["app", "place_of", "tell", "warn"]
 _LEVELS = Parameter(
     negative="",
     metavar="NAME LEVEL",
-    help="Also rates at which a linear system exceeds levels in m, by Rice's and Vanmarcke's formulas and the diffusion "
-    "of the amplitude: x or distance (|x|), with several masses box_x or mount_elongation; can be repeated.",
+    help="Also rates at which a linear system exceeds levels in m, by Rice's and Vanmarcke's formulas and the "
+    "diffusion of the amplitude: x or distance (|x|), with several masses box_x or mount_elongation; can be repeated.",
 )
 _CURVES = Parameter(
     help="Also the damage per hour of a linear system's response, by spectral formulas, with the words of springpot "
