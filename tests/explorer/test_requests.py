@@ -47,6 +47,8 @@ def test_numbers_and_charts_are_those_of_a_run() -> None:
     assert [line["name"] for line in survival["lines"]] == ["1 m", "2 m"]
     times = np.array(survival["at"])
     assert survival["lines"][1]["values"] == run.first_passages["x"][1].survival(times)[0].tolist()
+    periods = charts["x: return period of the level"]["lines"][0]
+    assert periods["values"] == [passages.return_period.value for passages in run.first_passages["x"]]
     assert charts["x mean square"]["lines"][0]["values"] == run.profiles["x_mean_square_profile"].value.tolist()
     assert charts["x: ranges of its cycles"]["y"] == ("density", "1/m")
     numbers = dict(found["numbers"])
