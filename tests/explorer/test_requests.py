@@ -108,7 +108,7 @@ def test_asked_on_the_page(browser: Browser, server: Server) -> None:
         page.locator("[name=bins]").fill("4")
         page.locator("#asked-run").click()
         page.locator("#asked-charts canvas").first.wait_for()
-        tab.wait("document.querySelectorAll('#asked-charts canvas').length === 4")  # survival, x, v, impact rate
+        tab.wait("document.querySelectorAll('#asked-charts canvas').length === 5")  # survival, periods, x, v, impacts
         assert "x past 3 m, within" in page.locator("#asked-numbers").inner_text()
         page.locator("[name=bins]").fill("4000")
         assert page.locator("#asked-run").is_disabled()
