@@ -103,6 +103,9 @@ def test_fits_of_records_do_not_cover_it() -> None:
     [
         ("# from the controller\nfrequency_Hz,psd_g2/Hz\n10,0.01\n40,0.04\n", "g2/Hz"),
         ("psd (g2/Hz);frequency (kHz)\n0.01;0.01\n0.04;0.04\n", "g2/Hz"),
+        ("Frequency [Hz];PSD [g²/Hz]\n10;0.01\n40;0.04\n", "g2/Hz"),
+        ("frequency_Hz,psd_g^2/Hz\n10,0.01\n40,0.04\n", "g2/Hz"),
+        ("frequency_Hz,psd_(m/s^2)^2/Hz\n10,0.01\n40,0.04\n", "m2/s4/Hz"),
         ("frequency_rad/s\tdensity_N2/Hz\n62.83185307179586\t0.01\n251.32741228718345\t0.04\n", "N2/Hz"),
     ],
 )
@@ -125,6 +128,7 @@ def test_a_table_in_a_file(tmp_path: Path, text: str, unit: Any) -> None:
         ("frequency,psd_g2/Hz\n1,2\n", "line 1: frequency must have its unit, as frequency_hz."),
         ("frequency_Hz,psd_g/Hz\n1,2\n", "the unit of psd must be g2/Hz, m2/s4/Hz or N2/Hz, not 'g/Hz'."),
         ("frequency_Hz,level_dB\n1,2\n", "'level_dB' is not a column"),
+        ("frequency_Hz,psd_g2/(rad/s)\n1,2\n", "the unit of psd must be g2/Hz, m2/s4/Hz or N2/Hz, not 'g2/(rad/s)'."),
         ("frequency_Hz,psd_g2/Hz\n1,x\n", "line 2: psd_g2/Hz must be a number, not 'x'."),
         ("frequency_Hz,psd_g2/Hz\n2,1\n1,1\n", "is not right: frequency must increase from each point to the next"),
         ("frequency_Hz,psd_g2/Hz\n1,-13\n2,-10\n", "psd[0] must be in (0, 1e+50], not -13. It is a density, not a"),

@@ -150,6 +150,23 @@ def test_a_wall_against_an_independent_program() -> None:
     assert abs(largest.mean() - 1.5347) < 3.0 * np.hypot(0.0019, largest.std() / np.sqrt(largest.size))
 
 
+def test_profiles_at_a_wall_above_are_mirror_images() -> None:
+    runs = [
+        sp.simulate(
+            sp.System(*SHAKEN[:2], sp.WhiteNoise(1.0), wall), paths=200, step=0.05, duration=10.0, start="rest",
+            profile=5, forces=["spring_force"],
+        )
+        for wall in (sp.Barrier(-0.2, 0.8), sp.Barrier(0.2, 0.8, side="below"))
+    ]  # fmt: skip
+    odd = {"x_mean_profile", "spring_force_mean_profile"}
+    assert odd < {*runs[0].profiles}
+    assert runs[0].profiles["impact_speed_mean_profile"].value.min() > 0.0
+    for name, own in runs[0].profiles.items():
+        other, sign = runs[1].profiles[name], -1.0 if name in odd else 1.0
+        np.testing.assert_allclose(other.value, sign * own.value, rtol=1e-12, err_msg=name)
+        np.testing.assert_allclose(other.standard_error, own.standard_error, rtol=1e-12, err_msg=name)
+
+
 @pytest.mark.parametrize(
     "noise",
     [

@@ -37,6 +37,8 @@ def growth_times(plan: Plan) -> Floats:
 
 def _growth_steps(plan: Plan) -> int:
     scales, settings = plan.motion.scales, plan.settings
+    if plan.motion.ends:  # the whole of a record, or of an envelope
+        return settings.steps
     shown = max(SHOWN_RELAXATIONS * scales.energy_time, 15.0 / scales.frequency)
     return max(min(settings.steps, int(min(shown / settings.step, 1e9))), min(BINS, settings.steps))
 

@@ -1,4 +1,4 @@
-"""The file of measured data of one tab: taken in parts, read, and fitted."""
+"""Slow work of one tab that it asks for, and its file of measured data: taken in parts, read, and fitted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from springpot.explorer.protocol import FilePart
 from springpot.machine.faults import Stopped
 from springpot.problem.system import System
 
-__all__ = ["Measured", "Parts", "sentence_of"]
+__all__ = ["Measured", "Parts", "Work", "sentence_of"]
 
 TOLD = 0.2  # s between two messages of how far a fit is
 
@@ -51,8 +51,8 @@ class Parts:
         return text
 
 
-class Measured:
-    """The data of a tab, and the fit that is running.
+class Work:
+    """Slow work of a tab, one piece at a time, which says how far it is and can be stopped.
 
     Parameters
     ----------
@@ -63,10 +63,62 @@ class Measured:
 
     def __init__(self, turns: Turns, post: Callable[..., None]) -> None:
         self._turns, self._post = turns, post
-        self._parts = Parts()
-        self._data: Any = None
         self._work: asyncio.Future[None] | None = None
         self._stopped = threading.Event()  # of the work that is running
+
+    def begin(self, kind: str, work: Callable[..., dict[str, Any]], *given: Any) -> None:
+        """Call a function with what is given, ``progress`` and ``stop``, in the place of what is running.
+
+        What it returns is sent in a message of this kind.
+        """
+        self._begin(lambda stopped: self._told(kind, work, given, stopped))
+
+    def stop(self) -> None:
+        """End what is running, with the best so far."""
+        self._stopped.set()
+
+    def close(self) -> None:
+        """Cancel what has not begun; what is running ends soon, and is not shown."""
+        self._stopped.set()
+        if self._work is not None:
+            self._work.cancel()
+
+    def _begin(self, work: Callable[[threading.Event], Coroutine[Any, Any, None]]) -> None:
+        self.close()
+        self._stopped = threading.Event()
+        self._work = asyncio.ensure_future(work(self._stopped))
+
+    async def _told(
+        self, kind: str, work: Callable[..., dict[str, Any]], given: Sequence[Any], stopped: threading.Event
+    ) -> None:
+        loop, told = asyncio.get_running_loop(), 0.0
+
+        def progress(fraction: float) -> None:
+            nonlocal told
+            if not stopped.is_set() and (now := time.monotonic()) > told + TOLD:
+                told = now
+                estimate = getattr(fraction, "estimate", None)
+                loop.call_soon_threadsafe(self._tell, kind, float(fraction), estimate.seconds if estimate else None)
+
+        self._tell(kind, None, None)
+        try:
+            found = await self._turns.take(work, *given, progress, stopped.is_set)
+            self._post(kind, running=False, fault="", **found)
+        except Exception as error:
+            self._post(kind, running=False, fault=sentence_of(error))
+
+    def _tell(self, kind: str, done: float | None, seconds: float | None) -> None:
+        """How far it is, and the seconds that are left, as far as they are known."""
+        self._post(kind, running=True, fault="", done=done, seconds=seconds)
+
+
+class Measured(Work):
+    """The data of a tab, and the fit that is running."""
+
+    def __init__(self, turns: Turns, post: Callable[..., None]) -> None:
+        super().__init__(turns, post)
+        self._parts = Parts()
+        self._data: Any = None
 
     def take(self, part: FilePart) -> None:
         """Keep a part of a file; the last one has it read.
@@ -92,22 +144,7 @@ class Measured:
         """
         if self._data is None:
             raise ValueError("fit: there are no data yet.")
-        self._begin(lambda stopped: self._fit(system, names, stopped))
-
-    def stop(self) -> None:
-        """End the fit that is running, with the best numbers so far."""
-        self._stopped.set()
-
-    def close(self) -> None:
-        """Cancel what has not begun; what is running ends soon, and is not shown."""
-        self._stopped.set()
-        if self._work is not None:
-            self._work.cancel()
-
-    def _begin(self, work: Callable[[threading.Event], Coroutine[Any, Any, None]]) -> None:
-        self.close()
-        self._stopped = threading.Event()
-        self._work = asyncio.ensure_future(work(self._stopped))
+        self.begin("fit", _fitted, system, names, self._data)
 
     async def _read(self, name: str, text: str, stopped: threading.Event) -> None:
         try:
@@ -115,27 +152,6 @@ class Measured:
             self._post("data", name=name, said=said, fault="")
         except Exception as error:
             self._post("data", name=name, said="", fault=sentence_of(error))
-
-    async def _fit(self, system: System, names: Sequence[str], stopped: threading.Event) -> None:
-        loop, told = asyncio.get_running_loop(), 0.0
-
-        def progress(fraction: float) -> None:
-            nonlocal told
-            if not stopped.is_set() and (now := time.monotonic()) > told + TOLD:
-                told = now
-                estimate = getattr(fraction, "estimate", None)
-                loop.call_soon_threadsafe(self._tell, float(fraction), estimate.seconds if estimate else None)
-
-        self._tell(None, None)
-        try:
-            found = await self._turns.take(_fitted, system, names, self._data, progress, stopped.is_set)
-            self._post("fit", running=False, fault="", **found)
-        except Exception as error:
-            self._post("fit", running=False, fault=sentence_of(error))
-
-    def _tell(self, done: float | None, seconds: float | None) -> None:
-        """How far a fit is, and the seconds that are left, as far as they are known."""
-        self._post("fit", running=True, fault="", done=done, seconds=seconds)
 
 
 def _read(text: str, name: str, stop: Callable[[], bool]) -> tuple[Any, str]:

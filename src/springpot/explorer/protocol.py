@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 __all__ = [
-    "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "NextPath", "Play", "Problem", "Step",
-    "StopFit", "parse",
+    "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "NextPath", "Observe", "Play", "Problem",
+    "Step", "StopFit", "StopObserving", "parse",
 ]  # fmt: skip
 
 LONGEST_MESSAGE = 16_384  # bytes; some 100, and 50 for each number that was changed
@@ -17,6 +17,7 @@ MOST_FREE = 20
 MOST_PARTS, LONGEST_PART = 200, 7_500  # of a file of data: 1.5 MB
 MOST_PATHS = 100_000
 _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
+_Name = Annotated[str, Field(max_length=200)]
 
 
 class _Strict(BaseModel):
@@ -47,7 +48,7 @@ class Problem(_Strict):
     kind: Literal["problem"] = "problem"
     generation: _Generation = 0
     numbers: Annotated[dict[str, float], Field(max_length=MOST_NUMBERS)] = {}
-    without: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_NUMBERS)] = []
+    without: Annotated[list[_Name], Field(max_length=MOST_NUMBERS)] = []
     seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
     paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
     start: Literal["rest", "stationary"] = "stationary"
@@ -60,9 +61,9 @@ class File(_Strict):
 
 
 class FilePart(_Strict):
-    """A part of a file of measured data or of a system; the first one, with ``part`` 0, begins another file."""
+    """A part of a file of measured data, a system or a table of densities; ``part`` 0 begins another file."""
 
-    kind: Literal["data", "system"]
+    kind: Literal["data", "system", "table"]
     name: Annotated[str, Field(min_length=1, max_length=200)]
     part: Annotated[int, Field(ge=0, lt=MOST_PARTS)]
     of: Annotated[int, Field(ge=1, le=MOST_PARTS)]
@@ -73,13 +74,50 @@ class Fit(_Strict):
     """Fit numbers of the system, by the names of their sliders, to the file of data."""
 
     kind: Literal["fit"]
-    free: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_FREE)]
+    free: Annotated[list[_Name], Field(max_length=MOST_FREE)]
 
 
 class StopFit(_Strict):
     """End the fit that is running, with the best numbers so far."""
 
     kind: Literal["stop-fit"]
+
+
+class Observe(_Strict):
+    """Simulate the system of now again, and see more of it.
+
+    Parameters
+    ----------
+    forces : list of str
+        Forces and accelerations: their moments and histograms.
+    levels_of, levels
+        Of which displacement or force the first passages of levels are wanted.
+    cycles_of, exponent, strength, cycles
+        Of which displacement or force the cycles are counted, and the numbers of its `Basquin` curve.
+    bins : int
+        Of the profiles over time; 0 for none.
+
+    Examples
+    --------
+    >>> Observe(kind="observe", forces=["spring_force"]).bins
+    0
+    """
+
+    kind: Literal["observe"]
+    forces: Annotated[list[_Name], Field(max_length=MOST_FREE)] = []
+    levels_of: _Name = ""
+    levels: Annotated[list[float], Field(max_length=MOST_FREE)] = []
+    cycles_of: _Name = ""
+    exponent: float = 3.0
+    strength: float = 1.0
+    cycles: float = 1.0
+    bins: Annotated[int, Field(ge=0, le=400)] = 0
+
+
+class StopObserving(_Strict):
+    """End that simulation."""
+
+    kind: Literal["stop-observing"]
 
 
 class Play(_Strict):
@@ -102,7 +140,7 @@ class NextPath(_Strict):
     kind: Literal["next-path"]
 
 
-AnyMessage = Problem | File | FilePart | Fit | StopFit | Play | Step | NextPath
+AnyMessage = Problem | File | FilePart | Fit | StopFit | Observe | StopObserving | Play | Step | NextPath
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Annotated[AnyMessage, Field(discriminator="kind")])
 
 

@@ -19,17 +19,19 @@ import numpy as np
 
 from springpot.explorer import frames
 from springpot.explorer.engine import Engine
-from springpot.explorer.measured import Measured, Parts, sentence_of
+from springpot.explorer.measured import Measured, Parts, Work, sentence_of
 from springpot.explorer.protocol import (
     AnyMessage,
     File,
     FilePart,
     Fit,
     NextPath,
+    Observe,
     Play,
     Problem,
     Step,
     StopFit,
+    StopObserving,
 )
 from springpot.explorer.question import Question, question_of
 
@@ -75,6 +77,7 @@ class Session:
         self._may_run.set()
         self._last = time.monotonic()
         self._measured = Measured(engine.turns(), self._post)
+        self._observing = Work(engine.turns(), self._post)
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
     # --- messages from the tab --------------------------------------------------------------------------------------
@@ -90,24 +93,26 @@ class Session:
         match message:
             case Problem():
                 self._newest = question_of(message, self._opened)
+                self._observing.close()
                 self._asked.set()
             case File():
-                if self._question is None:
-                    raise ValueError("file: no problem was asked.")
                 from springpot.problem.file import to_toml
 
-                self._post("file", name=self._question.file, text=to_toml(self._question.system))
+                question = self._present("file")
+                self._post("file", name=question.file, text=to_toml(question.system))
             case FilePart(kind="data"):
                 self._measured.take(message)
             case FilePart():
                 if (text := self._parts.whole(message)) is not None:
-                    self._shelve(text, message.name)
+                    self._shelve(message, text)
             case Fit():
-                if self._question is None:
-                    raise ValueError("fit: no problem was asked.")
-                self._measured.fit(self._question.system, message.free)
+                self._measured.fit(self._present("fit").system, message.free)
             case StopFit():
                 self._measured.stop()
+            case Observe():
+                self._observe(self._present("observe"), message)
+            case StopObserving():
+                self._observing.stop()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:
@@ -120,12 +125,31 @@ class Session:
             case NextPath():
                 self._next_path.set()
 
-    def _shelve(self, text: str, name: str) -> None:
-        """Put a system's file on the shelf, where the page opens it."""
+    def _present(self, kind: str) -> Question:
+        """The question that is being answered."""
+        if self._question is None:
+            raise ValueError(f"{kind}: no problem was asked.")
+        return self._question
+
+    def _shelve(self, part: FilePart, text: str) -> None:
+        """Put a system's file on the shelf, where the page opens it; or the present system with another table."""
+        name = part.name
         try:
-            self._post("shelved", place=self._engine.shelf.put(text, name), fault="")
+            if part.kind == "table":
+                from springpot.explorer.excitation import with_table
+                from springpot.problem.file import to_toml
+
+                question = self._present("table")
+                name, text = question.file, to_toml(with_table(question.system, text))
+            self._post("shelved", of=part.kind, place=self._engine.shelf.put(text, name), fault="")
         except (TypeError, ValueError) as error:
-            self._post("shelved", place="", fault=sentence_of(error))
+            self._post("shelved", of=part.kind, place="", fault=sentence_of(error))
+
+    def _observe(self, question: Question, message: Observe) -> None:
+        from springpot.explorer.requests import observed
+
+        run = {"paths": question.asked.paths, "seed": question.asked.seed, "start": question.start}
+        self._observing.begin("observed", observed, question.system, message, run | {"threads": self._engine.threads})
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
@@ -182,6 +206,7 @@ class Session:
     def close(self) -> None:
         """The tab is closed: what is running for it ends soon."""
         self._measured.close()
+        self._observing.close()
 
     async def _guarded(self, part: Callable[[Question], Awaitable[None]], question: Question) -> None:
         """Run a part of the work; an error is shown in its tab and does not affect other tabs."""

@@ -18,7 +18,7 @@ from springpot.problem.parts.registration import Number, Part, kind_of, powers_o
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 
-__all__ = ["Slider", "changed", "described_parts", "numbers", "sliders", "written"]
+__all__ = ["Slider", "changed", "described_parts", "numbers", "raised", "sliders", "written"]
 
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
@@ -142,7 +142,7 @@ def _power(symbol: str, power: int) -> str:
     """A power as polynomials of parts have it: that of a speed keeps its sign."""
     if symbol == "v" and power == 2:
         return "v|v|"
-    return symbol + (_raised(power) if power > 1 else "")
+    return symbol + (raised(power) if power > 1 else "")
 
 
 def _multiple(value: float) -> str:
@@ -222,12 +222,19 @@ def written(unit: str) -> str:
     for word in unit.removeprefix("1").replace("alpha", "α").replace("exponent", "p").replace("ohm", "Ω").split():
         base, power = re.fullmatch(r"([^\d^-]+)(.*)", word).groups()  # type: ignore[union-attr]
         size = power.replace("^-", "-").removeprefix("-")
-        raised = "" if size in ("", "1") else _raised(int(size)) if size.isdigit() else f"^{size.removeprefix('^')}"
-        (below if power.startswith(("-", "^-")) else above).append(base + raised.replace("-", "−"))
+        sign = "" if size in ("", "1") else raised(int(size)) if size.isdigit() else f"^{size.removeprefix('^')}"
+        (below if power.startswith(("-", "^-")) else above).append(base + sign.replace("-", "−"))
     return " ".join(above or ["1"] * bool(below)) + (f"/{' '.join(below)}" if below else "")
 
 
-def _raised(power: int) -> str:
+def raised(power: int) -> str:
+    """A power as a superscript.
+
+    Examples
+    --------
+    >>> raised(12)
+    '¹²'
+    """
     return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(power))
 
 

@@ -10,7 +10,9 @@ from typing import Any
 
 from springpot.explorer.ends import followed, titled
 from springpot.explorer.examples import examples
+from springpot.explorer.excitation import charts_of_excitation, table_of
 from springpot.explorer.question import Opened, papers_of
+from springpot.explorer.requests import offered
 from springpot.explorer.sliders import described_parts, sliders, written
 from springpot.machine.faults import listed
 from springpot.problem.catalogue import unit_of_result
@@ -55,6 +57,8 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
         ],
         "densities": [*densities_of(system)],
         "examples": [*examples(system, opened.file)],
+        "offered": offered(system),
+        "table": table_of(system, seen["sizes"]["frequency"]),
     }
     return f"globalThis.OPENED = {json.dumps(content)};\n"
 
@@ -64,10 +68,12 @@ def view_of(system: System) -> dict[str, Any]:
     from springpot.evidence.explanation import equation
 
     lines, masses = [*equation(system)], system.coordinates.names
+    seen = _seen(system)
+    seen["excitation"] = [*charts_of_excitation(system, seen["sizes"]["frequency"])]
     if len(masses) > 1:
         title = f"{len(masses)} masses: {listed([*map(titled, masses)])}"
-        return {"equation": [title, *lines[len(masses) :]], "equations": lines[: len(masses)], **_seen(system)}
-    return {"equation": lines, "equations": [], **_seen(system)}
+        return {"equation": [title, *lines[len(masses) :]], "equations": lines[: len(masses)], **seen}
+    return {"equation": lines, "equations": [], **seen}
 
 
 def _seen(system: System) -> dict[str, Any]:

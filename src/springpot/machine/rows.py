@@ -24,7 +24,8 @@ MOST_NUMBERS = 20_000_000
 LONGEST_LINE = 100_000  # characters
 
 # no two parts of a pattern may take the same character: the time is then proportional to the length
-_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*[\[(])([^\])]+)[\])]?")
+_HEADER = re.compile(r"([A-Za-z]+)(?:_|\s*([\[(]))(.+)")
+_SPELLINGS = {"²": "2", "⁴": "4", "^": "", "(m/s2)2": "m2/s4"}  # of the same unit, in this order
 
 Row = tuple[int, list[str]]
 """The number of its line, and its cells."""
@@ -76,7 +77,7 @@ def rows_of(
     whole = lines()
     first = next(whole, None)
     if first is None:
-        raise FileError(f"{title} is empty: it needs a header, such as frequency_hz,storage_Pa,loss_Pa.")
+        raise FileError(f"{title} is empty: it needs a header, with the name and the unit of each column.")
     separator = next((mark for mark in "\t;" if mark in first), ",")
     if (columns := first.count(separator) + 1) > MOST_COLUMNS:
         raise FileError(f"{title} must have at most {MOST_COLUMNS:,} columns, not {columns:,}.")
@@ -112,6 +113,8 @@ def column_of(text: str, units: Mapping[str, Mapping[str, float]], line: int, ti
     --------
     >>> column_of("frequency (rad/s)", {"frequency": {"Hz": 1.0, "rad/s": 0.159}}, 1, "a.csv")
     ('frequency', 'rad/s')
+    >>> column_of("psd [g²/Hz]", {"psd": {"g2/Hz": 1.0}}, 1, "a.csv")
+    ('psd', 'g2/Hz')
     """
     match = _HEADER.fullmatch(text)
     name = match[1].lower() if match else text.lower()
@@ -122,10 +125,19 @@ def column_of(text: str, units: Mapping[str, Mapping[str, float]], line: int, ti
     if match is None:
         unit = next(iter(units[name]))
         raise FileError(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")
-    if (unit := match[2].strip()) not in units[name]:
+    if (unit := _unit_of(match)) not in units[name]:
         own = listed([*units[name]], "or")
         raise FileError(f"{title}, line {line}: the unit of {name} must be {own}, not {shown(unit)}.")
     return name, unit
+
+
+def _unit_of(match: re.Match[str]) -> str:
+    """The unit in a header, with its powers as digits: programs write g^2/Hz and g²/Hz for g2/Hz."""
+    unit = match[3].strip()
+    unit = unit[:-1].strip() if match[2] and unit.endswith((")", "]")) else unit
+    for other, ours in _SPELLINGS.items():
+        unit = unit.replace(other, ours)
+    return unit
 
 
 def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[FloatArray, Sequence[int]]:

@@ -19,7 +19,7 @@ import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, TextIO, get_args
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, listed, shown
@@ -190,23 +190,40 @@ def read_densities(path: str | Path) -> tuple[tuple[float, ...], tuple[float, ..
     ValueError
         One sentence that says what is wrong in it.
     """
+    title = f"density file {str(path)!r}"
+    with open_text(path, title, MOST_BYTES) as file:
+        return densities_in(file, title)
+
+
+def densities_in(file: TextIO, title: str) -> tuple[tuple[float, ...], tuple[float, ...], DensityUnit]:
+    """The same of an open file, whose title is in what is said of its faults.
+
+    Raises
+    ------
+    ValueError
+        One sentence that says what is wrong in it.
+
+    Examples
+    --------
+    >>> import io
+    >>> densities_in(io.StringIO("frequency_kHz,psd_g2/Hz\\n0.01,0.02\\n2,0.01\\n"), "the table")
+    ((10.0, 2000.0), (0.02, 0.01), 'g2/Hz')
+    """
     from springpot.machine.rows import column_of, numbers_of, rows_of  # slow to import, as NumPy is
 
-    title = f"density file {str(path)!r}"
     units = {"frequency": FREQUENCY_UNITS, "psd": dict.fromkeys(get_args(DensityUnit), 1.0)}
     units["density"] = units["psd"]
-    with open_text(path, title, MOST_BYTES) as file:
-        rows = rows_of(file, title, lambda line, number: None)
-        line, cells = next(rows)
-        heads = [" ".join(cell.split()) for cell in cells]
-        known = [*map(partial(column_of, units=units, line=line, title=title), heads)]
-        kinds = ["frequency" if name == "frequency" else "psd" for name, _ in known]
-        if sorted(kinds) != ["frequency", "psd"]:
-            raise FileError(
-                f"{title} must have two columns, one of the frequency and one of the density, such as "
-                f"frequency_Hz,psd_g2/Hz, not {listed([*map(shown, heads)])}."
-            )
-        values, _ = numbers_of(rows, heads, title)
+    rows = rows_of(file, title, lambda line, number: None)
+    line, cells = next(rows)
+    heads = [" ".join(cell.split()) for cell in cells]
+    known = [*map(partial(column_of, units=units, line=line, title=title), heads)]
+    kinds = ["frequency" if name == "frequency" else "psd" for name, _ in known]
+    if sorted(kinds) != ["frequency", "psd"]:
+        raise FileError(
+            f"{title} must have two columns, one of the frequency and one of the density, such as "
+            f"frequency_Hz,psd_g2/Hz, not {listed([*map(shown, heads)])}."
+        )
+    values, _ = numbers_of(rows, heads, title)
     if not len(values):
         raise FileError(f"{title} is empty below its header: a density needs two points or more.")
     at, of = kinds.index("frequency"), kinds.index("psd")

@@ -66,6 +66,14 @@ def test_several_masses_forces_and_functions_of_ones_own() -> None:
     assert str(found["own"]).startswith("own > 1: ")
 
 
+def test_the_force_of_a_dashpot_has_the_probabilities_of_its_speed_at_a_long_step() -> None:
+    """Its mean over a step is smaller than its largest value in between, which counts."""
+    given = {"v": 2.0, "springpot_force": 0.2}
+    found = sp.exceedance(LIGHT, given, duration=20.0, step=0.1, start="rest", rtol=0.02)
+    (p, other), (error, its_error) = ([of[name] for name in given] for of in (found.probability, found.error))
+    assert abs(p - other) < 3.0 * np.hypot(error, its_error) < 0.09 * p
+
+
 def test_what_is_not_rare_is_counted_on_plain_paths() -> None:
     found = sp.exceedance(LIGHT, {"x": [1.0, 2.0]}, **SHORT, rtol=0.05)
     assert found["x"].method == "plain"

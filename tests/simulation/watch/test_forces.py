@@ -436,6 +436,8 @@ def test_impulses_of_a_rigid_wall_are_its_momentum() -> None:
     slot = device(0.5, low=sp.Barrier(-0.1, 0.8), high=sp.Barrier(0.1, 0.8, side="below"))
     with pytest.raises(ValueError, match="forces has 'low_impulse', which is no force or acceleration"):
         simulated(slot, **given, forces=("low_impulse",))
+    with pytest.raises(NotCoveredError, match=r"high_force cannot be seen: a rigid wall gives .* high_force_mean"):
+        simulated(slot, **given, forces=("high_force",))
 
 
 def test_impulses_between_masses_are_those_of_the_reduced_mass() -> None:

@@ -189,6 +189,9 @@ class Motion:
                 raise NotCoveredError(f"{name} cannot be seen: {self.uncountable}.")
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
+            if isinstance(self.touched.get(wall := str(name).removesuffix("_force")), Barrier) and name != wall:
+                raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
+                                      f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
             near = meant(str(name), known := [*moving, *self.felt, *touches]) or f"; there are {few(known)}."
             raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")

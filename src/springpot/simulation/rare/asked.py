@@ -7,8 +7,8 @@ impacts and functions of the user their energy.  Any coordinate gives the right 
 
 Between two kicks one mass moves exactly as the linear spring makes it, so that the extremes of x are those of circular
 arcs, and several masses on straight lines, so that they are at the kicks.  Velocities jump at kicks: between two
-observations those of white noise of intensity q exceed the observed ones by 0.5826 sqrt(q h) on average (see
-`springpot.simulation.watch.first_passage`).
+observations those of white noise of intensity q exceed the observed ones by 0.5826 sqrt(q h) on average, and forces of
+dashpots and memory their means over the steps (see `springpot.simulation.watch.first_passage`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.simulation.watch.distributions import observer_of
-from springpot.simulation.watch.first_passage import SHIFT
+from springpot.simulation.watch.first_passage import SHIFT, SHIFT_OF_FORCE
 from springpot.simulation.watch.observables import is_taken, mean_of
 
 __all__ = ["Asked", "Quantity", "asked_of", "quantity_of"]
@@ -207,6 +207,8 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
     put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
+    if kind == "force":
+        kernels = kernels - SHIFT_OF_FORCE * parts.felt.roughness(seen.feels[0])
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
         kernels = kernels - root()

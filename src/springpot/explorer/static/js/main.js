@@ -9,7 +9,7 @@ import { METHODS, NAMES } from "/methods.js";
 import { DENSITIES, addDensityCards, curvesShown, legend, makePanels, saidOf } from "./panels.js";
 import { Phase } from "./phase.js";
 import { showPinned, snapshot } from "./pinned.js";
-import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, isRecorded, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
+import { OPENED, ORDERS, POINTS, circuitsOf, hasWalls, ends, isSeveral, isSoft, isThermal, linksOf, orderOf, wallsOf } from "./problem.js";
 import { Scene } from "./scene.js";
 import { makePartsCard, showEquation, showEquations } from "./parts.js";
 import { DEFAULTS, State } from "./state.js";
@@ -42,6 +42,7 @@ const view = {
   sizes: OPENED.sizes, // how fast and how far the mass moves, roughly
   followed: OPENED.followed,
   groups: OPENED.groups, // tables of results
+  excitation: [], // its charts
   get seen() { return this.reach.find(({ name }) => name === this.chosen) ?? this.reach[0]; },
   get values() { return state.values; },
   get frequency() { return this.sizes.frequency; },
@@ -73,6 +74,17 @@ const panels = makePanels(view, element, { onOrder: (order) => state.set(Object.
 const partsCard = makePartsCard(element("parts-table"));
 const table = new Table(element("table"), element("warnings"), element("silent"), view.drawn, () => { chosenByHand = true; drawnChanged(); });
 
+// what stands far below is loaded when it comes near
+let excitationCard = null;
+new IntersectionObserver(async (seen, observer) => {
+  if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
+  observer.disconnect();
+  const { ExcitationCard, RequestsCard } = await import("./requests.js");
+  new RequestsCard(element, connection);
+  excitationCard = new ExcitationCard(element, connection);
+  excitationCard.show(view.excitation);
+}, { rootMargin: "400px" }).observe(element("asked"));
+
 // --- answers -------------------------------------------------------------------------------------------------------
 
 const on = (kind, handle) => connection.addEventListener(kind, (event) => handle(event.detail));
@@ -90,10 +102,11 @@ on("compiling", () => {
   status("loading", "compiling, once for this kind of system…");
   element("tile-paths-note").textContent = "compiling, once for this kind of system…";
 });
-on("view", ({ equation, equations, sizes, paper, followed, groups }) => {
+on("view", ({ equation, equations, sizes, paper, followed, groups, excitation }) => {
+  excitationCard?.show(excitation);
   showEquation(element, equation);
   showEquations(element, equations);
-  Object.assign(view, { sizes, followed, groups });
+  Object.assign(view, { sizes, followed, groups, excitation });
   showChoice();
   state.paper = paper;
   showPaper();
@@ -321,7 +334,7 @@ function showStart() {
     : "Mean over all paths, with two standard errors on either side. Each path starts at the stationary mean displacement with zero velocity, so the curve still rises at first. Theory: stationary values.")
     + window;
   element("transient").hidden = !isTransient(measured);
-  element("use-stationary").hidden = view.values.start !== "rest";
+  element("use-stationary").hidden = Boolean(ends) || view.values.start !== "rest";
 }
 
 function drawnChanged() {
@@ -424,7 +437,11 @@ element("open-file").addEventListener("change", async ({ target }) => {
   target.value = "";
   notice("file", fault || "");
 });
-on("shelved", ({ place, fault }) => { if (fault) notice("file", fault); else goTo(place, state); });
+on("shelved", ({ of, place, fault }) => {
+  if (!fault) goTo(place, state);
+  else if (of === "table") excitationCard.refuse(fault);
+  else notice("file", fault);
+});
 element("use-stationary").addEventListener("click", () => state.set({ start: "stationary" }));
 startSaving({ view, element, state, connection, panels, phase });
 
@@ -435,7 +452,7 @@ if (!OPENED.writable) Object.assign(element("save-file"), { disabled: true, titl
 element("impact-mark").hidden = !hasWalls;
 if (!isSeveral) document.querySelector("[data-chart=impact_speed]").hidden = !hasWalls;
 if (OPENED.place === null) notice("file", "The system of this address is not on this server any more: open its file again. This is the one that the page was opened with.");
-if (isRecorded) element("transient").firstChild.textContent = "A record has a beginning and an end: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. ";
+if (ends) element("transient").firstChild.textContent = `${ends[0].toUpperCase()}${ends.slice(1)}: these numbers are averages over its length. Theory is for the stationary state, so no gaps are shown. `;
 showPaper();
 
 let linkTimer = null;

@@ -18,7 +18,7 @@ export const isHeavy = OPENED.heavy; // with a mass: forces are in N
 export const POINTS = OPENED.points; // the masses
 export const isSeveral = POINTS.length > 1;
 export const isThermal = isOf("thermal_noise");
-export const isRecorded = isOf("recorded_excitation");
+export const { ends } = OPENED.offered; // why the excitation does not last; empty if it does
 
 // walls may be left out
 export const isWall = ({ glyph }) => glyph === WALL;

@@ -1,12 +1,12 @@
 // The state of a tab: the problem, how it is shown, and the link that reproduces both.
 
-import { OPENED, PARAMETERS, isRecorded, titleOf } from "./problem.js";
+import { OPENED, PARAMETERS, ends, titleOf } from "./problem.js";
 import { CHOICES, USUAL } from "./units.js";
 
 const RUN = ["seed", "paths", "start"];
 export const DEFAULTS = Object.freeze({
   ...Object.fromEntries(OPENED.sliders.map(({ name, value }) => [name, value])),
-  without: [], seed: 1, paths: 10000, start: isRecorded ? "rest" : "stationary",
+  without: [], seed: 1, paths: 10000, start: ends ? "rest" : "stationary",
 });
 const MOST_PATHS = 100000;
 

@@ -1,0 +1,144 @@
+"""The excitation as the page draws it: one-sided spectral densities and envelopes, and tables of densities taken in."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from springpot.explorer.ends import titled
+from springpot.problem.parts import SpectralExcitation, WhiteNoise
+from springpot.problem.parts.excitations import Excitation
+from springpot.problem.spectral_density import STANDARD_GRAVITY, densities_in
+from springpot.problem.system import System
+
+__all__ = ["chart", "charts_of_excitation", "table_of", "with_table"]
+
+POINTS = 241
+WIDE = 30.0  # of the natural frequency, on both sides: what is drawn of a density that has no ends
+DECADES = 1e-6  # of the largest density: what is drawn
+
+
+def chart(
+    title: str, x: tuple[str, str], y: tuple[str, str], at: Any, lines: Sequence[dict[str, Any]] = (), **more: Any
+) -> dict[str, Any]:
+    """A chart for the page: words and unit of its axes, and values of its lines at the same places.
+
+    Examples
+    --------
+    >>> chart("e(t)", ("t", "s"), ("e", ""), [0.0, 1.0], [{"name": "e", "values": [0.0, math.nan]}])["lines"]
+    [{'name': 'e', 'values': [0.0, None]}]
+    """
+    whole = [{name: _plain(own) for name, own in line.items()} for line in lines]
+    return {"title": title, "x": x, "y": y, "at": _plain(at), "lines": whole} | {n: _plain(v) for n, v in more.items()}
+
+
+def _plain(values: Any) -> Any:
+    """Numbers for JSON, None for what is not finite; anything else as it is."""
+    if isinstance(values, bool | str):
+        return values
+    found = np.asarray(values, float)
+    return np.where(np.isfinite(found), found, None).tolist()  # type: ignore[call-overload]
+
+
+def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str, Any]]:
+    """The one-sided density of each noise that is not white, and the envelope of each that is modulated.
+
+    Parameters
+    ----------
+    system : System
+    frequency : float
+        Of the motion, in rad/s, which is marked.
+
+    Examples
+    --------
+    >>> band = SpectralExcitation.from_psd((10.0, 2000.0), 0.02, "g2/Hz")
+    >>> from springpot.problem.parts import Spring
+    >>> [(one["title"], one["note"]) for one in charts_of_excitation(System(Spring(4e4), band), 200.0)]
+    [('spectral excitation', 'Overall rms 61.87 m/s² (6.309 g). Dashed: the frequency of the motion.')]
+    """
+    natural = frequency / (2.0 * math.pi)
+    for name, part in system.named():
+        if not isinstance(part, Excitation):
+            continue
+        if hasattr(part, "density") and not isinstance(part, WhiteNoise):
+            yield _density(system, name, part, natural)
+        if envelope := getattr(part, "envelope", None):
+            time = np.linspace(0.0, envelope.duration, POINTS)
+            line = {"name": "envelope", "values": envelope.at(time)}
+            yield chart(f"{titled(name)}: envelope", ("t", "s"), ("e", ""), time, [line])
+
+
+def _density(system: System, name: str, part: Any, natural: float) -> dict[str, Any]:
+    force = system.has_mass and not part.of_ground
+    unit, note = "N²/Hz" if force else "(m/s²)²/Hz", "Dashed: the frequency of the motion."
+    low, high = natural / WIDE, natural * WIDE
+    places: Any = ()
+    if isinstance(part, SpectralExcitation):
+        low, high, places = part.frequency[0], part.frequency[-1], part.frequency
+        rms = f"{part.rms:.4g} N" if force else f"{part.rms:.4g} m/s² ({part.rms / STANDARD_GRAVITY:.4g} g)"
+        note = f"Overall rms {rms}. {note}"
+    f = np.unique([*np.geomspace(low, high, POINTS)[1:-1], low, high, *places])
+    density = np.array([4.0 * math.pi * part.density(2.0 * math.pi * one) for one in f])
+    density[density < DECADES * density.max()] = math.nan
+    line = {"name": "one-sided density", "values": density}
+    return chart(titled(name), ("f", "Hz"), ("G", unit), f, [line], logarithmic=True, note=note, mark=natural)
+
+
+def _replaced(system: System) -> str:
+    """The name of the excitation that a table takes the place of; empty if there is none."""
+    stated = dict(system.stated())
+    tables = [name for name, part in stated.items() if isinstance(part, SpectralExcitation)]
+    white = [name for name, part in stated.items() if type(part) is WhiteNoise]
+    return next(iter(tables or white), "")
+
+
+def table_of(system: System, frequency: float) -> str:
+    """The table of densities of a system as CSV; of white noise a band about a frequency in rad/s; empty without both.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> print(table_of(System(Spring(4e4), SpectralExcitation((10.0, 2000.0), (2.0, 1.0))), 200.0))
+    frequency_Hz,psd_m2/s4/Hz
+    10,2
+    2000,1
+    """
+    if not (name := _replaced(system)):
+        return ""
+    part: Any = dict(system.stated())[name]
+    if isinstance(part, SpectralExcitation):
+        points = [(f, part.scale * value) for f, value in zip(part.frequency, part.psd, strict=True)]
+    else:
+        middle = frequency / (2.0 * math.pi)
+        points = [(float(f"{f:.2g}"), 2.0 * part.intensity) for f in (middle / WIDE, middle * WIDE)]
+    unit = "N2/Hz" if system.has_mass and not part.of_ground else "m2/s4/Hz"
+    return "\n".join([f"frequency_Hz,psd_{unit}", *(f"{f:.6g},{value:.6g}" for f, value in points)])
+
+
+def with_table(system: System, text: str) -> System:
+    """The same system with another table of densities, in the place of its own or of its white noise.
+
+    Raises
+    ------
+    ValueError
+        One sentence that says what is wrong in the table, or that there is nothing that it can replace.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> given = "frequency_Hz,psd_g2/Hz\\n10,0.02\\n2000,0.02"
+    >>> with_table(System(Spring(4e4), shake=WhiteNoise(1.0, on="ground")), text=given).parts[1].frequency
+    (10.0, 2000.0)
+    """
+    if not (name := _replaced(system)):
+        raise ValueError("table: this system has neither a table of densities nor white noise, which it could replace.")
+    stated = dict(system.stated())
+    old: Any = stated[name]
+    frequency, psd, unit = densities_in(io.StringIO(text), "the table")
+    on = old.on if unit == "N2/Hz" and not old.of_ground else ""
+    made = SpectralExcitation.from_psd(frequency, psd, unit, on=on, envelope=old.envelope)
+    return System(**(stated | {name: made}))

@@ -1,0 +1,203 @@
+"""What a tab asks a run for beside its moments: forces, cycles, first passages, profiles; as numbers and charts."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from springpot.explorer.ends import titled
+from springpot.explorer.excitation import chart
+from springpot.explorer.protocol import Observe
+from springpot.explorer.sliders import raised, written
+from springpot.machine.faults import Stopped, with_error
+from springpot.problem.basquin import Basquin
+from springpot.problem.catalogue import results_on_request, unit_of_result
+from springpot.problem.system import System
+
+if TYPE_CHECKING:
+    from springpot.simulation.result.results import Run
+
+__all__ = ["observed", "offered"]
+
+HISTOGRAM_BINS = 60
+POINTS = 161  # of a survival curve
+_IN_BINS = ("mean_square_profile", "impact_rate_profile")
+"""Endings of the profiles that are drawn."""
+
+
+def offered(system: System) -> dict[str, Any]:
+    """What a run can see: name, words, unit, and why not, if it cannot; and why the excitation ends.
+
+    Of displacements, of forces and accelerations, and of what belongs to impacts and has no value at other times.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring, WhiteNoise
+    >>> offered(System(Spring(4.0), WhiteNoise(1.0)))["forces"][0]
+    ('spring_force', 'spring force', 'm/s²', '')
+    """
+    from springpot.simulation.plan.motions import motion_of
+
+    motion = motion_of(system)
+    moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
+    felt = {name: f"{name} cannot be seen: {one.reason}." if one.reason else "" for name, one in motion.felt.items()}
+    return {
+        "ends": motion.ends,
+        "displacements": [(name, titled(name), "m", "") for name in moving],
+        "forces": [(name, titled(name), _unit(system, name), why) for name, why in felt.items()],
+        "of_impacts": [(name, titled(name), _unit(system, name), "") for name in motion.of_impacts],
+    }
+
+
+def _unit(system: System, name: str) -> str:
+    """The unit of a displacement, force or acceleration; of a mean square that of its root."""
+    return written(unit_of_result(system, f"{name}_mean")) or "m"
+
+
+def observed(
+    system: System, asked: Observe, run: Mapping[str, Any], progress: Callable[[float], None], stop: Callable[[], bool]
+) -> dict[str, Any]:
+    """Simulate with what was asked: numbers as words and texts, charts, and warnings.
+
+    Parameters
+    ----------
+    system : System
+    asked : Observe
+    run : dict
+        Paths, seed, start and threads.
+    progress : callable
+        Told the fraction done.
+    stop : callable
+        Tells whether to stop.
+
+    Raises
+    ------
+    TypeError, ValueError, Stopped
+        If a request is not possible, or it was stopped.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
+    >>> device = System(Spring(4.0), Dashpot(0.5), WhiteNoise(1.0))
+    >>> found = observed(device, Observe(kind="observe", forces=["spring_force"]), {"paths": 64}, float, bool)
+    >>> [name for name, _ in found["numbers"]], found["charts"][0]["x"]
+    (['spring force, mean', 'spring force, rms'], ('spring force', 'm/s²'))
+    """
+    from springpot.simulation.monte_carlo import simulated
+
+    def check(fraction: float) -> None:
+        if stop():
+            raise Stopped("it was stopped.")
+        progress(fraction)
+
+    wishes: dict[str, Any] = {"forces": [*asked.forces] or None, "distributions": bool(asked.forces) or None}
+    wishes["profile"] = asked.bins or None
+    if asked.levels:
+        wishes["first_passage"] = {asked.levels_of: [*asked.levels]}
+    if asked.cycles_of:
+        wishes["rainflow"] = {asked.cycles_of: Basquin(asked.exponent, asked.strength, asked.cycles)}
+    found = simulated(
+        system, **{name: wish for name, wish in wishes.items() if wish is not None}, **run, progress=check
+    )
+    return {
+        "numbers": [*_numbers(found), *_passed(found)],
+        "charts": [*_histograms(found, asked), *_survival(found), *_return_periods(found), *_profiles(found)],
+        "said": [*map(str, found.warnings)],
+    }
+
+
+def _numbers(run: Run) -> Iterator[tuple[str, str]]:
+    for name in results_on_request(run.system):
+        if name not in run:
+            continue
+        value, error, unit = run[name].value, run[name].error, written(run[name].unit)
+        if name.endswith("_mean_square"):
+            value = math.sqrt(value)
+            name = name.removesuffix("_mean_square")
+            error, unit, name = error / (2.0 * value) if value else error, _unit(run.system, name), f"{name}, rms"
+        elif name.endswith("_mean"):
+            name = f"{name.removesuffix('_mean')}, mean"
+        known, spread = (one if math.isfinite(one) else None for one in (value, error))
+        yield titled(name), _text(with_error(known, spread, unit or "1"))
+
+
+def _text(words: str) -> str:
+    """A number as the page writes it.
+
+    Examples
+    --------
+    >>> _text("(8.79 +- 0.08)e-08 1/h")
+    '(8.79 ± 0.08)·10⁻⁸ 1/h'
+    """
+    signs = {"-": "⁻", "+": ""}
+    powers = re.sub(r"(?<=[\d)])e([+-])0*(\d+)", lambda e: f"·10{signs[e[1]]}{raised(int(e[2]))}", words)
+    return powers.replace("+-", "±").replace("-", "−")
+
+
+def _levels(run: Run) -> Iterator[Any]:
+    for passages in run.first_passages.values():
+        assert isinstance(passages, Sequence)  # a list of levels was asked for
+        yield from passages
+
+
+def _passed(run: Run) -> Iterator[tuple[str, str]]:
+    """Of each level the share that passed, the rate and the return period; why they are not known once for all."""
+    unknown = dict[str, None]()
+    for own in _levels(run):
+        title = f"{titled(own.quantity)} past {own.level:.6g} {written(own.unit)}"
+        yield f"{title}, within {own.horizon:.4g} s", _text(str(own.probability(own.horizon)))
+        if math.isnan(own.rate.value):
+            unknown[_text(str(own.rate))] = None
+        else:
+            yield f"{title}, rate", _text(str(replace(own.rate, unit="1/s")))
+            yield f"{title}, return period", _text(str(own.return_period))
+    yield from (("rate of passages and return period", words) for words in unknown)
+
+
+def _histograms(run: Run, asked: Observe) -> Iterator[dict[str, Any]]:
+    for name in (*asked.forces, *([f"{asked.cycles_of}_range"] if asked.cycles_of else [])):
+        edges, density = run.distributions[name].density(HISTOGRAM_BINS)[:2]
+        unit = _unit(run.system, name.removesuffix("_range"))
+        title = titled(name) if name in asked.forces else f"{titled(asked.cycles_of)}: ranges of its cycles"
+        yield chart(title, (titled(name), unit), ("density", f"1/({unit})" if "/" in unit else f"1/{unit}"), edges,
+                    bars=density)  # fmt: skip
+
+
+def _survival(run: Run) -> Iterator[dict[str, Any]]:
+    if levels := [*_levels(run)]:
+        time, lines = np.linspace(0.0, levels[0].horizon, POINTS), []
+        for own in levels:
+            low, high = own.survival_interval(time)
+            lines.append(
+                {"name": f"{own.level:.6g} {written(own.unit)}", "values": own.survival(time)[0]}
+                | {"low": low, "high": high}
+            )
+        yield chart(
+            f"{titled(levels[0].quantity)}: share that has not passed the level", ("t", "s"), ("share", ""), time, lines
+        )
+
+
+def _return_periods(run: Run) -> Iterator[dict[str, Any]]:
+    """Level against return period, of the levels whose rate is known."""
+    periods = {own.level: own.return_period for own in _levels(run) if own.rate.value > 0.0}
+    if len(periods) > 1:
+        own, levels = next(_levels(run)), sorted(periods)
+        line = {end: [getattr(periods[level], end) for level in levels] for end in ("value", "low", "high")}
+        words = {"name": "return period", "values": line.pop("value")} | line
+        yield chart(f"{titled(own.quantity)}: return period of the level", (titled(own.quantity), written(own.unit)),
+                    ("return period", "s"), levels, [words], logarithmic="y", note="With 95 % intervals.")  # fmt: skip
+
+
+def _profiles(run: Run) -> Iterator[dict[str, Any]]:
+    for name, own in run.profiles.items():
+        if name.endswith(_IN_BINS) and np.isfinite(own.value).any():
+            words, away = titled(name.removesuffix("_profile")), 2.0 * own.standard_error
+            quantity = "mean square" if words.endswith("mean square") else "impact rate"
+            line = {"name": words, "values": own.value, "low": own.value - away, "high": own.value + away}
+            yield chart(words, ("t", "s"), (quantity, written(own.unit)), own.time, [line],
+                        note="Two standard errors on either side.")  # fmt: skip

@@ -1,0 +1,156 @@
+"""What a tab asks beside the moments: forces, passages, cycles and profiles of a run, and tables of densities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.explorer.excitation import charts_of_excitation, table_of, with_table
+from springpot.explorer.protocol import Observe
+from springpot.explorer.requests import observed, offered
+from springpot.machine.faults import Stopped
+from springpot.simulation.monte_carlo import simulated
+from tests.explorer.conftest import Server
+from tests.explorer.test_page import COMPLETE, opened
+from tests.simulation.systems import of_many_kinds
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+FEW = of_many_kinds(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+RUN: dict[str, Any] = {"paths": 64, "seed": 3, "start": "rest"}
+BAND = "frequency_Hz,psd_g2/Hz\n0.01,0.01\n2,0.02\n"
+
+
+def _nothing(_: float) -> None:
+    pass
+
+
+def test_numbers_and_charts_are_those_of_a_run() -> None:
+    """Histogram, survival, profile and cycles are those of `simulate` with the same arguments, to the last bit."""
+    asked = Observe(
+        kind="observe", forces=["spring_force"], levels_of="x", levels=[1.0, 2.0], cycles_of="x", exponent=4.0, bins=5
+    )
+    found = observed(FEW, asked, RUN, _nothing, lambda: False)
+    run = simulated(
+        FEW, forces=["spring_force"], distributions=True, first_passage={"x": [1.0, 2.0]},
+        rainflow={"x": sp.Basquin(4.0)}, profile=5, **RUN,
+    )  # fmt: skip
+    charts = {chart["title"]: chart for chart in found["charts"]}
+    edges, density = run.distributions["spring_force"].density(60)[:2]
+    assert charts["spring force"]["at"] == edges.tolist()
+    assert charts["spring force"]["bars"] == density.tolist()
+    survival = charts["x: share that has not passed the level"]
+    assert [line["name"] for line in survival["lines"]] == ["1 m", "2 m"]
+    times = np.array(survival["at"])
+    assert survival["lines"][1]["values"] == run.first_passages["x"][1].survival(times)[0].tolist()
+    periods = charts["x: return period of the level"]["lines"][0]
+    assert periods["values"] == [passages.return_period.value for passages in run.first_passages["x"]]
+    assert charts["x mean square"]["lines"][0]["values"] == run.profiles["x_mean_square_profile"].value.tolist()
+    assert charts["x: ranges of its cycles"]["y"] == ("density", "1/m")
+    numbers = dict(found["numbers"])
+    rms, error = run["spring_force_mean_square"].value ** 0.5, run["spring_force_mean_square"].error
+    value, spread = (float(word) for word in numbers["spring force, rms"].removesuffix(" m/s²").split(" ± "))
+    assert value == pytest.approx(rms, abs=0.02 * spread)
+    assert spread == pytest.approx(error / (2.0 * rms), rel=0.05)
+    assert {"x damage rate", "x past 2 m, rate"} <= {*numbers}
+    assert found["said"] == [*run.warnings]
+
+
+def test_what_cannot_be_seen_says_why() -> None:
+    """What a run cannot see is offered with its reason; a run can be stopped."""
+    forces = {name: why for name, *_, why in offered(FEW)["forces"]}
+    assert forces["spring_force"] == ""
+    assert "the force of parametric_noise" in forces["acceleration"]
+    with pytest.raises(ValueError, match="acceleration cannot be seen"):
+        observed(FEW, Observe(kind="observe", forces=["acceleration"]), RUN, _nothing, lambda: False)
+    with pytest.raises(Stopped):
+        observed(FEW, Observe(kind="observe", bins=4), RUN, _nothing, lambda: True)
+
+
+def test_a_table_takes_the_place_of_white_noise() -> None:
+    """It is drawn with its overall rms, comes back as it was typed, and a wrong one is refused with one sentence."""
+    device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.5), shake=sp.WhiteNoise(1.0, on="ground"))
+    made = with_table(device, BAND)
+    noise = dict(made.stated())["shake"]
+    assert noise == sp.SpectralExcitation.from_psd((0.01, 2.0), (0.01, 0.02), "g2/Hz")
+    (drawn,) = charts_of_excitation(made, 2.0)
+    assert f"{noise.rms:.4g} m/s²" in drawn["note"]
+    area = np.trapezoid(drawn["lines"][0]["values"], drawn["at"])
+    assert area == pytest.approx(noise.mean_square, rel=1e-3)
+    assert with_table(device, table_of(made, 2.0)).parts[-1].psd == pytest.approx(noise.psd, rel=1e-5)
+    for text, sentence in (
+        ("frequency_Hz,psd_g2/Hz\n2,0.02\n1,0.01\n", "must increase"),
+        ("frequency_Hz,psd_dB\n1,2\n2,3\n", "unit of psd"),
+        ("frequency_Hz,psd_g2/Hz\n1,0\n2,3\n", "psd"),
+        ("", "empty"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            with_table(device, text)
+    with pytest.raises(ValueError, match="neither a table of densities nor white noise"):
+        with_table(sp.System(sp.Spring(1.0)), BAND)
+
+
+def test_asked_on_the_page(browser: Browser, server: Server) -> None:
+    """The card is loaded when it comes near; other numbers of the system clear it."""
+    context = browser.new_context()
+    with opened(context, server) as tab:
+        page = tab.page
+        page.locator("#asked").scroll_into_view_if_needed()
+        page.locator("#asked-form").wait_for()
+        assert page.locator("#asked-run").is_disabled()
+        page.locator("[name=levels]").fill("0.5 x")
+        assert page.locator("#asked-run").is_disabled()
+        page.locator("[name=levels]").fill("2, 3")
+        page.locator("[name=bins]").fill("4")
+        page.locator("#asked-run").click()
+        page.locator("#asked-charts canvas").first.wait_for()
+        tab.wait("document.querySelectorAll('#asked-charts canvas').length === 5")  # survival, periods, x, v, impacts
+        assert "x past 3 m, within" in page.locator("#asked-numbers").inner_text()
+        page.locator("[name=bins]").fill("4000")
+        assert page.locator("#asked-run").is_disabled()
+        tab.changed(lambda: page.locator("#field-springpot-order").fill("0.8"))
+        assert page.locator("#asked-charts canvas").count() == 0
+    context.close()
+
+
+@pytest.mark.validation  # a kernel of its own; every day: what a table becomes
+def test_a_table_on_the_page(browser: Browser, server: Server) -> None:
+    """A table that is wrong is refused beside it; one that is right opens the system with it, and its numbers."""
+    context = browser.new_context()
+    with opened(context, server) as tab:
+        page = tab.page
+        page.locator("#asked").scroll_into_view_if_needed()
+        page.locator("#table-ask summary").click()
+        page.locator("#table-text").fill("frequency_Hz,psd_g2/Hz\n10,0.01\n")
+        page.locator("#table-use").click()
+        tab.wait("document.querySelector('#table-note').textContent.includes('two or more')")
+        page.locator("#table-text").fill(BAND)
+        with page.expect_navigation():
+            page.locator("#table-use").click()
+        tab.wait(COMPLETE.format(after=0))
+        page.locator("#asked").scroll_into_view_if_needed()
+        page.locator("#excitation-charts canvas").wait_for()
+        assert "Overall rms" in page.locator("#excitation-charts").inner_text()
+        system = with_table(sp.Oscillator(), BAND)
+        assert tab.number("x_rms") ** 2 == pytest.approx(sp.simulate(system, paths=640)["x_mean_square"].value)
+    context.close()
+
+
+def test_a_tab_asks(server: Server) -> None:
+    """Over the wire: what is not possible is one sentence, and the tab goes on."""
+    from websockets.sync.client import connect
+
+    from tests.explorer import talk
+
+    with connect(server.live, origin=server.origin) as socket:
+        tab = talk.Tab(socket)
+        tab.say(kind="problem", generation=1, paths=64)
+        tab.until("accepted")
+        tab.say(kind="observe", levels_of="y", levels=[1.0])
+        assert "first_passage must name x" in tab.until("observed", running=False)["fault"]
+        tab.say(kind="observe", levels_of="x", levels=[2.0])
+        assert tab.until("observed", running=False)["charts"][0]["x"] == ["t", "s"]
