@@ -83,7 +83,7 @@ class ExceedanceCurve:
 
     @property
     def return_period(self) -> Floats:
-        """Mean time between exceedances in s, one over the rate: infinite where none was seen, NaN where no path was left."""
+        """Mean time between exceedances in s, one over the rate; infinite where none was seen, NaN where that is."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / np.abs(self.rate))  # without its sign: a rate may be -0
 
