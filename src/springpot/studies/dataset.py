@@ -40,7 +40,7 @@ class Results:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
-        return columns_of(self.method, self.store.study.system, self.store.study.forces)
+        return columns_of(self.method, self.store.study.system, self.store.study.asked)
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
         place = self.columns.index(column)
@@ -93,7 +93,7 @@ def _coordinates(study: Study) -> dict[str, Any]:
 
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can have a number, with the study's settings of Monte Carlo."""
-    names = columns_of(method, study.system, study.forces)
+    names = columns_of(method, study.system, study.asked)
     if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
         return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
     return tuple(name for name in names if not name.endswith("_error"))

@@ -67,7 +67,7 @@ def estimate(study: Study) -> Estimate:
     used: dict[str, int] = {}
     room = 0
     for method in study.methods:
-        for size in (8 * (2 + len(columns_of(method, study.system, study.forces))), SENTENCES):
+        for size in (8 * (2 + len(columns_of(method, study.system, study.asked))), SENTENCES):
             room += count * math.ceil((size + 4) / BLOCK) * BLOCK
         tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
         _cost(tried[0])  # loads the method

@@ -60,12 +60,12 @@ def place_of(method: str) -> str:
     return f"simulation/{method}" if method == "monte_carlo" else f"theory/{method}"
 
 
-def metadata(methods: Iterable[str], system: System, forces: Sequence[str] = ()) -> dict[str, bytes]:
+def metadata(methods: Iterable[str], system: System, asked: Sequence[str] = ()) -> dict[str, bytes]:
     """Content of each ``zarr.json`` below the root's, by its place; groups before what is in them."""
     made: dict[str, Any] = {}
     group = zarr.create_group(MemoryStore(made), zarr_format=3)
     for method in methods:
-        columns = columns_of(method, system, forces)
+        columns = columns_of(method, system, asked)
         units = [unit_of_result(system, bare(column)) for column in columns]
         place = place_of(method)
         group.require_group(place.partition("/")[0])

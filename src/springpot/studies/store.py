@@ -82,7 +82,7 @@ class Store:
     @cached_property
     def metadata(self) -> dict[str, bytes]:
         """The metadata of groups and arrays by their places, as they should be."""
-        return metadata(self.study.methods, self.study.system, self.study.forces)
+        return metadata(self.study.methods, self.study.system, self.study.asked)
 
     @cached_property
     def _arrays(self) -> dict[str, Any]:

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from springpot.machine.faults import FileError
+from springpot.problem.basquin import Basquin
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
-from springpot.studies.columns import columns_of, numbers_of_run
+from springpot.studies.columns import asked_of, columns_of, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, system_at
 
 __all__ = [
@@ -171,6 +172,7 @@ def check_some(study: Study, most: int) -> int:
     from springpot.simulation.error.reach import checked_quantities
     from springpot.simulation.plan.motions import motion_of
     from springpot.simulation.plan.plan import plan_of
+    from springpot.simulation.watch.rainflow import wanted_cycles
     from springpot.theory import NoStationaryStateError
 
     how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
@@ -178,12 +180,13 @@ def check_some(study: Study, most: int) -> int:
     if study.monte_carlo is None:
         return len(chosen)
     given = _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces")}
+    explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces", "rainflow")}
     for point in map(study.point, chosen):
         try:
             system = system_at(point, study.system)
-            for name in study.forces:
+            for name in given.get("forces", ()):
                 motion_of(system).seen_by_name(name, "monte_carlo.forces", forces_only=True)
+            wanted_cycles(motion_of(system), _curves_of(given))
             if "rtol" in given:
                 motion = motion_of(system)
                 impacts = [name for name in study.quantities if "impact_" in name]
@@ -204,12 +207,12 @@ def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] |
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
-    forces = task.settings.get("forces", ())
-    names = columns_of(task.method, task.base, forces)
+    asked = asked_of(task.settings)
+    names = columns_of(task.method, task.base, asked)
     if task.method == "monte_carlo":
         run, statement = _simulated(task, threads, progress)
         if run is not None:
-            return Answer(numbers_of_run(run.estimates, task.base, forces), "", run.warnings)
+            return Answer(numbers_of_run(run.estimates, task.base, asked), "", run.warnings)
     else:
         result, statement = solve_one(task.system, task.method)
         if result is not None:
@@ -224,10 +227,16 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
         system = task.system
-        settings = _started(system, task.settings)
+        settings = {**_started(system, task.settings), "rainflow": _curves_of(task.settings)}
         return simulated(system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
+
+
+def _curves_of(settings: dict[str, Any]) -> dict[str, Basquin] | None:
+    """The Basquin curves of what has its cycles counted."""
+    curves = settings.get("rainflow")
+    return None if curves is None else {name: Basquin(**numbers) for name, numbers in curves.items()}
 
 
 def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:
