@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import re
@@ -180,6 +181,23 @@ def test_the_time_is_over() -> None:
         found = sp.exceedance(LIGHT, {"x": 11.0}, **long, max_time=1.0)
     assert 0.0 <= found.probability["x"] < 1e-3
     assert found["x"].high < 0.2
+
+
+def test_time_that_is_over_for_one_quantity_leaves_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = importlib.import_module("springpot.simulation.rare.exceedance")
+    search = module.search
+
+    def late(simulation: Any, asked: Any, *rest: Any) -> Any:
+        if asked.name == "v":
+            raise TimeoutError
+        return search(simulation, asked, *rest)
+
+    monkeypatch.setattr(module, "search", late)
+    with pytest.warns(sp.RareEventWarning, match=r"no path exceeded v of 1 m s-1: its probability is at most 1\."):
+        found = sp.exceedance(LIGHT, {"x": [0.1], "v": [1.0, 2.0]}, **SHORT, rtol=1.0)
+    assert found.probability["x"][0] > 0.5
+    assert np.isnan(found.probability["v"]).all()
+    assert (found["v"].high == 1.0).all()
 
 
 def test_a_run_goes_on_from_what_it_has_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,7 @@ from springpot.simulation.plan.plan import Plan, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.saved import Saved
-from springpot.simulation.rare.search import ExceedanceCurve, search
+from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
 
 __all__ = ["Exceedance", "exceedance"]
 
@@ -173,7 +173,8 @@ def exceedance(
     FileError
         If ``save`` is a file of something else.
     TimeoutError
-        If ``max_time`` is too short for any result.
+        If ``max_time`` is too short for any result.  Where it is too short for some quantities only, their
+        probabilities are NaN, and the bound is 1.
 
     Warns
     -----
@@ -224,7 +225,12 @@ def exceedance(
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
         content = () if path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, quantity.name)
         saved = Saved(path, [VERSION, *content, asked.given.tolist()])
-        found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved)
+        try:
+            found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved)
+        except TimeoutError:
+            if not curves:
+                raise
+            found = unknown(asked)  # what is known of the others is kept
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
     result = Exceedance(system, replace(plan.settings, paths=paths), curves)

@@ -296,6 +296,17 @@ class _Repetitions:
         return said
 
 
+def unknown(asked: Asked) -> ExceedanceCurve:
+    """What is known of a quantity whose first paths have not ended: nothing, so the bound of each level is 1."""
+    none = np.full(len(asked.given), np.nan)
+    said = say("level_not_reached", name=asked.name, unit=asked.unit, level=asked.given[0], most=1.0)
+    return ExceedanceCurve(
+        asked.name, asked.unit, asked.given, none, none, np.zeros_like(none), np.ones_like(none), none, none,
+        method="plain", repetitions=0, paths=0, spread=math.inf, iterations=0.0, path_steps=0.0, seconds=0.0,
+        warnings=(said,),
+    )  # fmt: skip
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
