@@ -388,7 +388,7 @@ def test_monte_carlo_starts_stationary_unless_the_file_says_otherwise() -> None:
 
 def test_names_are_those_of_the_library() -> None:
     both = {*all_methods(sp.Oscillator()), *all_methods(DEVICE)} - {"recommended", "why_none_is_recommended"}
-    assert {*get_args(Method)} == {*both, "monte_carlo"}
+    assert {*get_args(Method)} == {*both, "monte_carlo", "exceedance"}
     assert set(PARAMETERS) < set(Study.model_fields["fixed"].annotation.model_fields)  # type: ignore[union-attr]
     assert {place_of(method).partition("/")[0] for method in get_args(Method)} == {"theory", "simulation"}
 

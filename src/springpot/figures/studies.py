@@ -148,7 +148,8 @@ def _at(dataset: xarray.Dataset, name: str, wall: str) -> xarray.Dataset:
 
 def _level_of(dataset: xarray.Dataset, name: str) -> str:
     """The dimension of a variable's levels, if it is of exceedance."""
-    return next((str(each) for each in dataset[name].dims if name.startswith(str(each).removesuffix("level"))), "")
+    more = {*map(str, dataset[name].dims)} - {*map(str, dataset["done"].dims), "barrier"}
+    return more.pop() if more else ""
 
 
 def _places(some: xarray.Dataset, rest: Sequence[str]) -> Iterator[dict[str, int]]:
