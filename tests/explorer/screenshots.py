@@ -49,6 +49,10 @@ def take(
     tab.complete()
     tab.wait(f"springpotExplorer.time > {seconds}")
     tab.page.locator("#play").click()
+    if whole:
+        tab.page.locator("#asked").scroll_into_view_if_needed()  # cards that are loaded when they come near
+        tab.page.locator("#asked-form").wait_for()
+        tab.page.evaluate("scrollTo(0, 0)")
     tab.page.wait_for_timeout(300)
     tab.page.screenshot(path=path, full_page=whole)
     context.close()

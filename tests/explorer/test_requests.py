@@ -47,6 +47,8 @@ def test_numbers_and_charts_are_those_of_a_run() -> None:
     assert [line["name"] for line in survival["lines"]] == ["1 m", "2 m"]
     times = np.array(survival["at"])
     assert survival["lines"][1]["values"] == run.first_passages["x"][1].survival(times)[0].tolist()
+    periods = charts["x: return period of the level"]["lines"][0]
+    assert periods["values"] == [passages.return_period.value for passages in run.first_passages["x"]]
     assert charts["x mean square"]["lines"][0]["values"] == run.profiles["x_mean_square_profile"].value.tolist()
     assert charts["x: ranges of its cycles"]["y"] == ("density", "1/m")
     numbers = dict(found["numbers"])
@@ -106,7 +108,7 @@ def test_asked_on_the_page(browser: Browser, server: Server) -> None:
         page.locator("[name=bins]").fill("4")
         page.locator("#asked-run").click()
         page.locator("#asked-charts canvas").first.wait_for()
-        tab.wait("document.querySelectorAll('#asked-charts canvas').length === 4")  # survival, x, v, impact rate
+        tab.wait("document.querySelectorAll('#asked-charts canvas').length === 5")  # survival, periods, x, v, impacts
         assert "x past 3 m, within" in page.locator("#asked-numbers").inner_text()
         page.locator("[name=bins]").fill("4000")
         assert page.locator("#asked-run").is_disabled()

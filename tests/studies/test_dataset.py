@@ -210,3 +210,29 @@ def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
         sp.study({**study, "monte_carlo": {**study["monte_carlo"], "forces": ["mount"]}}, tmp_path / "other.zarr")
     with pytest.raises(ValueError, match="rtol chooses all settings, so forces cannot be given with it"):
         sp.study({**study, "monte_carlo": {"rtol": 0.1, "forces": ["mount_force"]}}, tmp_path / "other.zarr")
+
+
+def test_damage_is_a_result_of_a_study(tmp_path: Path) -> None:
+    """Cycles and damage are those of a run, at each level of a test; what no study can keep is refused."""
+    shake = sp.SpectralExcitation.from_psd((0.05, 2.0), 0.01, "g2/Hz")
+    device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), shake=shake)
+    how: dict[str, Any] = {"paths": 64, "duration": 20.0, "step": 0.05, "start": "rest"}
+    counted = {"x": {"exponent": 4.0, "strength": 0.5, "cycles": 1e6}}
+    study: dict[str, Any] = {
+        "name": "life", "system": device, "methods": ["monte_carlo"], "axes": {"parts.shake.level": [-6.0, 0.0]},
+        "monte_carlo": {**how, "rainflow": counted},
+    }  # fmt: skip
+    sp.study(study, tmp_path / "study.zarr", threads=1)
+    runs = sp.open_study(tmp_path / "study.zarr")["simulation"].to_dataset()
+    assert runs["x_damage_rate"].units == "h-1"
+    quiet, loud = runs["x_damage_rate"].values
+    spread = float(np.hypot(*(runs["x_damage_rate_se"].values / runs["x_damage_rate"].values)))
+    assert np.log(loud / quiet) == pytest.approx(np.log(10.0 ** (0.6 * 2.0)), abs=4.0 * spread)  # amplitude^4
+    assert runs["x_life"].values[1] == pytest.approx(1.0 / loud)
+    for more, sentence in (
+        ({"rainflow": {"y": {"exponent": 4.0}}}, "rainflow has 'y', which is no displacement, force or acceleration"),
+        ({"rainflow": {"x": {"exponent": 0.5}}}, "exponent"),
+        ({"profile": 5}, "'profile' is not a key"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            sp.study({**study, "monte_carlo": how | more}, tmp_path / "other.zarr")

@@ -6,7 +6,7 @@ quick."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,6 +15,7 @@ from cyclopts import App, Parameter
 from springpot.cli.flags import (
     AS_USUAL,
     MONTE_CARLO,
+    RAINFLOW,
     STANDARD,
     Flags,
     OscillatorFile,
@@ -39,6 +40,17 @@ if TYPE_CHECKING:
 
 __all__ = ["app", "place_of", "tell", "warn"]
 
+_LEVELS = Parameter(
+    negative="",
+    metavar="NAME LEVEL",
+    help="Also rates at which a linear system exceeds levels in m, by Rice's and Vanmarcke's formulas and the "
+    "diffusion of the amplitude: x or distance (|x|), with several masses box_x or mount_elongation; can be repeated.",
+)
+_CURVES = Parameter(
+    help="Also the damage per hour of a linear system's response, by spectral formulas, with the words of springpot "
+    "simulate; can be repeated.",
+    **RAINFLOW,
+)
 Schema = Annotated[bool, Parameter(negative="", help="Print the JSON schema of such a file, and nothing else.")]
 
 
@@ -79,12 +91,21 @@ def explain(file: SystemFile = None, /, *, flags: Flags = STANDARD, schema: Sche
 
 
 @app.command
-def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json = False) -> int:
+def theory(
+    file: SystemFile = None,
+    /,
+    *,
+    flags: Flags = STANDARD,
+    levels: Annotated[list[tuple[str, float]] | None, _LEVELS] = None,
+    rainflow: Annotated[list[tuple[str, tuple[float, ...]]] | None, _CURVES] = None,
+    json_: Json = False,
+) -> int:
     """Theory: all analytical methods side by side (no random numbers), their warnings, and the recommended one.
 
     Example: springpot theory --order 0.7 --coefficient 0.2 --natural-frequency 3
     """
     system = problem_of(file, flags)
+    formulas = _formulas(system, levels or (), rainflow or ())
     with leave_at_once():
         from springpot.evidence.explanation import equation
         from springpot.evidence.recommendation import all_methods
@@ -94,7 +115,7 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
 
     dicts = all_methods(system)
     if json_:
-        print_json({"system": system.to_dict(), **dicts})
+        print_json({"system": system.to_dict(), **dicts, **formulas})
         return 0
     print("\n".join(equation(system)))
     best, why_none = dicts.pop("recommended"), dicts.pop("why_none_is_recommended")
@@ -111,11 +132,36 @@ def theory(file: SystemFile = None, /, *, flags: Flags = STANDARD, json_: Json =
     for sentence in grouped(silent):
         print(sentence)
     print(f"* recommended here: {best}" if best else why_none)
+    for what, found in formulas.items():
+        print()
+        names = list(dict.fromkeys(name for each in found.values() for name in each))
+        rows = [[key, *(f"{each[n]:.4g}" if n in each else "" for n in names)] for key, each in found.items()]
+        print_table([[f"{what}, {'h-1' if what == 'damage_rate' else 's-1'}", *names], *rows])
     # warnings of the other methods: --json prints them
     warn(*(f"{best}: {sentence}" for sentence in answers.get(str(best), {}).get("warnings", ())))
     if not best:
         warn(*dict.fromkeys(each for answer in shown.values() for each in answer.get("warnings", ())))
     return 0
+
+
+def _formulas(system: System, levels: Sequence[tuple[str, float]], curves: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """Rates of exceedance in 1/s and damages per hour by each formula, of each level and each curve."""
+    from springpot.theory import exceedance, fatigue
+
+    found: dict[str, Any] = {}
+    if levels:
+        found["exceedance_rate"] = {
+            f"{name} {level:g}": {formula: float(rate) for formula, rate in of_name.rate.items()}
+            for name, level in levels
+            for of_name in exceedance(system, {name: level}).values()
+        }
+    if curves:
+        found["damage_rate"] = {
+            " ".join((name, *map("{:g}".format, numbers))): dict(fatigue(system, curve, name).damage)
+            for name, numbers in curves
+            for curve in _curves([(name, numbers)]).values()
+        }
+    return found
 
 
 @app.command
@@ -228,6 +274,8 @@ def simulate(
         (given["profile"],) = given["profile"]  # a number of bins
     if "first_passage" in given:
         given["first_passage"] = _levels(problem, given["first_passage"])
+    if "rainflow" in given:
+        given["rainflow"] = _curves(given["rainflow"])
     if out is None and ("record" in given or overwrite):
         raise ValueError(f"--{'record' if 'record' in given else 'overwrite'} needs --out, the file to save to.")
     if "record_every" in given and "record" not in given:
@@ -270,16 +318,38 @@ def _exit_code(diagnostics: Mapping[str, Any]) -> int:
     return 0 if diagnostics.get("reached", True) else 1
 
 
-def _levels(problem: System, pairs: Sequence[tuple[str, float]]) -> dict[str, Any]:
-    """The level of each name, or a list if it is given more than once; an error if a name is none of one mass."""
+def _levels(problem: System, asked: Sequence[tuple[str, Sequence[float]]]) -> dict[str, Any]:
+    """The level or interval of each name, or a list if it is given more than once; an error if none of one mass has it.
+
+    In Python another name is that of a function.
+    """
+    from springpot.problem.felt import felt_in
     from springpot.simulation.plan.seen import LEVELS
 
-    found = dict[str, list[float]]()
-    for name, level in pairs:
-        if len(problem.points) == 1:
+    for name, _ in asked if len(problem.points) == 1 else ():
+        if name not in felt_in(problem):
             known_word(name, LEVELS, "--first-passage")
-        found.setdefault(name, []).append(level)
-    return {name: levels if len(levels) > 1 else levels[0] for name, levels in found.items()}
+    return _by_name((name, each[0] if len(each) == 1 else (*each,)) for name, each in asked)
+
+
+def _curves(asked: Sequence[tuple[str, Sequence[float]]]) -> dict[str, Any]:
+    """The curve of each name, or a list if it is given more than once."""
+    from springpot.problem.basquin import Basquin
+
+    pairs = []
+    for name, numbers in asked:
+        try:
+            pairs.append((name, Basquin(*numbers)))
+        except ValueError as error:
+            raise ValueError(f"--rainflow of {name}: {error}") from None
+    return _by_name(pairs)
+
+
+def _by_name(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, list[Any]] = {}
+    for name, value in pairs:
+        found.setdefault(name, []).append(value)
+    return {name: values if len(values) > 1 else values[0] for name, values in found.items()}
 
 
 @app.command

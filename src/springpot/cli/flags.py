@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from springpot.problem.system import System
 
 __all__ = [
-    "AS_USUAL", "MONTE_CARLO", "OUTPUT", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags", "Overwrite",
-    "PageFile", "RunFlags", "RunSettings", "SystemFile", "Threads", "in_flags", "monte_carlo",
-    "problem_of", "written",
+    "AS_USUAL", "MONTE_CARLO", "OUTPUT", "RAINFLOW", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags",
+    "Overwrite", "PageFile", "RunFlags", "RunSettings", "SystemFile", "Threads", "in_flags", "monte_carlo",
+    "named_numbers", "problem_of", "written",
 ]  # fmt: skip
 
 _DEFAULT = Dimensionless().numbers
@@ -56,6 +56,32 @@ def _state(_: object, tokens: Sequence[Any]) -> float | dict[str, float]:
     if len(found) < len(named):
         raise ValueError("must be a number, or of several masses as box=0.01 panel=-0.02, each once")
     return found
+
+
+def named_numbers(form: str, *counts: int) -> dict[str, Any]:
+    """What reads names, each with the numbers that follow it, as ``form`` says; so many numbers are right."""
+
+    def read(_: object, tokens: Sequence[Any]) -> list[tuple[str, tuple[float, ...]]]:
+        found: list[tuple[str, list[float]]] = []
+        right = f"{tokens[0].keyword} must be {form}"
+        words = [token.value for token in tokens]
+        for word in words:
+            try:
+                number = float(word)
+            except ValueError:
+                found.append((word, []))
+                continue
+            if not found:
+                raise ValueError(f"{right}, and begin with the name, not with {word}.")
+            found[-1][1].append(number)
+        if any(len(numbers) not in counts for _, numbers in found):
+            raise ValueError(f"{right}, not {' '.join(words)}.")
+        return [(name, (*numbers,)) for name, numbers in found]
+
+    return {"converter": read, "n_tokens": -1, "consume_multiple": (1, None), "negative": "", "metavar": form}
+
+
+RAINFLOW = named_numbers("NAME EXPONENT STRENGTH [CYCLES]", 2, 3)
 
 
 def _flags_class(name: str, flags: Iterable[tuple[str, Any, Any]]) -> Any:
@@ -204,12 +230,19 @@ RunFlags = _flags_class("RunFlags", (
             **_STATE if name.startswith("initial_") else {"metavar": "START END" if name == "window" else None})
       for name, hint in hints("record", "record_every").items()),  # these two belong to the file
     ("distributions", Annotated[bool, Parameter(group=MONTE_CARLO, negative="", help=_QUANTILES)], False),
-    _flag("first_passage", list[tuple[str, float]], MONTE_CARLO,
-          "Time at which NAME first passes LEVEL: x, distance (|x|) or amplitude in m, v or speed (|v|) in m/s, "
-          "energy in m^2/s^2; can be repeated, also for levels of one NAME.  With several masses box_x, "
-          "box_distance, box_v, box_speed, panel_box_elongation or panel_box_distance; or a name of --forces.  Time "
-          "counts from the start of the window; from rest from 0.",
-          metavar="NAME LEVEL"),
+    ("first_passage", Annotated[list[tuple[str, tuple[float, ...]]] | None, Parameter(
+        group=MONTE_CARLO, **named_numbers("NAME LEVEL, or NAME LOW HIGH", 1, 2),
+        help="Time at which NAME first passes LEVEL, or leaves the interval from LOW to HIGH: x, distance (|x|) or "
+             "amplitude in m, v or speed (|v|) in m/s, energy in m^2/s^2; can be repeated, also for levels of one NAME."
+             "  With several masses box_x, box_distance, box_v, box_speed, panel_box_elongation or "
+             "panel_box_distance; or a name of --forces.  Time counts from the start of the window; from rest from "
+             "0.")], None),
+    ("rainflow", Annotated[list[tuple[str, tuple[float, ...]]] | None, Parameter(
+        group=MONTE_CARLO, **RAINFLOW,
+        help="Also count the cycles of NAME, and their damage per hour by Basquin's curve, N = CYCLES "
+             "(STRENGTH / amplitude)^EXPONENT, with CYCLES 1 if not given: x, with several masses box_x or "
+             "mount_elongation, or a name of --forces, with STRENGTH in its unit; can be repeated, also for curves of "
+             "one NAME.")], None),
     _flag("slowest_counted_impact", float, MONTE_CARLO,
           "A speed in m/s: also count the impacts that are not slower, which can be done where the rate of all "
           "impacts is infinite."),

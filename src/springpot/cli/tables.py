@@ -79,14 +79,21 @@ def _first_passages(answer: Mapping[str, Any]) -> list[list[str]]:
     rows = []
     for name in [key.removesuffix("_survival") for key in answer if key.endswith("_first_passage_survival")]:
         levels = answer.get(f"{name}_level")
+        middles = answer.get(f"{name}_reference") or ([None] * len(levels) if levels else [])
         wanted = *(f"{part}{end}" for part in _OF_PASSAGES for end in ("", "_se")), "rate_low", "rate_high"
         columns = [answer[f"{name}_{part}"] for part in wanted]
-        for level, *numbers, low, high in zip(levels, *columns, strict=True) if levels else [(None, *columns)]:
+        each = zip(map(_level, levels, middles), *columns, strict=True) if levels else [("", *columns)]
+        for level, *numbers, low, high in each:
             pairs = zip(numbers[::2], numbers[1::2], _OF_PASSAGES.values(), strict=True)
             rate = "none" if high is None else f"{low:.2g} to {high:.2g} s-1" if low else f"at most {high:.2g} s-1"
             row = [with_error(value, error, unit) for value, error, (_, unit) in pairs]
-            rows.append([name if level is None else f"{name} {level:g}", *row, rate])
+            rows.append([name + level, *row, rate])
     return rows
+
+
+def _level(level: float, middle: float | None) -> str:
+    """A level, or both ends of an interval of which it is half the width."""
+    return f" {level:g}" if middle is None else f" {middle - level:g} to {middle + level:g}"
 
 
 def _print_profiles(answer: Mapping[str, Any], heavy: bool) -> None:
@@ -113,6 +120,8 @@ def _print_quantiles(answer: Mapping[str, Any], means: Mapping[str, str]) -> Non
 
     names = [name.removesuffix("_quantile") for name in answer if name.endswith("_quantile")]
     names = [name for name in names if f"{name}_level" not in answer]  # of several levels there are many
+    if not names:
+        return
     units = {name: means.get(f"{name.rpartition('_')[0]}_mean") or unit_of(f"{name}_quantile") or "s" for name in names}
     shown = [i for i, p in enumerate(answer["probability"]) if p in (0.01, 0.05, 0.5, 0.95, 0.99)]
     print()

@@ -58,7 +58,7 @@ def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str,
     >>> band = SpectralExcitation.from_psd((10.0, 2000.0), 0.02, "g2/Hz")
     >>> from springpot.problem.parts import Spring
     >>> [(one["title"], one["note"]) for one in charts_of_excitation(System(Spring(4e4), band), 200.0)]
-    [('spectral excitation', 'Overall rms 61.87 m/s² (6.309 g). Dashed: the natural frequency.')]
+    [('spectral excitation', 'Overall rms 61.87 m/s² (6.309 g). Dashed: the frequency of the motion.')]
     """
     natural = frequency / (2.0 * math.pi)
     for name, part in system.named():
@@ -74,7 +74,7 @@ def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str,
 
 def _density(system: System, name: str, part: Any, natural: float) -> dict[str, Any]:
     force = system.has_mass and not part.of_ground
-    unit, note = "N²/Hz" if force else "(m/s²)²/Hz", "Dashed: the natural frequency."
+    unit, note = "N²/Hz" if force else "(m/s²)²/Hz", "Dashed: the frequency of the motion."
     low, high = natural / WIDE, natural * WIDE
     places: Any = ()
     if isinstance(part, SpectralExcitation):

@@ -106,7 +106,7 @@ def observed(
     )
     return {
         "numbers": [*_numbers(found), *_passed(found)],
-        "charts": [*_histograms(found, asked), *_survival(found), *_profiles(found)],
+        "charts": [*_histograms(found, asked), *_survival(found), *_return_periods(found), *_profiles(found)],
         "said": [*map(str, found.warnings)],
     }
 
@@ -180,6 +180,17 @@ def _survival(run: Run) -> Iterator[dict[str, Any]]:
         yield chart(
             f"{titled(levels[0].quantity)}: share that has not passed the level", ("t", "s"), ("share", ""), time, lines
         )
+
+
+def _return_periods(run: Run) -> Iterator[dict[str, Any]]:
+    """Level against return period, of the levels whose rate is known."""
+    periods = {own.level: own.return_period for own in _levels(run) if own.rate.value > 0.0}
+    if len(periods) > 1:
+        own, levels = next(_levels(run)), sorted(periods)
+        line = {end: [getattr(periods[level], end) for level in levels] for end in ("value", "low", "high")}
+        words = {"name": "return period", "values": line.pop("value")} | line
+        yield chart(f"{titled(own.quantity)}: return period of the level", (titled(own.quantity), written(own.unit)),
+                    ("return period", "s"), levels, [words], logarithmic="y", note="With 95 % intervals.")  # fmt: skip
 
 
 def _profiles(run: Run) -> Iterator[dict[str, Any]]:

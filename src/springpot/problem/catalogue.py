@@ -187,8 +187,9 @@ def _distribution(
 
 
 def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System], bool]) -> Quantity:
+    paths = "paths with an impact" if "impact" in name else "paths"
     return Quantity(
-        f"{name}_quantile", unit, f"quantiles over the paths of {said} in the window",
+        f"{name}_quantile", unit, f"quantiles over the {paths} of {said} in the window",
         when=f"`distributions=`{when}", where=where, dimensions=("probability",), of=_owner(name), **_ASKED,
     )  # fmt: skip
 
@@ -340,7 +341,7 @@ CATALOGUE = (
           ("mean", 1, "mean of", "", ()), ("mean_square", 2, "mean square of", "", ()),
           ("density", -1, "probability density of", " with `distributions=`", (f"{_OF}{what}_bin",)),
           ("quantile", 1, "quantiles of", " with `distributions=`", ("probability",)),
-          ("largest_quantile", 1, "quantiles over the paths of the largest of", " with `distributions=`",
+          ("largest_quantile", 1, "quantiles over the paths with an impact of the largest of", " with `distributions=`",
            ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
              of=lambda part: False, **_ASKED),
@@ -445,7 +446,7 @@ def results_on_request(system: System) -> tuple[str, ...]:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> [name for name in results_on_request(System(Spring(1.0))) if name.endswith("density")]
+    >>> [name for name in results_on_request(System(Spring(1.0))) if name.endswith("density")][:4]
     ['x_density', 'v_density', 'amplitude_density', 'impact_speed_density']
     """
     return _names(system, asked=True)

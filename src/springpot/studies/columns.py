@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ __all__ = [
     "ENDINGS",
     "OF_LEVELS",
     "OF_WALLS",
+    "asked_of",
     "bare",
     "columns_of",
     "names_in_results",
@@ -52,21 +53,32 @@ def per_level() -> tuple[str, ...]:
     return tuple(what + end for what in OF_LEVELS for end in ENDINGS[: 1 if what in _WITHOUT_ERROR else 2])
 
 
-def results_of_run(system: System, forces: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the results of a run, with the moments of forces and accelerations.
+def asked_of(settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the results that a run has because its settings ask for them: of forces, and of rainflow cycles.
+
+    Examples
+    --------
+    >>> asked_of({"forces": ["spring_force"], "rainflow": {"x": {"exponent": 5.0}}})
+    ('spring_force_mean', 'spring_force_mean_square', 'x_cycle_rate', 'x_damage_rate', 'x_life')
+    """
+    endings = {"forces": ("mean", "mean_square"), "rainflow": ("cycle_rate", "damage_rate", "life")}
+    return tuple(f"{name}_{end}" for kind, ends in endings.items() for name in settings.get(kind, ()) for end in ends)
+
+
+def results_of_run(system: System, asked: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the results of a run, with those that it was asked for.
 
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> results_of_run(System(Spring(1.0)), ["spring_force"])[-2:]
-    ('spring_force_mean', 'spring_force_mean_square')
+    >>> results_of_run(System(Spring(1.0)), ["spring_force_mean"])[-1]
+    'spring_force_mean'
     """
-    felt = (f"{name}_{end}" for name in forces for end in ("mean", "mean_square"))
-    return tuple(dict.fromkeys((*possible_results(system), *felt)))
+    return tuple(dict.fromkeys((*possible_results(system), *asked)))
 
 
 def columns_of(
-    method: str, system: System, forces: Sequence[str] = (), levels: Mapping[str, Sequence[float]] = NO_LEVELS
+    method: str, system: System, asked: Sequence[str] = (), levels: Mapping[str, Sequence[float]] = NO_LEVELS
 ) -> tuple[str, ...]:
     """Names of the numbers in a method's result: they depend on the parts of the system and what is asked.
 
@@ -82,7 +94,7 @@ def columns_of(
         )
     if method != "monte_carlo":
         return names_of_results(system)
-    return tuple(name + ending for name in results_of_run(system, forces) for ending in ENDINGS)
+    return tuple(name + ending for name in results_of_run(system, asked) for ending in ENDINGS)
 
 
 def scalars_of(system: System) -> tuple[str, ...]:
@@ -91,10 +103,10 @@ def scalars_of(system: System) -> tuple[str, ...]:
 
 
 def names_in_results(
-    system: System, forces: Sequence[str] = (), levels: Mapping[str, Sequence[float]] = NO_LEVELS
+    system: System, asked: Sequence[str] = (), levels: Mapping[str, Sequence[float]] = NO_LEVELS
 ) -> set[str]:
     """Names in data sets and tables that no axis may have."""
-    taken = {*columns_of("", system), *columns_of("monte_carlo", system, forces), "theory", "method", "done", "said"}
+    taken = {*columns_of("", system), *columns_of("monte_carlo", system, asked), "theory", "method", "done", "said"}
     taken |= {f"{name}_{what}" for name in levels for what in ("level", *per_level())}
     return taken | {"barrier", *(f"barrier_{name}{ending}" for name in OF_WALLS for ending in ENDINGS)}
 
@@ -135,10 +147,10 @@ def numbers_of_curves(curves: Mapping[str, ExceedanceCurve]) -> tuple[float, ...
     return tuple(found)
 
 
-def numbers_of_run(estimates: Mapping[str, Estimate], system: System, forces: Sequence[str] = ()) -> tuple[float, ...]:
+def numbers_of_run(estimates: Mapping[str, Estimate], system: System, asked: Sequence[str] = ()) -> tuple[float, ...]:
     """The numbers of a run: value, standard error and total of each result; NaN where there is none."""
     found: list[float] = []
-    for name in results_of_run(system, forces):
+    for name in results_of_run(system, asked):
         own = estimates.get(name)
         total = math.nan if own is None or own.budget is None else own.budget.total
         found += (math.nan, math.nan, math.nan) if own is None else (own.value, own.error, total)

@@ -30,7 +30,7 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
-from springpot.studies.columns import OF_LEVELS, columns_of, names_in_results, scalars_of
+from springpot.studies.columns import OF_LEVELS, asked_of, columns_of, names_in_results, scalars_of
 from springpot.studies.tables import (
     PARAMETERS,
     SIMULATED,
@@ -122,7 +122,7 @@ class Study(Strict):
         for name in parameters:
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
-        taken = names_in_results(self.system, self.forces, self.levels)
+        taken = names_in_results(self.system, self.asked, self.levels)
         labels = [label_of(name) for name in parameters]
         for name, label in zip(parameters, labels, strict=True):
             if label in taken or labels.count(label) > 1:
@@ -188,9 +188,9 @@ class Study(Strict):
             raise ValueError(f"system: {name} has a function, which cannot be kept in a store")
 
     @property
-    def forces(self) -> tuple[str, ...]:
-        """Forces and accelerations whose moments Monte Carlo is asked for."""
-        return () if self.monte_carlo is None else self.monte_carlo.forces or ()
+    def asked(self) -> tuple[str, ...]:
+        """Results that Monte Carlo has because its settings ask for them."""
+        return () if self.monte_carlo is None else asked_of(self.monte_carlo.given())
 
     @property
     def levels(self) -> Mapping[str, tuple[float, ...]]:
@@ -199,7 +199,7 @@ class Study(Strict):
 
     def columns_of(self, method: str) -> tuple[str, ...]:
         """Names of the numbers in a method's result."""
-        return columns_of(method, self.system, self.forces, self.levels)
+        return columns_of(method, self.system, self.asked, self.levels)
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:

@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from springpot.problem.basquin import Basquin
 from springpot.problem.system import System
 from springpot.simulation.plan.options import hints
 from springpot.studies.axes import Axis
@@ -90,16 +91,31 @@ def of_either(schema: dict[str, Any]) -> None:
     schema["else"] = {"properties": {"axes": own, "zipped": {"additionalProperties": own}}}
 
 
+class Curve(Strict):
+    """The numbers of a `springpot.Basquin` curve."""
+
+    exponent: float
+    strength: float = 1.0
+    cycles: float = 1.0
+    stress: float = 1.0
+
+    @model_validator(mode="after")
+    def _possible(self) -> Curve:
+        Basquin(**self.model_dump())
+        return self
+
+
 class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
     """How Monte Carlo is run: ``rtol``, or the settings of a run.
 
     ``rtol`` is the total relative error wanted of the study's quantities.  ``forces`` are forces and accelerations
-    whose mean and mean square are wanted.  All others are the arguments of
-    `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
+    whose mean and mean square are wanted, ``rainflow`` displacements and forces whose cycles are counted.  All others
+    are the arguments of `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)
     forces: Annotated[tuple[str, ...] | None, Field(strict=False)] = None
+    rainflow: dict[str, Curve] | None = None
 
     @model_validator(mode="after")
     def _one_way(self) -> MonteCarlo:

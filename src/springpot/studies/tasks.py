@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.faults import FileError
+from springpot.problem.basquin import Basquin
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
-from springpot.studies.columns import columns_of, numbers_of_curves, numbers_of_run
+from springpot.studies.columns import asked_of, columns_of, numbers_of_curves, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, system_at
 from springpot.studies.tables import SIMULATED
 
@@ -176,20 +177,22 @@ def check_some(study: Study, most: int) -> int:
     from springpot.simulation.plan.motions import motion_of
     from springpot.simulation.plan.plan import plan_of
     from springpot.simulation.rare.exceedance import stated
+    from springpot.simulation.watch.rainflow import wanted_cycles
     from springpot.theory import NoStationaryStateError
 
     how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
     chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None and study.exceedance is None:
         return len(chosen)
-    asked = None if study.exceedance is None else study.exceedance.given()
+    rare = None if study.exceedance is None else study.exceedance.given()
     given = {} if study.monte_carlo is None else _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces")}
+    explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces", "rainflow")}
     for point in map(study.point, chosen):
         try:
             system = system_at(point, study.system)
-            for name in study.forces:
+            for name in given.get("forces", ()):
                 motion_of(system).seen_by_name(name, "monte_carlo.forces", forces_only=True)
+            wanted_cycles(motion_of(system), _curves_of(given))
             if "rtol" in given:
                 motion = motion_of(system)
                 impacts = [name for name in study.quantities if "impact_" in name]
@@ -199,8 +202,8 @@ def check_some(study: Study, most: int) -> int:
                 checked_quantities(motion, study.quantities)
             if given:
                 plan_of(system, **_started(system, explicit or {"start": "stationary"}))
-            if asked is not None:
-                stated(system, **asked)
+            if rare is not None:
+                stated(system, **rare)
         except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
@@ -215,12 +218,12 @@ def compute(
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
-    forces = task.settings.get("forces", ())
-    names = columns_of(task.method, task.base, forces, task.settings.get("levels", {}))
+    asked = asked_of(task.settings)
+    names = columns_of(task.method, task.base, asked, task.settings.get("levels", {}))
     if task.method == "monte_carlo":
         run, statement = _simulated(task, threads, progress)
         if run is not None:
-            return Answer(numbers_of_run(run.estimates, task.base, forces), "", run.warnings)
+            return Answer(numbers_of_run(run.estimates, task.base, asked), "", run.warnings)
     elif task.method == "exceedance":
         found, statement = _exceeded(task, threads, progress, save)
         if found is not None:
@@ -239,7 +242,7 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
         system = task.system
-        settings = _started(system, task.settings)
+        settings = {**_started(system, task.settings), "rainflow": _curves_of(task.settings)}
         return simulated(system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
@@ -262,6 +265,12 @@ def _exceeded(task: Task, threads: int, progress: Callable[[float], None] | None
             raise
         save.unlink(missing_ok=True)  # damaged: the repetitions are computed again, to the same bits
         return _exceeded(task, threads, progress, save)
+
+
+def _curves_of(settings: dict[str, Any]) -> dict[str, Basquin] | None:
+    """The Basquin curves of what has its cycles counted."""
+    curves = settings.get("rainflow")
+    return None if curves is None else {name: Basquin(**numbers) for name, numbers in curves.items()}
 
 
 def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:

@@ -180,11 +180,13 @@ class Run:
         return iter(self.estimates)
 
     def __str__(self) -> str:
-        wide = max(map(len, self.estimates), default=0) + 2
+        wide = max(map(len, (*self.estimates, *self.profiles)), default=0) + 2
         lines = [
             f"{name:{wide}}{own}" + ("" if own.step_bias is None else f", step bias up to {own.step_bias:.2g}")
             for name, own in self.estimates.items()
         ]
+        lines += [f"{name:{wide}}{own}" for name, own in self.profiles.items()]
+        lines += [f"first passage of {own}" for each in self.first_passages.values() for own in str(each).splitlines()]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
     def to_dict(self) -> dict[str, Any]:

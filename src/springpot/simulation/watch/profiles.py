@@ -80,6 +80,11 @@ class Profile:
         """The middle of each bin, in s."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
+    def __str__(self) -> str:
+        known = self.value[np.isfinite(self.value)]
+        found = f"{known.min():.3g} to {known.max():.3g} {self.unit}" if known.size else "none"
+        return f"{found} in {self.value.size} bins, {self.edges[0]:g} to {self.edges[-1]:g} s"
+
 
 def checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.NDArray[np.int64]:
     """The ends of the bins in steps, of so many equal bins in the window or between the times given.

@@ -42,13 +42,13 @@ export class Drawn {
     const hidden = { stroke: () => "transparent", points: { show: false } };
     const series = lines.flatMap((_, i) => [hidden, hidden, { stroke: () => colorOf(i), width: 2, dash: dashOf(i), points: { show: false } }]);
     const none = at.map(() => null), edge = 0.03 * (at.at(-1) - at[0]);
-    const all = [...lines.flatMap(({ values, high = [] }) => [...values, ...high]), ...(heights ?? [])].filter(Number.isFinite);
-    const low = Math.min(0, ...lines.flatMap((line) => line.low ?? line.values)), high = Math.max(0, ...all);
+    const all = [...lines.flatMap(({ values, low = [], high = [] }) => [...values, ...low, ...high]), ...(heights ?? [])].filter(Number.isFinite);
+    const low = Math.min(0, ...all), high = Math.max(0, ...all), xLog = logarithmic === true;
     const chart = new Chart(host, {
-      height: () => 220, x: quantity, y: tall, series: series.length ? series : [hidden], xLog: logarithmic, yLog: logarithmic, ySize: 58,
+      height: () => 220, x: quantity, y: tall, series: series.length ? series : [hidden], xLog, yLog: Boolean(logarithmic), ySize: 58,
       bands: lines.map((_, i) => ({ series: [3 * i + 1, 3 * i + 2], fill: () => palette["measured-soft"] })),
       // the last numbers of the axis have room
-      xRange: () => (logarithmic ? [at[0] / 1.04, at.at(-1) * 1.04] : heights ? [at[0] - edge, at.at(-1) + edge] : [at[0], at.at(-1)]),
+      xRange: () => (xLog ? [at[0] / 1.04, at.at(-1) * 1.04] : heights ? [at[0] - edge, at.at(-1) + edge] : [at[0], at.at(-1)]),
       // a logarithmic axis shows a whole decade at least
       yRange: () => (logarithmic ? [10 ** Math.floor(Math.log10(Math.min(...all)) - 0.05), 10 ** Math.ceil(Math.log10(high) + 0.05)] : [low, 1.06 * high || 1]),
       readout: (place, i) => (heights ? [[x[0], place], [y[0], heights[at.findIndex((edge) => edge > place) - 1] ?? 0]]

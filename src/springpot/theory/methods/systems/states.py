@@ -109,7 +109,7 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     >>> from springpot.theory.methods.systems.linear import companion_of
     >>> own = states_of(companion_of(System(Spring(4.0), Springpot(0.5, 1.0), WhiteNoise(1.0))), 5e-4, 1e3, "this")
     >>> own.rates.shape
-    (31, 31)
+    (32, 32)
     """
     own = companion
     points, stiffness, damping = len(own.mass), own.stiffness, own.damping
