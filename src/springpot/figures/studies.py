@@ -65,7 +65,7 @@ def plot_study(
     import json
 
     parts: dict[str, Any] = {
-        name: tree[name].to_dataset() for name in ("theory", "simulation") if name in tree.children
+        name: tree[name].to_dataset() for name in ("theory", "simulation", "exceedance") if name in tree.children
     }
     some = next(iter(parts.values()))
     content = json.loads(tree.attrs["study"])
@@ -115,7 +115,7 @@ def _drawable(parts: Mapping[str, xarray.Dataset]) -> tuple[str, ...]:
     found: dict[str, None] = {}
     for dataset in parts.values():
         for variable in map(str, dataset.data_vars):
-            if variable.endswith(("_se", "_error")) or variable in ("done", "said"):
+            if variable.endswith(("_se", "_error", "_low", "_high")) or variable in ("done", "said"):
                 continue
             found[variable] = None
             if "barrier" in dataset[variable].dims:
@@ -128,6 +128,8 @@ def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str,
     """The variable of a quantity, and its wall; all walls where it names none."""
     for dataset in parts.values():
         if name in dataset:
+            if level := _level_of(dataset, name):
+                return [(name, f"{level} {value:g}") for value in dataset[level].values]
             own = dataset["barrier"].values if "barrier" in dataset[name].dims else [""]
             return [(name, str(wall)) for wall in own]
     walls = next(map(str, dataset["barrier"].values) for dataset in parts.values())
@@ -138,7 +140,16 @@ def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str,
 def _at(dataset: xarray.Dataset, name: str, wall: str) -> xarray.Dataset:
     """What a panel needs of a group."""
     kept = dataset[[part for part in (name, f"{name}_se") if part in dataset]]
+    if level := _level_of(dataset, name):
+        at = [f"{level} {value:g}" for value in dataset[level].values].index(wall)
+        return kept.isel({level: at}, drop=True)
     return kept.sel(barrier=wall, drop=True) if wall else kept
+
+
+def _level_of(dataset: xarray.Dataset, name: str) -> str:
+    """The dimension of a variable's levels, if it is of exceedance."""
+    more = {*map(str, dataset[name].dims)} - {*map(str, dataset["done"].dims), "barrier"}
+    return more.pop() if more else ""
 
 
 def _places(some: xarray.Dataset, rest: Sequence[str]) -> Iterator[dict[str, int]]:
@@ -176,8 +187,9 @@ def _in_lines(words: Sequence[str]) -> str:
 def _curves(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str) -> None:
     for part, dataset in parts.items():
         where = dataset[along].values
-        if part == "simulation":
-            bars(ax, where, dataset[name].values, dataset[f"{name}_se"].values, label="Monte Carlo, 95 %")
+        if part != "theory":
+            label = "Monte Carlo, 95 %" if part == "simulation" else "exceedance, 95 %"
+            bars(ax, where, dataset[name].values, dataset[f"{name}_se"].values, label=label)
             continue
         for method in dataset["theory"].values:
             color, line = METHOD_LINES[str(method)]
@@ -192,7 +204,8 @@ def _curves(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str
 
 def _map(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, used: Sequence[str]) -> None:
     across, up = used
-    dataset = parts["simulation"] if "simulation" in parts else parts["theory"].isel(theory=-1)
+    drawn = next((parts[part] for part in ("simulation", "exceedance") if part in parts), None)
+    dataset = parts["theory"].isel(theory=-1) if drawn is None else drawn
     values = dataset[name].transpose(up, across).values
     shown = ax.pcolormesh(dataset[across].values, dataset[up].values, values, cmap="cividis", shading="nearest")
     ax.figure.colorbar(shown, ax=ax, label=_named(dataset[name]))

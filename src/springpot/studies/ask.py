@@ -31,8 +31,9 @@ def open_study(store: str | Path) -> xarray.DataTree:
     Returns
     -------
     xarray.DataTree
-        ``/theory`` has the dimension ``theory`` (the method) and the study's axes, ``/simulation`` the axes alone.
-        Both have all quantities by name, with units, and NaN where there is none; ``done`` says whether there is a
+        ``/theory`` has the dimension ``theory`` (the method) and the study's axes, ``/simulation`` the axes alone,
+        ``/exceedance`` the axes and ``<quantity>_level``.
+        All have all quantities by name, with units, and NaN where there is none; ``done`` says whether there is a
         result, ``said`` has its warnings or the reason why there is none.  Results of Monte Carlo also have ``_se``
         (standard error) and, where ``rtol`` controls them, ``_error`` (half-width of the total 95 % interval).
         Of a system the results of each wall have the dimension ``barrier``.

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.problem.catalogue import is_controlled, unit_of_result
+from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import OF_WALLS, bare, columns_of
+from springpot.studies.columns import OF_WALLS, bare, per_level, unit_of_column
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
-from springpot.studies.tables import PARAMETERS
+from springpot.studies.tables import PARAMETERS, SIMULATED
 from springpot.studies.tasks import Answer, tasks
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Results:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
-        return columns_of(self.method, self.store.study.system, self.store.study.asked)
+        return self.store.study.columns_of(self.method)
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
         place = self.columns.index(column)
@@ -59,7 +59,7 @@ def open_tree(store: Store) -> xarray.DataTree:
 
     study = store.study
     shape, parts = study.shape, {}
-    theories = [method for method in study.methods if method != "monte_carlo"]
+    theories = [method for method in study.methods if method not in SIMULATED]
     if theories:
         answers = [Results(store, method) for method in theories]
         coordinates = {"theory": ("theory", theories), **_coordinates(study)}
@@ -68,6 +68,9 @@ def open_tree(store: Store) -> xarray.DataTree:
     if "monte_carlo" in study.methods:
         variables = _variables([Results(store, "monte_carlo")], shape, "Monte Carlo: ", study)
         parts["/simulation"] = xarray.Dataset(variables, _coordinates(study))
+    if "exceedance" in study.methods:
+        variables = _variables([Results(store, "exceedance")], shape, "exceedance: ", study)
+        parts["/exceedance"] = xarray.Dataset(variables, _coordinates(study) | _levels(study))
     tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
     tree.attrs = {
         "Conventions": "CF-1.11",
@@ -91,53 +94,77 @@ def _coordinates(study: Study) -> dict[str, Any]:
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
 
+def _levels(study: Study) -> dict[str, Any]:
+    """The levels of each quantity as coordinates."""
+    from springpot.simulation.plan.motions import motion_of  # slow to import
+    from springpot.simulation.rare.asked import quantity_of
+
+    motion = motion_of(study.system)
+    return {
+        f"{name}_level": (f"{name}_level", list(levels), {"units": quantity_of(motion, name).unit, "long_name": name})
+        for name, levels in study.levels.items()
+    }
+
+
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can have a number, with the study's settings of Monte Carlo."""
-    names = columns_of(method, study.system, study.asked)
+    names = study.columns_of(method)
+    if method == "exceedance":
+        return names
     if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
         return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
     return tuple(name for name in names if not name.endswith("_error"))
 
 
 def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, study: Study) -> dict[str, Any]:
-    def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any, *walls: int) -> Any:
-        whole = (*shape.values(), *walls)
+    def lazily(read: Callable[[Results], npt.NDArray[Any]], kind: Any, *more: int) -> Any:
+        whole = (*shape.values(), *more)
         return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, kind)
 
-    columns = {}
-    for column, (sources, of_walls) in _with_walls_joined(result_columns(study, answers[0].method), study).items():
+    columns, method = {}, answers[0].method
+    joined = _of_levels(study) if method == "exceedance" else _with_walls_joined(result_columns(study, method), study)
+    for column, (sources, dimension) in joined.items():
         name = bare(column)
         text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
-        words = f"{name.removeprefix('barrier_')} of each wall" if of_walls else name
+        words = f"{name.removeprefix('barrier_')} of each wall" if dimension == "barrier" else name
         long_name = prefix + text[column] + words.replace("_", " ")
-        attributes = {"units": unit_of_result(study.system, bare(sources[0])), "long_name": long_name}
-        if column == name and prefix:
+        attributes = {"units": unit_of_column(method, study.system, sources[0]), "long_name": long_name}
+        if column == name and f"{name}_se" in joined:
             attributes["ancillary_variables"] = f"{name}_se"
 
         def read(part: Results, sources: tuple[str, ...] = sources) -> npt.NDArray[np.float64]:
             return np.stack([part.numbers(source) for source in sources], axis=-1)
 
-        walls = {"barrier": len(sources)} if of_walls else {}
-        columns[column] = ((*shape, *walls), lazily(read, "f8", *walls.values()), attributes)
+        more = {dimension: len(sources)} if dimension else {}
+        columns[column] = ((*shape, *more), lazily(read, "f8", *more.values()), attributes)
     columns["done"] = (tuple(shape), lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
     reasons = {"long_name": "warnings, or why there is no answer"}
     columns["said"] = (tuple(shape), lazily(Results.sentences, "O"), reasons)
     return columns
 
 
-def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], bool]]:
-    """Each variable of a data set with its columns, and whether these are of all walls."""
+def _of_levels(study: Study) -> dict[str, tuple[tuple[str, ...], str]]:
+    """Each variable of exceedance with its columns, one for each level, and the dimension of these."""
+    return {
+        f"{name}_{what}": (tuple(f"{name}_{level!r}_{what}" for level in levels), f"{name}_level")
+        for name, levels in study.levels.items()
+        for what in per_level()
+    }
+
+
+def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], str]]:
+    """Each variable of a data set with its columns, and the dimension of these if they are of all walls."""
     walls = study.system.stops
-    found: dict[str, tuple[tuple[str, ...], bool]] = {}
+    found: dict[str, tuple[tuple[str, ...], str]] = {}
     for column in columns:
         name = bare(column)
         quantity = next((what for what in OF_WALLS if name in {f"{wall}_{what}" for wall in walls}), "")
         ending = column.removeprefix(name)
         joined = tuple(f"{wall}_{quantity}{ending}" for wall in walls)
         if quantity and set(joined) <= set(columns):
-            found[f"barrier_{quantity}{ending}"] = joined, True
+            found[f"barrier_{quantity}{ending}"] = joined, "barrier"
         else:
-            found[column] = (column,), False
+            found[column] = (column,), ""
     return found
 
 

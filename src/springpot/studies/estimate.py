@@ -8,7 +8,6 @@ import time
 from dataclasses import dataclass, replace
 
 from springpot.studies.axes import spread
-from springpot.studies.columns import columns_of
 from springpot.studies.question import Study
 from springpot.studies.tasks import SENTENCES, Task, check_some, compute, task_at
 
@@ -67,7 +66,7 @@ def estimate(study: Study) -> Estimate:
     used: dict[str, int] = {}
     room = 0
     for method in study.methods:
-        for size in (8 * (2 + len(columns_of(method, study.system, study.asked))), SENTENCES):
+        for size in (8 * (2 + len(study.columns_of(method))), SENTENCES):
             room += count * math.ceil((size + 4) / BLOCK) * BLOCK
         tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
         _cost(tried[0])  # loads the method

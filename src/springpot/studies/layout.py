@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,9 @@ from zarr.codecs import BytesCodec, Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore, WrapperStore
 
 from springpot.machine.files import read_file, write
-from springpot.problem.catalogue import unit_of_result
 from springpot.problem.system import System
-from springpot.studies.columns import bare, columns_of
+from springpot.studies.columns import unit_of_column
+from springpot.studies.tables import SIMULATED
 from springpot.studies.tasks import SENTENCES, SLOTS
 
 __all__ = ["ARRAYS", "LABELLED", "metadata", "open_arrays", "place_of", "root"]
@@ -57,16 +57,15 @@ class _Files(WrapperStore[LocalStore]):
 
 def place_of(method: str) -> str:
     """The group of a method."""
-    return f"simulation/{method}" if method == "monte_carlo" else f"theory/{method}"
+    return f"simulation/{method}" if method in SIMULATED else f"theory/{method}"
 
 
-def metadata(methods: Iterable[str], system: System, asked: Sequence[str] = ()) -> dict[str, bytes]:
-    """Content of each ``zarr.json`` below the root's, by its place; groups before what is in them."""
+def metadata(columns_of: Mapping[str, Sequence[str]], system: System) -> dict[str, bytes]:
+    """Content of each ``zarr.json`` below the root's, by its place, for the columns of each method; groups first."""
     made: dict[str, Any] = {}
     group = zarr.create_group(MemoryStore(made), zarr_format=3)
-    for method in methods:
-        columns = columns_of(method, system, asked)
-        units = [unit_of_result(system, bare(column)) for column in columns]
+    for method, columns in columns_of.items():
+        units = [unit_of_column(method, system, column) for column in columns]
         place = place_of(method)
         group.require_group(place.partition("/")[0])
         group.create_group(place)

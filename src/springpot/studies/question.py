@@ -30,8 +30,18 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
-from springpot.studies.columns import asked_of, names_in_results, scalars_of
-from springpot.studies.tables import PARAMETERS, Device, Fixed, Method, MonteCarlo, Strict, of_either
+from springpot.studies.columns import OF_LEVELS, asked_of, columns_of, names_in_results, scalars_of
+from springpot.studies.tables import (
+    PARAMETERS,
+    SIMULATED,
+    Device,
+    Exceeding,
+    Fixed,
+    Method,
+    MonteCarlo,
+    Strict,
+    of_either,
+)
 from springpot.studies.wording import sentence, unknown_key
 from springpot.theory.registry import METHODS
 
@@ -53,7 +63,7 @@ class Study(Strict):
     seed : int
         Every point's own seed is made from it and from the point's numbers.
     methods : tuple of str
-        Methods of the theory, and ``monte_carlo``.
+        Methods of the theory, ``monte_carlo``, and ``exceedance`` for rare events.
     system : System
         Whose numbers vary: if none is given, the paper's oscillator with the numbers of ``fixed``.
     quantities : tuple of str
@@ -67,6 +77,8 @@ class Study(Strict):
         Name of an axis of your own to columns of equal length, which run together.
     monte_carlo : MonteCarlo or None
         Needed if ``methods`` has ``monte_carlo``.
+    exceedance : Exceeding or None
+        Needed if ``methods`` has ``exceedance``.
 
     Examples
     --------
@@ -78,7 +90,9 @@ class Study(Strict):
     model_config = ConfigDict(json_schema_extra=of_either)
 
     name: str = Field(min_length=1, max_length=200)
-    methods: Annotated[tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(METHODS) + 1), FailFast()]
+    methods: Annotated[
+        tuple[Method, ...], Field(strict=False, min_length=1, max_length=len(METHODS) + len(SIMULATED)), FailFast()
+    ]
     seed: int = Field(1, ge=0, le=2**63 - 1)
     system: Device = None  # type: ignore[assignment]  # found below, if none is given
     quantities: Annotated[tuple[str, ...], Field(strict=False, min_length=1, max_length=100), FailFast()] = (
@@ -88,6 +102,7 @@ class Study(Strict):
     axes: dict[str, Axis] = Field(default_factory=dict)
     zipped: dict[str, dict[str, Axis]] = Field(default_factory=dict)
     monte_carlo: MonteCarlo | None = None
+    exceedance: Exceeding | None = None
 
     _constants: Point = PrivateAttr(default_factory=dict)
 
@@ -95,8 +110,9 @@ class Study(Strict):
     def _consistent(self) -> Study:
         self._find_system()
         self._check_names()
-        if ("monte_carlo" in self.methods) != (self.monte_carlo is not None):
-            raise ValueError('methods must name "monte_carlo" if, and only if, there is a table [monte_carlo]')
+        for method in SIMULATED:
+            if (method in self.methods) != (getattr(self, method) is not None):
+                raise ValueError(f'methods must name "{method}" if, and only if, there is a table [{method}]')
         parameters = [*self.axes, *(name for columns in self.zipped.values() for name in columns)]
         if not parameters:
             some = next(iter({**self._constants, **numbers_of(self.system)}), "parts.spring.stiffness")
@@ -106,7 +122,8 @@ class Study(Strict):
         for name in parameters:
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
-        taken, labels = names_in_results(self.system, self.asked), [label_of(name) for name in parameters]
+        taken = names_in_results(self.system, self.asked, self.levels)
+        labels = [label_of(name) for name in parameters]
         for name, label in zip(parameters, labels, strict=True):
             if label in taken or labels.count(label) > 1:
                 raise ValueError(f"{name} would be {label} in the results, as another number is: rename the part")
@@ -161,7 +178,7 @@ class Study(Strict):
         for what, names in (("methods", self.methods), ("quantities", self.quantities)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} names {_twice(names)} twice")
-        known = scalars_of(self.system)
+        known = (*scalars_of(self.system), *(f"{name}_{what}" for name in self.levels for what in OF_LEVELS))
         for number, name in enumerate(self.quantities, start=1):
             if name not in known:
                 near = meant(name, known)
@@ -174,6 +191,15 @@ class Study(Strict):
     def asked(self) -> tuple[str, ...]:
         """Results that Monte Carlo has because its settings ask for them."""
         return () if self.monte_carlo is None else asked_of(self.monte_carlo.given())
+
+    @property
+    def levels(self) -> Mapping[str, tuple[float, ...]]:
+        """Quantities of which exceedance is asked, and their levels."""
+        return {} if self.exceedance is None else self.exceedance.levels
+
+    def columns_of(self, method: str) -> tuple[str, ...]:
+        """Names of the numbers in a method's result."""
+        return columns_of(method, self.system, self.asked, self.levels)
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:
@@ -307,6 +333,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     else:
         title = f"study file {str(source)!r}"
         content = read_toml(source, title)
+    asked = content.get("exceedance")
+    if "quantities" not in content and content.get("methods") == ["exceedance"] and isinstance(asked, Mapping):
+        content = {**content, "quantities": [f"{name}_return_period" for name in asked.get("levels") or ["x"]]}
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
         system = _read_system(content["system"], folder, title)
@@ -355,6 +384,7 @@ def _check_keys(content: Mapping[str, Any]) -> None:
         ("", content, Study.model_fields),
         ("fixed", content.get("fixed"), Fixed.model_fields),
         ("monte_carlo", content.get("monte_carlo"), MonteCarlo.model_fields),
+        ("exceedance", content.get("exceedance"), Exceeding.model_fields),
     ]
     for place, table, known in tables:
         for key in table if isinstance(table, Mapping) else ():

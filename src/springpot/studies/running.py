@@ -240,7 +240,7 @@ def _computed(store: Store, task: Task, threads: int, progress: Progress | None 
     """Whether this was the one to compute and save a result, and not another process before."""
     if store.has(task):
         return False
-    store.write(task, compute(task, threads=threads, progress=progress))
+    store.write(task, compute(task, threads=threads, progress=progress, save=store.repetitions(task)))
     return True
 
 

@@ -2,7 +2,8 @@
 
     study.zarr/zarr.json                     group; its attributes hold the study, versions and units
     study.zarr/theory/<method>/numbers       float64, shape (2^60, columns), one row for each chunk
-    study.zarr/simulation/monte_carlo/numbers
+    study.zarr/simulation/<monte_carlo or exceedance>/numbers
+    .../numbers/<slot>.repetitions           of exceedance: those that have ended, until their task has a result
     .../sentences                            uint8, shape (2^60, 4096): warnings, or why there is no result, as JSON
 
 A row is the task's slot (`springpot.studies.tasks.Task`), so the shape of the arrays is fixed, a result keeps its chunk
@@ -34,6 +35,7 @@ from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
 from springpot.studies.layout import ARRAYS, metadata, open_arrays, place_of, root
 from springpot.studies.question import Study, read_study
+from springpot.studies.tables import SIMULATED
 from springpot.studies.tasks import SENTENCES, Answer, Task, tasks
 
 __all__ = [
@@ -52,6 +54,7 @@ __all__ = [
 
 FORMAT = 1
 ATTRIBUTE = "springpot_study"
+REPETITIONS = ".repetitions"
 CONSOLIDATED = "consolidated_metadata"
 MOST_METADATA = 2**28  # bytes of a zarr.json: a million values on axes take a tenth of it
 VERSION = r"[\w.+!-]{1,40}"  # of a program; other text is not printed to a terminal
@@ -82,7 +85,7 @@ class Store:
     @cached_property
     def metadata(self) -> dict[str, bytes]:
         """The metadata of groups and arrays by their places, as they should be."""
-        return metadata(self.study.methods, self.study.system, self.study.asked)
+        return metadata({method: self.study.columns_of(method) for method in self.study.methods}, self.study.system)
 
     @cached_property
     def _arrays(self) -> dict[str, Any]:
@@ -128,6 +131,10 @@ class Store:
         """Whether there is a valid result of a task."""
         return self.found(task) is not None
 
+    def repetitions(self, task: Task) -> Path:
+        """Where a task's repetitions are written as they end."""
+        return self.path / place_of(task.method) / "numbers" / f"{task.slot}{REPETITIONS}"
+
     def write(self, task: Task, answer: Answer) -> None:
         """Save a result.  The sentences are written first, so that a result with numbers is complete.
 
@@ -142,9 +149,13 @@ class Store:
             if text:
                 sentences[task.slot] = np.frombuffer(text.ljust(SENTENCES, b"\0"), "u1")
             numbers[task.slot] = np.array([float(task.check), float(len(text)), *answer.numbers])
+            self.repetitions(task).unlink(missing_ok=True)
 
     def remove_orphans(self) -> int:
-        """Remove half-written files of killed processes; those of running processes are kept."""
+        """Remove half-written files of killed processes, and repetitions of results; those in use are kept."""
+        for ended in self.path.glob(f"*/*/numbers/*{REPETITIONS}"):
+            if ended.with_suffix(".0").exists():
+                ended.unlink(missing_ok=True)
         folders = {self.path, *((self.path / place).parent for place in self.metadata)}
         beside = remove_orphans(str(self.path.parent), self.path.name)
         return beside + sum(remove_orphans(str(folder)) for folder in folders)
@@ -299,9 +310,9 @@ def _release(text: str) -> tuple[int, ...]:
 def _check_same(path: Path, kept: Study, given: Study) -> None:
     """Raise an error if more than the values on axes, methods and quantities has changed."""
     apart = []
-    for name in ("name", "seed", "fixed", "monte_carlo"):
+    for name in ("name", "seed", "fixed", *SIMULATED):
         before, now = getattr(kept, name), getattr(given, name)
-        if before != now and not (name == "monte_carlo" and None in (before, now)):
+        if before != now and not (name in SIMULATED and None in (before, now)):
             apart.append(name)
     if kept.unvaried != given.unvaried:
         parts = [name for name in kept.unvaried | given.unvaried if kept.unvaried.get(name) != given.unvaried.get(name)]

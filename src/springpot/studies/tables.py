@@ -19,14 +19,18 @@ from pydantic import (
 from springpot.problem.basquin import Basquin
 from springpot.problem.system import System
 from springpot.simulation.plan.options import hints
+from springpot.studies.axes import Axis
 from springpot.theory.registry import METHODS
 
-__all__ = ["PARAMETERS", "Device", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
+__all__ = ["PARAMETERS", "SIMULATED", "Device", "Exceeding", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
+
+SIMULATED = ("monte_carlo", "exceedance")
+"""Methods with random numbers; each has a table of its settings in the file."""
 
 if TYPE_CHECKING:
     Method = str
 else:
-    Method = Literal[(*METHODS, "monte_carlo")]
+    Method = Literal[(*METHODS, *SIMULATED)]
 PARAMETERS: Mapping[str, tuple[str, int]] = {
     "order": ("parts.springpot.order", 1), "coefficient": ("parts.springpot.coefficient", 1),
     "natural_frequency": ("parts.spring.stiffness", 2), "intensity": ("parts.white_noise.intensity", 1),
@@ -125,4 +129,35 @@ class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
 
     def given(self) -> dict[str, Any]:
         """The settings in the file."""
+        return {name: value for name, value in self.model_dump().items() if value is not None}
+
+
+_OfPaths = create_model(
+    "_OfPaths",
+    __base__=Strict,
+    **{
+        name: (hint, None)
+        for name, hint in hints().items()
+        if name in ("step", "start", "initial_position", "initial_velocity", "memory_tolerance")
+    },
+)  # type: ignore[call-overload]
+
+
+class Exceeding(_OfPaths):  # type: ignore[misc, valid-type]
+    """What is asked of rare events, and how: the arguments of `springpot.exceedance`."""
+
+    levels: dict[str, Axis] = Field(min_length=1)
+    duration: float = Field(gt=0.0)
+    rtol: float | None = Field(None, ge=0.01, le=1.0)
+    max_time: float | None = Field(None, gt=0.0)
+
+    @model_validator(mode="after")
+    def _once(self) -> Exceeding:
+        for name, levels in self.levels.items():
+            if len(set(levels)) < len(levels):
+                raise ValueError(f"levels.{name} holds a level twice")
+        return self
+
+    def given(self) -> dict[str, Any]:
+        """The arguments in the file."""
         return {name: value for name, value in self.model_dump().items() if value is not None}

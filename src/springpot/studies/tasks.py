@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from springpot.machine.faults import FileError
@@ -19,8 +20,9 @@ from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
 from springpot.simulation.plan.options import own_seed
 from springpot.studies.axes import some_points
-from springpot.studies.columns import asked_of, columns_of, numbers_of_run
+from springpot.studies.columns import asked_of, columns_of, numbers_of_curves, numbers_of_run
 from springpot.studies.question import MonteCarlo, Point, Study, system_at
+from springpot.studies.tables import SIMULATED
 
 __all__ = [
     "SENTENCES",
@@ -51,11 +53,11 @@ class Task:
     point : dict
         The numbers that vary; where no system is named, all of the oscillator.
     settings : dict
-        Of Monte Carlo, without the seed; empty for a theory.
+        Of Monte Carlo or exceedance, without the seed; empty for a theory.
     quantities : tuple of str
         Quantities that ``rtol`` controls; empty otherwise.
     seed : int
-        Of Monte Carlo, from the study's seed and the content; 0 for a theory.
+        From the study's seed and the content; 0 for a theory.
     slot : int
         Place in the store's arrays.
     check : int
@@ -126,11 +128,13 @@ def _maker(study: Study, method: str) -> Callable[[Point], Task]:
     base, settings = study.system, {}
     if method == "monte_carlo" and study.monte_carlo is not None:
         settings = _settings(study.monte_carlo, base)
-    quantities = tuple(sorted(study.quantities)) if "rtol" in settings else ()
+    if method == "exceedance" and study.exceedance is not None:
+        settings = study.exceedance.given()
+    quantities = tuple(sorted(study.quantities)) if method == "monte_carlo" and "rtol" in settings else ()
     content: dict[str, Any] = {"format": ANSWERS_FORMAT, "method": method}
     if study.unvaried:
         content["system"] = hashlib.sha256(json.dumps(study.unvaried, sort_keys=True).encode()).hexdigest()
-    if method == "monte_carlo":
+    if method in SIMULATED:
         content |= {"settings": settings, "quantities": quantities, "seed": study.seed}
 
     def task(point: Point) -> Task:
@@ -138,7 +142,7 @@ def _maker(study: Study, method: str) -> Callable[[Point], Task]:
         whole = {**content, "point": numbers}
         digest = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).digest()
         slot, check = int.from_bytes(digest[:8], "little") >> 4, int.from_bytes(digest[8:16], "little") >> 12
-        seed = own_seed(study.seed, whole) if method == "monte_carlo" else 0
+        seed = own_seed(study.seed, whole) if method in SIMULATED else 0
         return Task(method, point, settings, quantities, seed, slot, check, base)
 
     return task
@@ -160,7 +164,7 @@ def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
 
 
 def check_some(study: Study, most: int) -> int:
-    """Check the Monte Carlo settings at up to ``most`` points and the corners of the grid; returns their number.
+    """Check the settings of simulations at up to ``most`` points and the corners of the grid; returns their number.
 
     Of systems at fewer: their scales take a tenth of a second.
 
@@ -172,14 +176,16 @@ def check_some(study: Study, most: int) -> int:
     from springpot.simulation.error.reach import checked_quantities
     from springpot.simulation.plan.motions import motion_of
     from springpot.simulation.plan.plan import plan_of
+    from springpot.simulation.rare.exceedance import stated
     from springpot.simulation.watch.rainflow import wanted_cycles
     from springpot.theory import NoStationaryStateError
 
     how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
     chosen = some_points(tuple(study.shape.values()), *how)
-    if study.monte_carlo is None:
+    if study.monte_carlo is None and study.exceedance is None:
         return len(chosen)
-    given = _settings(study.monte_carlo, study.system)
+    rare = None if study.exceedance is None else study.exceedance.given()
+    given = {} if study.monte_carlo is None else _settings(study.monte_carlo, study.system)
     explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces", "rainflow")}
     for point in map(study.point, chosen):
         try:
@@ -194,7 +200,10 @@ def check_some(study: Study, most: int) -> int:
                     reason = motion.uncountable
                     raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
-            plan_of(system, **_started(system, explicit or {"start": "stationary"}))
+            if given:
+                plan_of(system, **_started(system, explicit or {"start": "stationary"}))
+            if rare is not None:
+                stated(system, **rare)
         except NoStationaryStateError:
             continue
         except (TypeError, ValueError) as error:
@@ -202,17 +211,23 @@ def check_some(study: Study, most: int) -> int:
     return len(chosen)
 
 
-def compute(task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None) -> Answer:
-    """Compute one task.  The same task always gives the same bits."""
+def compute(
+    task: Task, *, threads: int = 1, progress: Callable[[float], None] | None = None, save: Path | None = None
+) -> Answer:
+    """Compute one task.  The same task always gives the same bits; ``save`` keeps repetitions of exceedance."""
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
     asked = asked_of(task.settings)
-    names = columns_of(task.method, task.base, asked)
+    names = columns_of(task.method, task.base, asked, task.settings.get("levels", {}))
     if task.method == "monte_carlo":
         run, statement = _simulated(task, threads, progress)
         if run is not None:
             return Answer(numbers_of_run(run.estimates, task.base, asked), "", run.warnings)
+    elif task.method == "exceedance":
+        found, statement = _exceeded(task, threads, progress, save)
+        if found is not None:
+            return Answer(numbers_of_curves(found.curves), "", found.warnings)
     else:
         result, statement = solve_one(task.system, task.method)
         if result is not None:
@@ -231,6 +246,25 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
         return simulated(system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
+
+
+def _exceeded(task: Task, threads: int, progress: Callable[[float], None] | None, save: Path | None) -> tuple[Any, str]:
+    from springpot.simulation.rare.exceedance import exceeded
+    from springpot.theory import NoStationaryStateError
+
+    try:
+        return exceeded(
+            task.system, **task.settings, seed=task.seed, threads=threads, save=save, progress=progress
+        ), ""  # fmt: skip
+    except NoStationaryStateError as nothing:
+        return None, str(nothing)
+    except TimeoutError as over:  # an OSError would end the study
+        raise ValueError(str(over)) from None
+    except FileError:
+        if save is None:
+            raise
+        save.unlink(missing_ok=True)  # damaged: the repetitions are computed again, to the same bits
+        return _exceeded(task, threads, progress, save)
 
 
 def _curves_of(settings: dict[str, Any]) -> dict[str, Basquin] | None:

@@ -16,6 +16,7 @@ _WORDS = (
     ("Input should be ", "must be "),
     ("a valid dictionary or instance of Fixed", "a table"),
     ("a valid dictionary or instance of MonteCarlo", "a table"),
+    ("a valid dictionary or instance of Exceeding", "a table"),
     ("a valid dictionary", "a table"),
     ("a valid integer", "a whole number"),
     ("a valid number", "a number"),

@@ -27,7 +27,7 @@ from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
 
-__all__ = ["Exceedance", "exceedance"]
+__all__ = ["Exceedance", "exceedance", "exceeded", "stated"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -198,20 +198,39 @@ def exceedance(
     >>> bool(abs(found.probability["x"][1] / 1.5e-6 - 1.0) < 0.8), found["x"].method
     (True, 'splitting')
     """
-    checked_system(system)
-    rtol = finite_number(rtol, "rtol", low=0.01, high=1.0)
-    if max_time is not None:
-        max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
-    if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
-    plan = plan_of(
-        system, duration=finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds."),
-        step=step, start=start, initial_position=initial_position, initial_velocity=initial_velocity,
-        memory_tolerance=memory_tolerance, seed=seed, threads=threads,
+    result = exceeded(
+        system, levels, duration=duration, rtol=rtol, start=start, initial_position=initial_position,
+        initial_velocity=initial_velocity, step=step, memory_tolerance=memory_tolerance, seed=seed, threads=threads,
+        max_time=max_time, save=save, progress=progress,
     )  # fmt: skip
+    for sentence in result.warnings:
+        warnings.warn(sentence, sentence.category, stacklevel=2)
+    return result
+
+
+def stated(
+    system: System, levels: object, *, duration: float, rtol: float = 0.1, max_time: float | None = None, **given: Any
+) -> tuple[Plan, list[tuple[Quantity, Floats, float]]]:
+    """The plan of `exceedance`, and what is asked; raises its errors of arguments, before any work."""
+    checked_system(system)
+    finite_number(rtol, "rtol", low=0.01, high=1.0)
+    if max_time is not None:
+        finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
+    duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
+    plan = plan_of(system, duration=duration, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
-    wanted = _checked(plan, levels)
+    return plan, _checked(plan, levels)
+
+
+def exceeded(
+    system: System, levels: object, *, rtol: float = 0.1, max_time: float | None = None,
+    save: str | Path | None = None, progress: Progress | None = None, **settings: Any,
+) -> Exceedance:  # fmt: skip
+    """As `exceedance`, but its warnings are only in the result: no Python warnings are raised."""
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
+    plan, wanted = stated(system, levels, rtol=rtol, max_time=max_time, **settings)
     path = _checked_place(save, [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")])
     clock = Clock(max_time)
     plan = _settled(plan)
@@ -233,10 +252,7 @@ def exceedance(
             found = unknown(asked)  # what is known of the others is kept
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
-    result = Exceedance(system, replace(plan.settings, paths=paths), curves)
-    for sentence in result.warnings:
-        warnings.warn(sentence, sentence.category, stacklevel=2)
-    return result
+    return Exceedance(system, replace(plan.settings, paths=paths), curves)
 
 
 VERSION = 1  # of the numbers that repetitions give
