@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -54,11 +53,10 @@ def exceedance(
         asked.setdefault(name, []).append(level)
     check_picture(plot)
     with leave_at_once():
-        from springpot.simulation.rare.exceedance import exceedance as find
+        from springpot.simulation.rare.exceedance import exceeded
 
-    with Bar("splitting paths", first="simulating") as bar, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # they are in the result
-        found = find(
+    with Bar("splitting paths", first="simulating") as bar:
+        found = exceeded(
             problem, asked, duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
             max_time=max_time, save=save, progress=bar,
         )  # fmt: skip

@@ -27,7 +27,7 @@ from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.search import ExceedanceCurve, search
 
-__all__ = ["Exceedance", "exceedance"]
+__all__ = ["Exceedance", "exceedance", "exceeded"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -195,6 +195,34 @@ def exceedance(
     >>> bool(abs(found.probability["x"][1] / 1.5e-6 - 1.0) < 0.8), found["x"].method
     (True, 'splitting')
     """
+    result = exceeded(
+        system, levels, duration=duration, rtol=rtol, start=start, initial_position=initial_position,
+        initial_velocity=initial_velocity, step=step, memory_tolerance=memory_tolerance, seed=seed, threads=threads,
+        max_time=max_time, save=save, progress=progress,
+    )  # fmt: skip
+    for sentence in result.warnings:
+        warnings.warn(sentence, sentence.category, stacklevel=2)
+    return result
+
+
+def exceeded(
+    system: System,
+    levels: Mapping[str, Any],
+    *,
+    duration: float,
+    rtol: float = 0.1,
+    start: StartKind | None = None,
+    initial_position: float | None = None,
+    initial_velocity: float | None = None,
+    step: float | None = None,
+    memory_tolerance: float = DEFAULTS["memory_tolerance"],
+    seed: int = 1,
+    threads: int | None = None,
+    max_time: float | None = None,
+    save: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Exceedance:
+    """As `exceedance`, but its warnings are only in the result: no Python warnings are raised."""
     checked_system(system)
     rtol = finite_number(rtol, "rtol", low=0.01, high=1.0)
     if max_time is not None:
@@ -225,10 +253,7 @@ def exceedance(
         found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved)
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
-    result = Exceedance(system, replace(plan.settings, paths=paths), curves)
-    for sentence in result.warnings:
-        warnings.warn(sentence, sentence.category, stacklevel=2)
-    return result
+    return Exceedance(system, replace(plan.settings, paths=paths), curves)
 
 
 VERSION = 1  # of the numbers that repetitions give
