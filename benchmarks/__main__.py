@@ -17,7 +17,8 @@ from benchmarks.history import paper_by_history
 from benchmarks.kernels import one_core
 from benchmarks.many_cores import many_cores
 from benchmarks.measure import Row, machine
-from benchmarks.report import draw, joined, page, read, text, write
+from benchmarks.observers import observers
+from benchmarks.report import draw, joined, measured_later, page, read, text, write
 from benchmarks.several_masses import several_masses
 from benchmarks.studies import studies
 from benchmarks.systems import systems
@@ -27,8 +28,8 @@ from springpot import SpringpotWarning
 
 _HERE = Path(__file__).parent
 _SECTIONS: tuple[Callable[[bool], list[Row]], ...] = (
-    equal_error, one_core, systems, several_masses, paper_by_history, white_noise_wall, free_response, asked_error,
-    cost_of_length, start_up, theory, studies, many_cores,
+    equal_error, one_core, systems, observers, several_masses, paper_by_history, white_noise_wall, free_response,
+    asked_error, cost_of_length, start_up, theory, studies, many_cores,
 )  # fmt: skip
 
 
@@ -44,7 +45,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     table = folder / "table.csv"
     kept = read(table) if chosen.only and table.exists() else []
-    rows = [] if kept else machine()
+    rows = measured_later(kept, chosen.only, machine()) if kept else machine()
     for section in _SECTIONS:
         if chosen.only not in (None, section.__name__):
             continue

@@ -16,7 +16,7 @@ from benchmarks.equal_error_report import ABOUT_MEASURED, lead
 from benchmarks.measure import Row
 from springpot.figures.style import COLORS, save
 
-__all__ = ["draw", "joined", "page", "read", "text", "write"]
+__all__ = ["draw", "joined", "measured_later", "page", "read", "text", "write"]
 
 ABOUT = {
     "one core": (
@@ -28,6 +28,10 @@ ABOUT = {
     "systems": (
         "The time of a path-step with more parts, one thread, h = 0.01. A new kind of system is compiled once, in some "
         "5 to 10 s, and kept on disk; its numbers may change without a compilation."
+    ),
+    "observers": (
+        "What a run of a springpot with a wall costs with each observer, one thread, h = 0.01, order 0.5, 256 paths of "
+        "10,000 steps, in turns. Observers see every step of the window, which here is the whole run."
     ),
     "several masses": (
         "The time of a path-step with more masses, one thread, h = 0.02: a row of masses from the ground, each with "
@@ -69,7 +73,7 @@ ABOUT = {
         "10^5 of 10^4 (1,000) or 10^4 of 10^4 (10,000). Each core is taken to be as fast as one of that machine while "
         "two compute. Not counted: the start of workers, which takes seconds, and the network's and the disk's time."
     ),
-    "machine": "All measurements were made on this machine.",
+    "machine": "All measurements were made on this machine, but for the sections named here.",
 }  # fmt: skip
 
 BEGINNING = """# Performance
@@ -169,6 +173,20 @@ def joined(kept: Sequence[Row], new: Sequence[Row]) -> list[Row]:
     sections = dict.fromkeys(row.section for row in (*kept, *new))
     replaced = {row.section for row in new}
     return [row for section in sections for row in (new if section in replaced else kept) if row.section == section]
+
+
+def measured_later(kept: Sequence[Row], section: str, now: Sequence[Row]) -> list[Row]:
+    """The rows of the machine, with one more that says with what a section was measured on its own.
+
+    Examples
+    --------
+    >>> old, now = [Row("machine", "processor", None, "", note="a")], [Row("machine", "processor", None, "", note="b")]
+    >>> [(row.case, row.note) for row in measured_later(old, "systems", now)]
+    [('processor', 'a'), ('systems, measured later', 'processor b')]
+    """
+    case = f"{section}, measured later"
+    rows = [row for row in kept if row.section == "machine" and row.case != case]
+    return [*rows, Row("machine", case, None, "", note="; ".join(f"{row.case} {row.note}" for row in now))]
 
 
 def _value(word: str) -> float | None:

@@ -13,7 +13,7 @@ from benchmarks.equal_error import METHODS, OURS, QUANTITIES, TARGETS, AtStep, i
 from benchmarks.equal_error_report import draw_times, lead
 from benchmarks.measure import Row
 from benchmarks.peers import mirrored_chain, numpy_and_numba, numpy_only
-from benchmarks.report import joined, page
+from benchmarks.report import joined, measured_later, page
 
 
 def test_every_module_finds_what_it_takes_from_the_library() -> None:
@@ -84,3 +84,12 @@ def test_a_section_measured_anew_replaces_only_its_own_rows() -> None:
     assert rows[0].section == "machine"
     assert sum(map(is_time, rows)) == sum(map(is_time, kept)) - len(METHODS[1.0]) + 1
     assert rows[-1] == kept[-1]
+
+
+def test_a_section_measured_on_its_own_names_its_machine() -> None:
+    """The header stays that of the rows that are kept."""
+    now = [Row("machine", "processor", None, "", note="another")]
+    rows = joined(_rows(), [*measured_later(_rows(), "studies", now), Row("studies", "x", 1.0, "s")])
+    rows = joined(rows, measured_later(rows, "studies", now))
+    machine = [(row.case, row.note) for row in rows if row.section == "machine"]
+    assert machine == [("processor", "any"), ("studies, measured later", "processor another")]

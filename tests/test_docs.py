@@ -77,11 +77,54 @@ def test_every_page_is_in_a_table_of_contents() -> None:
     assert {page.with_suffix("") for page in PAGES} - {DOCS / "index"} <= listed
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page.suffix == ".md"], ids=name_of)
+def without_code(page: Path) -> str:
+    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def anchors(page: Path) -> set[str]:
+    """Names of the headings of a page, as built pages and a viewer of the repository both make them, and its labels."""
+    text = without_code(page)
+    headings = (
+        re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", line).lower() for line in re.findall(r"^#+ (.*)$", text, flags=re.M)
+    )
+    labels = re.findall(r"^\(([\w-]+)\)=$", text, flags=re.M)
+    return {re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", heading)) for heading in headings} | set(labels)
+
+
+def lead_nowhere(page: Path) -> list[str]:
+    """Links of a page whose file, or whose heading in the file, is not there, and files that it shows or offers."""
+    text = page.read_text(encoding="utf-8")
+    missing = []
+    for link in re.findall(r"\]\((?!https?:|mailto:)([^)\s]+)\)", without_code(page)):
+        target, _, anchor = link.partition("#")
+        goal = page.parent / target if target else page
+        file_is_there = not target or goal.is_dir() or there(target, page)
+        if not file_is_there or (anchor and goal.suffix == ".md" and anchor not in anchors(goal)):
+            missing.append(link)
+    shown = re.findall(r"^```\{(?:literalinclude|include|image|figure)\} (\S+)", text, flags=re.M)
+    offered = re.findall(r"\{download\}`(?:[^`<]*<)?([^`>]+)>?`", text)
+    return missing + [name for name in shown + offered if not (page.parent / name).is_file()]
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        *sorted(DOCS.parent.glob("*.md")),
+        *sorted((DOCS.parent / "paper").glob("*.md")),
+        *(p for p in PAGES if p.suffix == ".md"),
+    ],
+    ids=lambda page: str(page.relative_to(DOCS.parent)),
+)
 def test_links_lead_somewhere(page: Path) -> None:
-    prose = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
-    for target in re.findall(r"\]\((?!https?:)([^)#\s]+)\)", prose):
-        assert there(target, page), target
+    assert lead_nowhere(page) == []
+
+
+def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(
+        "# A `first` heading\n\n[a](#a-first-heading) [b](#second) [c](gone.md) {download}`it <lost.csv>`\n"
+    )
+    assert lead_nowhere(page) == ["#second", "gone.md", "lost.csv"]
 
 
 def test_every_part_is_in_the_list_of_parts() -> None:

@@ -262,7 +262,7 @@ def test_the_bins_of_a_profile_are_those_of_the_recorded_paths() -> None:
     [
         (0, "profile must be in"), (2.5, "a whole number of bins"), ("all", "a number of bins, or times"),
         ([1.0], "two or more times"), ([0.0, 2.0, 1.0], "two or more times that increase"),
-        ([0.0, 99.0], "must lie in the window"), (100, "shorter than 4 steps"),
+        ([0.0, 99.0], "must lie in the window from .* window may begin earlier"), (100, "shorter than 4 steps"),
         ([0.0, 0.5, 0.51], "shorter than 4 steps"),
     ],
 )  # fmt: skip

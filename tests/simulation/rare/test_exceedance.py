@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import springpot as sp
 from springpot import cli
@@ -72,6 +73,23 @@ def test_the_force_of_a_dashpot_has_the_probabilities_of_its_speed_at_a_long_ste
     found = sp.exceedance(LIGHT, given, duration=20.0, step=0.1, start="rest", rtol=0.02)
     (p, other), (error, its_error) = ([of[name] for name in given] for of in (found.probability, found.error))
     assert abs(p - other) < 3.0 * np.hypot(error, its_error) < 0.09 * p
+
+
+def test_what_all_paths_exceed_has_a_bound_and_no_return_period() -> None:
+    curve = sp.exceedance(LIGHT, {"x": [0.01, 1.0]}, **SHORT, rtol=0.3)["x"]
+    number = curve.paths * curve.repetitions
+    assert curve.probability[0] == curve.high[0] == 1.0
+    assert curve.low[0] == pytest.approx(1.0 - 3.0 / number, abs=1e-5)
+    assert curve.error[0] > 0.0
+    assert np.isnan([curve.rate[0], curve.return_period[0]]).all()
+    assert np.isfinite([curve.rate[1], curve.return_period[1]]).all()
+
+
+def test_a_stationary_motion_far_from_a_wall_exceeds_levels_above_its_mean() -> None:
+    """As long as the wall is far away the mean is 0, not that of a wall at 0, which is 0.8."""
+    found = sp.exceedance(LIGHT, {"x": 0.5}, duration=1.0, step=0.1, start="stationary", rtol=0.3)
+    beyond = float(stats.norm.sf(0.5))  # of which it must be more
+    assert beyond + 0.05 < found.probability["x"] < beyond + 0.3
 
 
 def test_what_is_not_rare_is_counted_on_plain_paths() -> None:

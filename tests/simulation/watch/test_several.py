@@ -286,6 +286,7 @@ def test_the_rate_of_impacts_that_are_not_slow_does_not_depend_on_the_step(noise
          "you mean gap_impact_speed?"),
         ({"impact_observables": {"y": lambda speed, gap_impact_speed: 1.0}}, "must have one argument: "),
         ({"first_passage": {"x": 1.0}}, "first_passage has 'x', which is nothing that can pass a level"),
+        ({"first_passage": {"x": [1.0, 2.0]}}, "first_passage has 'x', which is nothing that can pass a level"),
         ({"first_passage": {"mine": (lambda t, x, v: x, 1.0)}}, "first_passage of 'mine' cannot be of a function of"),
         ({"first_passage": {"gap_elongaton": 1.0}}, "did you mean gap_elongation?"),
         ({"first_passage": {"gap_elongation": -0.4}}, "first_passage level of gap_elongation is -0.4 m, behind a wall: "

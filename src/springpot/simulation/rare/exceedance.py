@@ -34,6 +34,8 @@ Floats = npt.NDArray[np.float64]
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over
 
+_EVEN = 1e-9  # standard deviations of a mean that counts as 0
+
 
 @dataclass(frozen=True, eq=False)
 class Exceedance:
@@ -291,7 +293,8 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     start = 0.0
     if quantity.kind != "force":
         x, v = motion.start_of(seen, plan.settings.initial_position, plan.settings.initial_velocity)
-        x = motion.scales.mean if plan.settings.start == "stationary" else x
+        mean, spread, _ = motion.size_of(seen)
+        x = x if plan.settings.start != "stationary" else mean if abs(mean) > _EVEN * spread else 0.0
         start = x if quantity.kind == "x" else float(v)
     sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
     if len(sides) != 1 or (numbers == start).any():

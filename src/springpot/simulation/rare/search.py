@@ -15,6 +15,7 @@ from springpot.machine.faults import per_cent, with_error
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.rare.asked import Asked
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.splitting import Tally, repetitions
@@ -33,6 +34,7 @@ LARGEST_SHARE = 0.3
 CONFIDENCE = 1.96  # standard errors on either side of a return period
 PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
+_ROUNDING = 1e-12  # of a probability of 1, which splitting has as a sum of shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +49,11 @@ class ExceedanceCurve:
     probability, error : ndarray
         Of each level, and its standard error.
     low, high : ndarray
-        Ends of the 95 % intervals of the probabilities; where no path exceeded the level, 0 and an upper bound.
+        Ends of the 95 % intervals of the probabilities; where no path exceeded the level, 0 and an upper bound, and
+        where all did, a lower one.
     rate, rate_error : ndarray
-        Of first exceedances in the second half of the time, per second, and the standard errors.
+        Of first exceedances in the second half of the time, per second, and the standard errors; NaN where no path was
+        left by the end.
     method : {"plain", "splitting"}
     repetitions, paths : int
         Independent repetitions, and the paths of each.
@@ -80,9 +84,9 @@ class ExceedanceCurve:
 
     @property
     def return_period(self) -> Floats:
-        """Mean time between exceedances in s, one over the rate; infinite where none was seen."""
+        """Mean time between exceedances in s, one over the rate; infinite where none was seen, NaN where that is."""
         with np.errstate(divide="ignore"):
-            return np.asarray(np.where(self.rate > 0.0, 1.0 / self.rate, np.inf))
+            return np.asarray(1.0 / np.abs(self.rate))  # without its sign: a rate may be -0
 
     @property
     def return_interval(self) -> tuple[Floats, Floats]:
@@ -259,12 +263,16 @@ class _Repetitions:
         # the interval is one of the logarithm
         wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))
         high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
-        with np.errstate(divide="ignore", invalid="ignore"):  # a probability may be 1
-            rate = -2.0 / self.asked.duration * (np.log1p(-p) - np.log1p(-half.mean(axis=0)))
-            rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p)
+        all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
+        p_of_most = np.where(all_did, np.nan, p)
+        with np.errstate(invalid="ignore"):
+            rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
+            rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p_of_most)
+        unseen = UPPER / (self.paths * count)
+        error, low = np.where(all_did, unseen / NORMAL, error), np.where(all_did, math.exp(-unseen), p / wide)
         name, units = self.asked.name, self.asked.unit
         return ExceedanceCurve(
-            name, units, self.asked.given, p, error, p / wide, high, rate, rate_error,
+            name, units, self.asked.given, p, error, low, high, rate, rate_error,
             method="splitting" if self.splits else "plain",
             repetitions=count,
             paths=self.paths,

@@ -130,7 +130,7 @@ def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
     if name in motion.felt:
         quantity, seen = "force", motion.seen_by_name(name, "first_passage")
     if not quantity and motion.arguments:
-        if isinstance(given, tuple | list):
+        if isinstance(given, tuple | list) and any(map(callable, given)):
             raise ValueError(
                 f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
             )

@@ -108,7 +108,7 @@ def checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.ND
             raise ValueError("profile must be two or more times that increase, or a number of bins.")
         begin, end = settings.window
         if times[0] < begin - 0.5 * settings.step or times[-1] > end + 0.5 * settings.step:
-            raise ValueError(f"profile must lie in the window from {begin:g} s to {end:g} s: there is nothing else.")
+            raise ValueError(f"profile must lie in the window from {begin:g} s to {end:g} s; window may begin earlier.")
     steps = GROUP * np.rint(times / (GROUP * settings.step)).astype(np.int64)
     steps[times < (low + 0.5) * settings.step] = low  # an end of the window need not be one of a group
     steps[times > (high - 0.5) * settings.step] = high
