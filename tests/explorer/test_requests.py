@@ -9,7 +9,8 @@ import pytest
 
 import springpot as sp
 from springpot.explorer.excitation import charts_of_excitation, table_of, with_table
-from springpot.explorer.protocol import Observe
+from springpot.explorer.protocol import Observe, Rare
+from springpot.explorer.rare import SHARES, growing
 from springpot.explorer.requests import observed, offered
 from springpot.machine.faults import Stopped
 from springpot.simulation.monte_carlo import simulated
@@ -117,6 +118,30 @@ def test_asked_on_the_page(browser: Browser, server: Server) -> None:
     context.close()
 
 
+@pytest.mark.validation  # some ten seconds of paths; every day: the curve without the page
+def test_rare_events_on_the_page(browser: Browser, server: Server) -> None:
+    """The curve comes in pieces on one axis; stopped, it stays; other numbers of the system clear it."""
+    context = browser.new_context()
+    with opened(context, server) as tab:
+        page = tab.page
+        page.locator("#asked").scroll_into_view_if_needed()
+        page.locator("#rare-form").wait_for()
+        page.locator("#rare-form [name=low]").fill("2")
+        page.locator("#rare-form [name=high]").fill("9")
+        page.locator("#rare-run").click()
+        page.locator("#rare-charts canvas").wait_for(timeout=60_000)
+        page.locator("#rare-stop").click()
+        tab.wait("document.querySelector('#rare-warnings').textContent.includes('Stopped: the curve has')")
+        assert page.locator("#rare-run").is_visible()
+        assert 5 <= page.locator("#rare-numbers tr").count() < 13
+        tab.changed(lambda: page.locator("#field-springpot-order").fill("0.8"))
+        assert page.locator("#rare-charts canvas").count() == 0
+        page.locator("#rare-form [name=low]").fill("9")
+        page.locator("#rare-run").click()
+        tab.wait("document.querySelector('#rare-said').textContent.includes('must differ')")
+    context.close()
+
+
 @pytest.mark.validation  # a kernel of its own; every day: what a table becomes
 def test_a_table_on_the_page(browser: Browser, server: Server) -> None:
     """A table that is wrong is refused beside it; one that is right opens the system with it, and its numbers."""
@@ -154,3 +179,19 @@ def test_a_tab_asks(server: Server) -> None:
         assert "first_passage must name x" in tab.until("observed", running=False)["fault"]
         tab.say(kind="observe", levels_of="x", levels=[2.0])
         assert tab.until("observed", running=False)["charts"][0]["x"] == ["t", "s"]
+
+
+def test_a_curve_of_return_periods_grows() -> None:
+    """Its end is what `exceedance` gives to the last bit; stopped, it keeps the levels that it has."""
+    wish = Rare(kind="rare", of="x", low=1.0, high=2.0, duration=10.0, rtol=0.5)
+    run: dict[str, Any] = {"seed": 3, "start": "rest", "threads": 1}
+    device, told = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0)), list[int]()
+    found = growing(device, wish, run, lambda _, **known: told.append(known.get("found", 0)), lambda: False)
+    curve = sp.exceedance(device, {"x": np.linspace(1.0, 2.0, 13)}, duration=10.0, rtol=0.5, **run)["x"]
+    assert found["charts"][0]["lines"][0]["values"] == curve.return_period.tolist()
+    assert sorted({*told}) == [0, *SHARES[:-1]]
+    half = growing(device, wish, run, lambda _, **known: told.append(-1), lambda: told.count(-1) > 1)
+    assert half["said"][0].startswith("Stopped")
+    with pytest.raises(ValueError, match="nothing is by chance"):
+        growing(sp.System(sp.Spring(1.0), sp.Dashpot(0.5)), wish,
+                run, lambda _, **known: None, lambda: False)  # fmt: skip

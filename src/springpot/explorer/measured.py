@@ -6,6 +6,7 @@ import asyncio
 import threading
 import time
 from collections.abc import Callable, Coroutine, Sequence
+from functools import partial
 from typing import Any
 
 from springpot.explorer.engine import Turns
@@ -69,6 +70,8 @@ class Work:
     def begin(self, kind: str, work: Callable[..., dict[str, Any]], *given: Any) -> None:
         """Call a function with what is given, ``progress`` and ``stop``, in the place of what is running.
 
+        ``progress`` takes the fraction done, and as keywords what is to be shown of it already.
+
         What it returns is sent in a message of this kind.
         """
         self._begin(lambda stopped: self._told(kind, work, given, stopped))
@@ -93,12 +96,13 @@ class Work:
     ) -> None:
         loop, told = asyncio.get_running_loop(), 0.0
 
-        def progress(fraction: float) -> None:
+        def progress(fraction: float, **known: Any) -> None:
             nonlocal told
             if not stopped.is_set() and (now := time.monotonic()) > told + TOLD:
                 told = now
                 estimate = getattr(fraction, "estimate", None)
-                loop.call_soon_threadsafe(self._tell, kind, float(fraction), estimate.seconds if estimate else None)
+                tell = partial(self._tell, kind, float(fraction), estimate.seconds if estimate else None, **known)
+                loop.call_soon_threadsafe(tell)
 
         self._tell(kind, None, None)
         try:
@@ -107,9 +111,9 @@ class Work:
         except Exception as error:
             self._post(kind, running=False, fault=sentence_of(error))
 
-    def _tell(self, kind: str, done: float | None, seconds: float | None) -> None:
-        """How far it is, and the seconds that are left, as far as they are known."""
-        self._post(kind, running=True, fault="", done=done, seconds=seconds)
+    def _tell(self, kind: str, done: float | None, seconds: float | None, **known: Any) -> None:
+        """How far it is, the seconds that are left, as far as they are known, and what has been found so far."""
+        self._post(kind, running=True, fault="", done=done, seconds=seconds, **known)
 
 
 class Measured(Work):

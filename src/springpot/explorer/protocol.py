@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 __all__ = [
     "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "NextPath", "Observe", "Play", "Problem",
-    "Step", "StopFit", "StopObserving", "parse",
+    "Rare", "Step", "StopFit", "StopObserving", "StopRare", "parse",
 ]  # fmt: skip
 
 LONGEST_MESSAGE = 16_384  # bytes; some 100, and 50 for each number that was changed
@@ -120,6 +120,39 @@ class StopObserving(_Strict):
     kind: Literal["stop-observing"]
 
 
+class Rare(_Strict):
+    """Find how likely levels of a quantity are exceeded within a time, and how often they are, from low to high.
+
+    Parameters
+    ----------
+    of : str
+    low, high : float
+        The first and the last level.
+    duration : float
+        In s.
+    rtol : float
+        As in `springpot.exceedance`.
+
+    Examples
+    --------
+    >>> Rare(kind="rare", of="x", low=2.0, high=5.0, duration=60.0).rtol
+    0.2
+    """
+
+    kind: Literal["rare"]
+    of: _Name
+    low: float
+    high: float
+    duration: float
+    rtol: float = 0.2
+
+
+class StopRare(_Strict):
+    """End that search; what is known by then stays."""
+
+    kind: Literal["stop-rare"]
+
+
 class Play(_Strict):
     """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
 
@@ -140,7 +173,9 @@ class NextPath(_Strict):
     kind: Literal["next-path"]
 
 
-AnyMessage = Problem | File | FilePart | Fit | StopFit | Observe | StopObserving | Play | Step | NextPath
+AnyMessage = (
+    Problem | File | FilePart | Fit | StopFit | Observe | StopObserving | Rare | StopRare | Play | Step | NextPath
+)
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Annotated[AnyMessage, Field(discriminator="kind")])
 
 

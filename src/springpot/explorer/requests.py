@@ -22,7 +22,7 @@ from springpot.problem.system import System
 if TYPE_CHECKING:
     from springpot.simulation.result.results import Run
 
-__all__ = ["observed", "offered"]
+__all__ = ["observed", "offered", "text_of"]
 
 HISTOGRAM_BINS = 60
 POINTS = 161  # of a survival curve
@@ -33,7 +33,8 @@ _IN_BINS = ("mean_square_profile", "impact_rate_profile")
 def offered(system: System) -> dict[str, Any]:
     """What a run can see: name, words, unit, and why not, if it cannot; and why the excitation ends.
 
-    Of displacements, of forces and accelerations, and of what belongs to impacts and has no value at other times.
+    Of what can exceed a level, of displacements, of forces and accelerations,
+    and of what belongs to impacts and has no value at other times.
 
     Examples
     --------
@@ -42,12 +43,16 @@ def offered(system: System) -> dict[str, Any]:
     ('spring_force', 'spring force', 'm/s²', '')
     """
     from springpot.simulation.plan.motions import motion_of
+    from springpot.simulation.plan.seen import LEVELS
 
     motion = motion_of(system)
+    speeds = [one.names["impact_speed"] for one in motion.seen if motion.touched and "impact_speed" in one.names]
     moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
     felt = {name: f"{name} cannot be seen: {one.reason}." if one.reason else "" for name, one in motion.felt.items()}
     return {
         "ends": motion.ends,
+        "levels": [(name, titled(name), written(LEVELS[kind]), "") for name, (kind, _) in motion.levels.items()]
+        + [(name, titled(name), "m/s", "") for name in speeds],
         "displacements": [(name, titled(name), "m", "") for name in moving],
         "forces": [(name, titled(name), _unit(system, name), why) for name, why in felt.items()],
         "of_impacts": [(name, titled(name), _unit(system, name), "") for name in motion.of_impacts],
@@ -123,15 +128,15 @@ def _numbers(run: Run) -> Iterator[tuple[str, str]]:
         elif name.endswith("_mean"):
             name = f"{name.removesuffix('_mean')}, mean"
         known, spread = (one if math.isfinite(one) else None for one in (value, error))
-        yield titled(name), _text(with_error(known, spread, unit or "1"))
+        yield titled(name), text_of(with_error(known, spread, unit or "1"))
 
 
-def _text(words: str) -> str:
+def text_of(words: str) -> str:
     """A number as the page writes it.
 
     Examples
     --------
-    >>> _text("(8.79 +- 0.08)e-08 1/h")
+    >>> text_of("(8.79 +- 0.08)e-08 1/h")
     '(8.79 ± 0.08)·10⁻⁸ 1/h'
     """
     signs = {"-": "⁻", "+": ""}
@@ -150,12 +155,12 @@ def _passed(run: Run) -> Iterator[tuple[str, str]]:
     unknown = dict[str, None]()
     for own in _levels(run):
         title = f"{titled(own.quantity)} past {own.level:.6g} {written(own.unit)}"
-        yield f"{title}, within {own.horizon:.4g} s", _text(str(own.probability(own.horizon)))
+        yield f"{title}, within {own.horizon:.4g} s", text_of(str(own.probability(own.horizon)))
         if math.isnan(own.rate.value):
-            unknown[_text(str(own.rate))] = None
+            unknown[text_of(str(own.rate))] = None
         else:
-            yield f"{title}, rate", _text(str(replace(own.rate, unit="1/s")))
-            yield f"{title}, return period", _text(str(own.return_period))
+            yield f"{title}, rate", text_of(str(replace(own.rate, unit="1/s")))
+            yield f"{title}, return period", text_of(str(own.return_period))
     yield from (("rate of passages and return period", words) for words in unknown)
 
 

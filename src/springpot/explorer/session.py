@@ -29,9 +29,11 @@ from springpot.explorer.protocol import (
     Observe,
     Play,
     Problem,
+    Rare,
     Step,
     StopFit,
     StopObserving,
+    StopRare,
 )
 from springpot.explorer.question import Question, question_of
 
@@ -77,7 +79,7 @@ class Session:
         self._may_run.set()
         self._last = time.monotonic()
         self._measured = Measured(engine.turns(), self._post)
-        self._observing = Work(engine.turns(), self._post)
+        self._observing, self._splitting = Work(engine.turns(), self._post), Work(engine.turns(), self._post)
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
     # --- messages from the tab --------------------------------------------------------------------------------------
@@ -94,6 +96,7 @@ class Session:
             case Problem():
                 self._newest = question_of(message, self._opened)
                 self._observing.close()
+                self._splitting.close()
                 self._asked.set()
             case File():
                 from springpot.problem.file import to_toml
@@ -113,6 +116,10 @@ class Session:
                 self._observe(self._present("observe"), message)
             case StopObserving():
                 self._observing.stop()
+            case Rare():
+                self._split(self._present("rare"), message)
+            case StopRare():
+                self._splitting.stop()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:
@@ -150,6 +157,12 @@ class Session:
 
         run = {"paths": question.asked.paths, "seed": question.asked.seed, "start": question.start}
         self._observing.begin("observed", observed, question.system, message, run | {"threads": self._engine.threads})
+
+    def _split(self, question: Question, message: Rare) -> None:
+        from springpot.explorer.rare import growing
+
+        run = {"seed": question.asked.seed, "start": question.start, "threads": self._engine.threads}
+        self._splitting.begin("rare", growing, question.system, message, run)
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
@@ -207,6 +220,7 @@ class Session:
         """The tab is closed: what is running for it ends soon."""
         self._measured.close()
         self._observing.close()
+        self._splitting.close()
 
     async def _guarded(self, part: Callable[[Question], Awaitable[None]], question: Question) -> None:
         """Run a part of the work; an error is shown in its tab and does not affect other tabs."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.figures.designs import CYCLE, next_design
-from springpot.figures.style import CONFIDENCE, LOOKS, method_curve, panel
+from springpot.figures.style import LOOKS, method_curve, panel
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
 from springpot.simulation.rare.search import ExceedanceCurve
@@ -142,9 +142,10 @@ def plot_return_periods(
         name, unit = data.name, data.unit
         known = np.argsort(np.ravel(data.levels))
         known = known[np.ravel(data.rate)[known] > 0.0]
-        place, period, share = (np.ravel(each)[known] for each in (data.levels, data.return_period, data.rate_error))
-        factor = np.exp(CONFIDENCE * share * period)
-        ax.fill_between(place, period / factor, period * factor, color=own, alpha=0.25, linewidth=0.0)
+        place, period, low, high = (
+            np.ravel(each)[known] for each in (data.levels, data.return_period, *data.return_interval)
+        )
+        ax.fill_between(place, low, high, color=own, alpha=0.25, linewidth=0.0)
         ax.plot(
             place, period, marker=mark if place.size < 9 else "", markersize=4.0, color=own, gid=design.gid,
             label=label or f"{data.method}, 95 %",

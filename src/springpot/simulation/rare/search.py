@@ -31,6 +31,7 @@ FREQUENT = 0.01  # probability above which plain paths are cheaper
 EVEN, UNEVEN = 0.4, 0.7  # standard deviation of the repetitions over their mean above which each gets more paths
 DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
 LARGEST_SHARE = 0.3
+CONFIDENCE = 1.96  # standard errors on either side of a return period
 PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
 _ROUNDING = 1e-12  # of a probability of 1, which splitting has as a sum of shares
@@ -86,6 +87,13 @@ class ExceedanceCurve:
         """Mean time between exceedances in s, one over the rate; infinite where none was seen, NaN where that is."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / np.abs(self.rate))  # without its sign: a rate may be -0
+
+    @property
+    def return_interval(self) -> tuple[Floats, Floats]:
+        """Ends of the 95 % intervals of the return periods in s, which are those of their logarithms."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor = np.exp(CONFIDENCE * self.rate_error / self.rate)
+            return self.return_period / factor, self.return_period * factor
 
     def to_dict(self) -> dict[str, Any]:
         """Its numbers and words, but the warnings; what is not finite is None."""

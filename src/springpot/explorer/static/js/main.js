@@ -79,8 +79,9 @@ let excitationCard = null;
 new IntersectionObserver(async (seen, observer) => {
   if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
   observer.disconnect();
-  const { ExcitationCard, RequestsCard } = await import("./requests.js");
+  const [{ ExcitationCard, RequestsCard }, { RareCard }] = await Promise.all([import("./requests.js"), import("./rare.js"), import("./drawn.js")]);
   new RequestsCard(element, connection);
+  new RareCard(element, connection);
   excitationCard = new ExcitationCard(element, connection);
   excitationCard.show(view.excitation);
 }, { rootMargin: "400px" }).observe(element("asked"));
