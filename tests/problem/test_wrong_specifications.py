@@ -117,8 +117,8 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "shake.level and another of its numbers both say what scale is.",
     ),
     "an axis of a number that is not there": (
-        lambda: with_numbers(DEVICE, {"parts.shake.lvl": 3.0}),
-        "shake (spectral_excitation) has no number 'levl'; did you mean level?",
+        lambda: with_numbers(DEVICE, {"parts.shake.levels": 3.0}),
+        "shake (spectral_excitation) has no number 'levels'; did you mean level?",
     ),
 }  # fmt: skip
 
