@@ -152,7 +152,7 @@ def test_few_tasks_share_the_threads_of_their_worker(
     taken: list[int] = []
     together = threading.Barrier(count)
 
-    def watched(task: tasks.Task, *, threads: int, progress: None) -> tasks.Answer:
+    def watched(task: tasks.Task, *, threads: int, **_: object) -> tasks.Answer:
         taken.append(threads)
         together.wait(WAIT)
         return tasks.compute(task, threads=threads)
@@ -175,7 +175,7 @@ def test_workers_that_come_later_are_all_used(runs: Path, tmp_path: Path, monkey
     distributed = pytest.importorskip("distributed")
     together = threading.Barrier(2)
 
-    def watched(task: tasks.Task, *, threads: int, progress: None) -> tasks.Answer:
+    def watched(task: tasks.Task, *, threads: int, **_: object) -> tasks.Answer:
         together.wait(WAIT)
         return tasks.compute(task, threads=threads)
 
