@@ -5,6 +5,7 @@ The linear system is a `springpot.theory.methods.systems.linear.Companion`, whic
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -92,12 +93,12 @@ class _Felt:
         return np.asarray(sum((part.modulus(0.0) * row for part, row in self.parts), np.zeros(len(self.row))))
 
 
-def felt_spectrum(system: System, companion: Any, w: FloatArray, of: str) -> FloatArray:
-    """The two-sided spectral density of a force or an absolute acceleration at frequencies w >= 0."""
+def felt_spectrum(system: System, companion: Any, of: str) -> Callable[[FloatArray], FloatArray]:
+    """The two-sided spectral density of a force or an absolute acceleration, a function of frequencies w >= 0."""
     felt = _Felt(system, companion, of)
     if companion.temperature > 0.0:
         raise NotCoveredError("the spectrum of a force is not covered with thermal noise; its mean square is.")
-    return np.asarray(felt.density(w.ravel()).reshape(w.shape))
+    return lambda w: np.asarray(felt.density(w.ravel()).reshape(w.shape))
 
 
 def felt_mean(system: System, companion: Any, of: str) -> float:

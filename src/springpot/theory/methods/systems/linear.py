@@ -333,11 +333,15 @@ class LinearResponse(Result):
         >>> float(response.spectrum(1.0).round(4)), float(response.spectrum(1.0, of="springpot_force").round(4))
         (0.1592, 0.1592)
         """
+        return self._spectrum(of)(np.abs(real_array(frequency, "frequency")))
+
+    def _spectrum(self, of: str) -> Callable[[FloatArray], FloatArray]:
+        """The spectral density at frequencies w >= 0: what an integral asks many times."""
         _ = self.moments
-        w = np.abs(real_array(frequency, "frequency"))
         if of in felt_in(self.system):
-            return felt_spectrum(self.system, self.companion, w, of)
-        return np.asarray(_quadratic(self.companion, w, self._row(of)[None, :])[..., 0, 0].real)
+            return felt_spectrum(self.system, self.companion, of)
+        row = self._row(of)[None, :]
+        return lambda w: np.asarray(_quadratic(self.companion, w, row)[..., 0, 0].real)
 
     def mean_square(self, of: str) -> float:
         """The mean square of a force or an absolute acceleration; those of displacements are in the moments.
@@ -403,13 +407,13 @@ class LinearResponse(Result):
         if rough := self.system.of(Harmonic, ParametricNoise, PoissonImpulses):
             names = listed([name for name, part in self.system.named() if part in rough])
             raise NotCoveredError(f"Only Gaussian responses are covered, which that to {names} is not.")
-        far = _FAR * max(self.companion.scales)
-        last, beyond = self.spectrum([far, 2.0 * far], of)
+        spectrum, far = self._spectrum(of), _FAR * max(self.companion.scales)
+        last, beyond = spectrum(np.array([far, 2.0 * far]))
         slope = -math.log2(beyond / last) if last > 0.0 else math.inf
         finite = [order for order in orders if slope >= order + 1.01]  # of others the density falls too slowly
 
         def weighted(w: FloatArray) -> FloatArray:
-            return np.asarray(self.spectrum(w, of)[:, None] * w[:, None] ** finite)
+            return np.asarray(spectrum(w)[:, None] * w[:, None] ** finite)
 
         cuts = resonances(self.companion.nearest, self.companion.scales)
         found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
