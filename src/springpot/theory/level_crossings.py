@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from scipy import special
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import NotCoveredError, known_word, listed, shown
-from springpot.problem.parts import Harmonic, ParametricNoise, PoissonImpulses
+from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.method import Envelope, envelope
 from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
-from springpot.theory.numerics.frequencies import integrals, resonances
 
 __all__ = ["LevelRates", "exceedance"]
 
@@ -146,10 +144,6 @@ def exceedance(system: System, levels: Mapping[str, Any]) -> dict[str, LevelRate
     if not isinstance(levels, Mapping) or not levels:
         raise TypeError(f"levels must be a dict of names and levels, such as {{'x': [0.01]}}, not {shown(levels)}.")
     response = linear(system)
-    if rough := response.system.of(Harmonic, ParametricNoise, PoissonImpulses):
-        names = listed([name for name, part in response.system.named() if part in rough])
-        raise NotCoveredError(f"Rates of exceedance cover Gaussian responses, which that to {names} is not.")
-    _ = response.moments  # says if there is no stationary state
     return {name: _rates(response, name, given) for name, given in levels.items()}
 
 
@@ -190,19 +184,14 @@ def _asked(system: System, name: object) -> tuple[str, bool]:
 
 def _moments(response: LinearResponse, place: str) -> tuple[float, float, float, float]:
     """Mean, standard deviation, rate of upward crossings of the mean, and bandwidth."""
-    companion, at = response.companion, response.system.coordinates
+    whole, first = response.spectral_moments((0.0, 1.0), place).values()
+    at = response.system.coordinates
     row = at.elongations[place] if place in at.elongations else at.push(place or response.system.points[0])
-    found = motions(companion, [row])
+    found = motions(response.companion, [row])
     assert not isinstance(found, str)
     ((mean, x_square, v_square),) = found
     if not v_square > 0.0:
         raise ValueError("levels are not exceeded: without noise the displacement is at rest.")
-    cuts = resonances(companion.nearest, companion.scales)
-
-    def weighted(w: FloatArray) -> FloatArray:
-        return np.asarray(response.spectrum(w, place)[:, None] * w[:, None] ** [0.0, 1.0])
-
-    whole, first = integrals(weighted, cuts, np.zeros(2)).tolist()
     frequency, deviation = math.sqrt(v_square / (x_square - mean**2)), math.sqrt(x_square - mean**2)
     bandwidth = math.sqrt(max(1.0 - (first / whole / frequency) ** 2, 0.0))
     return mean, deviation, frequency / (2.0 * math.pi), bandwidth
