@@ -244,14 +244,12 @@ def _places(given: Any, folder: Path | None, where: str, several: bool) -> Path 
     """The places of files beside that of the system; what has no place, as a text of the page, reads no others."""
     if folder is None:
         raise ValueError(f"{where}.path is read from a system's file only: give the points themselves.")
-    if isinstance(given, str) and not several:
-        return folder / given
-    if not several:
-        raise ValueError(f"{where}.path must be the place of a file, not {shown(given)}.")
-    paths = given if isinstance(given, list) else [given]
+    paths = given if several and isinstance(given, list) else [given]
     if not all(isinstance(path, str) for path in paths):
-        raise ValueError(f"{where}.path must be the place of a file, or a list of them, not {shown(given)}.")
-    return [folder / path for path in paths]
+        more = ", or a list of them" if several else ""
+        raise ValueError(f"{where}.path must be the place of a file{more}, not {shown(given)}.")
+    found = [folder / path for path in paths]
+    return found if several else found[0]
 
 
 def _build(kind: type[Checked], numbers: Mapping[str, Any], where: str) -> object:

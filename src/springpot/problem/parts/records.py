@@ -81,9 +81,9 @@ class RecordedExcitation(Excitation):
         if self.taken not in ("in turn", "at random"):
             raise ValueError(f"taken must be 'in turn' or 'at random', not {shown(self.taken)}.")
         if _is_nested(self.values):
-            own: list[Any] = [*self.values] if self.values is not None else []
-            times: list[Any] = [*self.time] if _is_nested(self.time) else [self.time] * len(own)
-            if len(times) != len(own) or not own:
+            own: list[Any] = [*self.values]
+            times = _times(self.time, len(own))
+            if len(times) != len(own):
                 raise ValueError(
                     f"time must be one list for all records, or one for each of {len(own)}, not {len(times)}."
                 )
@@ -165,8 +165,7 @@ class RecordedExcitation(Excitation):
         """Times and values of each, without the scale."""
         if not _is_nested(self.values):
             return ((self.time, self.values),)  # type: ignore[return-value]
-        times: Any = self.time if _is_nested(self.time) else (self.time,) * len(self.values)
-        return tuple(zip(times, self.values, strict=True))  # type: ignore[arg-type]
+        return tuple(zip(_times(self.time, len(self.values)), self.values, strict=True))  # type: ignore[arg-type]
 
     @property
     def count(self) -> int:
@@ -198,6 +197,11 @@ class RecordedExcitation(Excitation):
 def _is_nested(columns: Any) -> bool:
     first = next(iter(columns), None) if hasattr(columns, "__iter__") and not isinstance(columns, str) else None
     return hasattr(first, "__iter__") and not isinstance(first, str)
+
+
+def _times(time: Any, count: int) -> list[Any]:
+    """Those of each record, which may be the same of all."""
+    return [*time] if _is_nested(time) else [time] * count
 
 
 def _checked(time: Any, values: Any, which: str) -> dict[str, Points]:
