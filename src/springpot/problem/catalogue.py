@@ -196,7 +196,7 @@ def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System
 
 def _owner(name: str) -> Callable[[Part], bool]:
     """Walls of the results of each wall; otherwise any part."""
-    return _with("stop") if name.startswith(_OF) else lambda part: True
+    return _with("stop") if name.startswith(_OF) else _is_part
 
 
 _FELT = (
