@@ -38,8 +38,6 @@ results that are marked have a bounded error, `run[name].budget.total`, in the d
 |---|---|---|---|---|---|---|
 """
 ENDINGS = """
-`decay_rate`, in s-1, is a result of theory only: β, the rate at which the amplitude decays without noise.
-
 ## Errors and curves of each result
 
 In `run.to_xarray()`, in files and in JSON further results have the same name with one of these endings; in Python they
@@ -52,10 +50,8 @@ are `run["x_mean"].error`, `.step_bias` and `.budget`:
 | `_memory_bias`, `_transient` | with `rtol`: bounds on the bias from memory and start |
 | `_error` | with `rtol`: 1.96 `_se` and the three bounds together: half-width of a 95 % interval, printed after `+-` |
 
-The endings that need `rtol` exist for the results that are marked above. With `distributions` there are also `_density`
-and `_quantile` of `x`, `v`, `amplitude` and `impact_speed` over the window (those of the impact speed have a
-`_step_bias`, and so have the quantiles of `v_largest`), and `_quantile` over the paths of `x_minimum`, `x_maximum`,
-`v_largest` and `impact_speed_largest`.
+The endings that need `rtol` exist for the results that are marked above. Of the distributions those of `impact_speed` and
+the quantiles of `v_largest` have a `_step_bias`.
 """
 WARNINGS = """\
 # All warnings and errors
