@@ -14,32 +14,32 @@ from scipy import optimize
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Barrier,
-    CloughPenzienNoise,
     ColoredNoise,
+    Constant,
     Contact,
-    Force,
+    Dashpot,
     FractionalMaxwell,
-    Friction,
-    Harmonic,
+    Inerter,
     KanaiTajimiNoise,
+    Mass,
     Maxwell,
     ParametricNoise,
     PiezoelectricCircuit,
+    Point,
     PoissonImpulses,
     PolynomialDashpot,
-    RecordedExcitation,
-    ResonantCircuit,
-    SpectralExcitation,
+    PolynomialSpring,
+    Spring,
     Springpot,
     ThermalNoise,
     VanDerPol,
     WhiteNoise,
 )
-from springpot.problem.parts.hysteresis import Yielding
-from springpot.problem.parts.walls import SoftStop, slow_restitution
+from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.envelope.balance import Labels, saturated
+from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.cycles import (
     COARSE,
     FINE,
@@ -76,8 +76,12 @@ _NEAR, _BROAD = 0.25, 1.0  # widths of panels in ln E, up to a hundred times the
 _DEPTH, _CUTOFF, _FIELD_STEPS, _FIELD_SETTLED = 3, 1e-8, 30, 3e-4  # of the mean field
 _STILL = 1e-6  # variance of the cycles' mean over <x^2>, below which slow changes of it are not followed
 _STRONG = 1.0  # loss in a cycle over the energy, above which it is said
-_NOT_COVERED = Harmonic | SpectralExcitation | CloughPenzienNoise | RecordedExcitation | Force | Friction | Yielding
-_NOT_COVERED |= ResonantCircuit  # two motions that take turns are no slow change of one cycle
+# no ResonantCircuit: two motions that take turns are no slow change of one cycle
+_ELEMENTS = (
+    Spring | PolynomialSpring | Dashpot | PolynomialDashpot | VanDerPol | Springpot | FractionalMaxwell | Maxwell
+)
+_NOISES = WhiteNoise | ColoredNoise | KanaiTajimiNoise | PoissonImpulses | ParametricNoise | ThermalNoise
+_COVERED = Mass | Inerter | Point | _ELEMENTS | PiezoelectricCircuit | Barrier | Contact | Constant | _NOISES
 
 
 @dataclass(frozen=True)
@@ -393,13 +397,7 @@ def _check_rest(unit: System, bottom: float) -> None:
 def check_system_covered(system: System) -> Problem | str:
     """What is solved, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     unit = system.per_unit_mass
-    for name, part in unit.named():
-        if isinstance(part, _NOT_COVERED):
-            raise NotCoveredError(f"{REACH}, not {name}.")
-        if getattr(part, "envelope", None) is not None:
-            raise NotCoveredError(f"{REACH}, not the envelope of {name}: it has no stationary state.")
-        if isinstance(part, SoftStop) and part.dissipates:
-            raise NotCoveredError(f"{REACH}, not the dissipation of {name}.")
+    check_kinds(unit, REACH, _COVERED)
     noises = unit.of(WhiteNoise, ColoredNoise, KanaiTajimiNoise, PoissonImpulses, ThermalNoise)
     if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
         return "There is no random stationary state: nothing excites the motion."
