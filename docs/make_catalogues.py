@@ -50,8 +50,8 @@ are `run["x_mean"].error`, `.step_bias` and `.budget`:
 | `_memory_bias`, `_transient` | with `rtol`: bounds on the bias from memory and start |
 | `_error` | with `rtol`: 1.96 `_se` and the three bounds together: half-width of a 95 % interval, printed after `+-` |
 
-The endings that need `rtol` exist for the results that are marked above. Of the distributions those of `impact_speed` and
-the quantiles of `v_largest` have a `_step_bias`.
+The endings that need `rtol` exist for the results that are marked above. Of the distributions those of `impact_speed`
+and the quantiles of `v_largest` have a `_step_bias`.
 """
 WARNINGS = """\
 # All warnings and errors
