@@ -95,6 +95,15 @@ class ExceedanceCurve:
             factor = np.exp(CONFIDENCE * self.rate_error / self.rate)
             return self.return_period / factor, self.return_period * factor
 
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Of each level its probability, or the bound, and the return period, in words."""
+        found, columns = [], (self.probability, self.error, self.high, self.return_period)
+        for p, error, high, again in zip(*map(np.ravel, columns), strict=True):
+            often = f", once in {again:.2g} s" if math.isfinite(again) else ""
+            found.append((with_error(p, error) if p > 0.0 else f"at most {high:.2g}") + often)
+        return tuple(found)
+
     def to_dict(self) -> dict[str, Any]:
         """Its numbers and words, but the warnings; what is not finite is None."""
         own = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "warnings"}
@@ -113,12 +122,8 @@ class ExceedanceCurve:
         return f"ExceedanceCurve({self.levels.size} levels of {self.name}: {how})"
 
     def __str__(self) -> str:
-        lines, columns = [], (self.levels, self.probability, self.error, self.high, self.return_period)
-        for level, p, error, high, again in zip(*map(np.ravel, columns), strict=True):
-            said = with_error(p, error) if p > 0.0 else f"at most {high:.2g}"
-            often = f", once in {again:.2g} s" if math.isfinite(again) else ""
-            lines.append(f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}{often}")
-        return "\n".join(lines)
+        levels = zip(np.ravel(self.levels), self.said, strict=True)
+        return "\n".join(f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}" for level, said in levels)
 
 
 def search(
