@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import per_cent, with_error
+from springpot.machine.plain import plain
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
@@ -108,7 +109,7 @@ class ExceedanceCurve:
         """Its numbers and words, but the warnings; what is not finite is None."""
         own = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "warnings"}
         own["return_period"] = self.return_period
-        return {name: _plain(value) for name, value in own.items()}
+        return plain({name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in own.items()})
 
     def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> ExceedanceCurve:
         """The same with its levels in another order and shape."""
@@ -291,7 +292,7 @@ class _Repetitions:
     def _bound(self) -> float:
         """On the probability of a level that no path has exceeded."""
         weights = np.concatenate([tally.weights for tally in self.tallies])
-        own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else 3.0 / (self.paths * len(weights))
+        own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else UPPER / (self.paths * len(weights))
         return min(self.most, own) if not self.last.any() else 1.0
 
     def _doubts(self, p: Floats, error: Floats, high: Floats, rtol: float, reason: str) -> list[Message]:
@@ -318,14 +319,6 @@ def unknown(asked: Asked) -> ExceedanceCurve:
         method="plain", repetitions=0, paths=0, spread=math.inf, iterations=0.0, path_steps=0.0, seconds=0.0,
         warnings=(said,),
     )  # fmt: skip
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list):
-        return [*map(_plain, value)]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _error(samples: Floats) -> Floats:
