@@ -154,7 +154,7 @@ def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
     So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record or
     an envelope is run from its beginning.
     """
-    given = monte_carlo.given()
+    given: dict[str, Any] = monte_carlo.given()
     if any(each.duration for each in base.of(Excitation)):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
