@@ -109,8 +109,6 @@ def _levels(study: Study) -> dict[str, Any]:
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can have a number, with the study's settings of Monte Carlo."""
     names = study.columns_of(method)
-    if method == "exceedance":
-        return names
     if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
         return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
     return tuple(name for name in names if not name.endswith("_error"))
