@@ -13,7 +13,7 @@ from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Rare
 from springpot.explorer.requests import text_of
 from springpot.explorer.sliders import written
-from springpot.machine.faults import Stopped, with_error
+from springpot.machine.faults import Stopped
 
 if TYPE_CHECKING:
     from springpot.problem.system import System
@@ -84,13 +84,10 @@ def _shown(curve: ExceedanceCurve, levels: Any, duration: float) -> dict[str, An
     title, unit = titled(curve.name), written(curve.unit)
     missing = np.full(levels.size - curve.levels.size, math.nan)
     values, low, high = (np.concatenate([each, missing]) for each in (curve.return_period, *curve.return_interval))
-    numbers = []
-    for level, p, error, most, again in zip(
-        curve.levels, curve.probability, curve.error, curve.high, curve.return_period, strict=True
-    ):
-        said = with_error(p, error) if p > 0.0 else f"at most {most:.2g}"
-        often = f", once in {again:.2g} s" if math.isfinite(again) else ""
-        numbers.append((f"{title} past {level:.6g} {unit}, within {duration:.4g} s", text_of(said + often)))
+    numbers = [
+        (f"{title} past {level:.6g} {unit}, within {duration:.4g} s", text_of(said))
+        for level, said in zip(curve.levels, curve.said, strict=True)
+    ]
     how = {"splitting": "by splitting", "plain": "on plain paths"}[curve.method]
     note = f"{curve.repetitions} repetitions of {curve.paths} paths {how}. The band is the 95 % interval."
     order = np.argsort(levels)  # those below the start are exceeded downwards

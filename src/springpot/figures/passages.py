@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -133,8 +133,6 @@ def plot_return_periods(
     ax = panel(ax)
     design = next_design(ax, color, label)
     mark, own = LOOKS[design.number % len(LOOKS)][1], color or CYCLE[design.number % len(CYCLE)]
-    look: dict[str, Any] = {"fmt": mark, "color": own, "markersize": 4.0, "elinewidth": 0.9, "capsize": 2.0}
-    look["gid"] = design.gid
     if isinstance(data, LevelRates):
         _curves(ax, data, color, label)
         name, unit = data.name, "m"
@@ -156,7 +154,10 @@ def plot_return_periods(
         found = [(one.level, one.return_period) for one in each if not math.isnan(one.return_period.value)]
         if seen := [(level, own.value, own.low, own.high) for level, own in found if own.high < math.inf]:
             place, period, low, high = np.array(seen).T
-            ax.errorbar(place, period, [period - low, high - period], label=label or "Monte Carlo, 95 %", **look)
+            ax.errorbar(
+                place, period, [period - low, high - period], fmt=mark, color=own, markersize=4.0, elinewidth=0.9,
+                capsize=2.0, label=label or "Monte Carlo, 95 %", gid=design.gid,
+            )  # fmt: skip
         if unseen := [(level, own.low) for level, own in found if own.high == math.inf]:
             place, bound = np.array(unseen).T
             ax.plot(place, bound, "^", color=own, fillstyle="none", markersize=6.0, label="no passage: at least, 95 %")

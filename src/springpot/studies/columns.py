@@ -22,6 +22,7 @@ __all__ = [
     "OF_WALLS",
     "asked_of",
     "bare",
+    "column_of_level",
     "columns_of",
     "names_in_results",
     "numbers_of_curves",
@@ -51,6 +52,17 @@ _WITHOUT_ERROR = "probability_low", "probability_high"
 def per_level() -> tuple[str, ...]:
     """Names of the numbers of a level, each followed by its standard error, if it has one."""
     return tuple(what + end for what in OF_LEVELS for end in ENDINGS[: 1 if what in _WITHOUT_ERROR else 2])
+
+
+def column_of_level(name: str, level: float, what: str) -> str:
+    """The column of a number of one level of a quantity.
+
+    Examples
+    --------
+    >>> column_of_level("x", 0.5, "return_period_se")
+    'x_0.5_return_period_se'
+    """
+    return f"{name}_{level!r}_{what}"
 
 
 def asked_of(settings: Mapping[str, Any]) -> tuple[str, ...]:
@@ -90,7 +102,7 @@ def columns_of(
     """
     if method == "exceedance":
         return tuple(
-            f"{name}_{level!r}_{what}" for name, own in levels.items() for level in own for what in per_level()
+            column_of_level(name, level, what) for name, own in levels.items() for level in own for what in per_level()
         )
     if method != "monte_carlo":
         return names_of_results(system)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import OF_WALLS, bare, per_level, unit_of_column
+from springpot.studies.columns import OF_WALLS, bare, column_of_level, per_level, unit_of_column
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
 from springpot.studies.tables import PARAMETERS, SIMULATED
@@ -109,8 +109,6 @@ def _levels(study: Study) -> dict[str, Any]:
 def result_columns(study: Study, method: str) -> tuple[str, ...]:
     """The columns that can have a number, with the study's settings of Monte Carlo."""
     names = study.columns_of(method)
-    if method == "exceedance":
-        return names
     if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
         return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
     return tuple(name for name in names if not name.endswith("_error"))
@@ -146,7 +144,7 @@ def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, st
 def _of_levels(study: Study) -> dict[str, tuple[tuple[str, ...], str]]:
     """Each variable of exceedance with its columns, one for each level, and the dimension of these."""
     return {
-        f"{name}_{what}": (tuple(f"{name}_{level!r}_{what}" for level in levels), f"{name}_level")
+        f"{name}_{what}": (tuple(column_of_level(name, level, what) for level in levels), f"{name}_level")
         for name, levels in study.levels.items()
         for what in per_level()
     }

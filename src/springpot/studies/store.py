@@ -153,7 +153,7 @@ class Store:
 
     def remove_orphans(self) -> int:
         """Remove half-written files of killed processes, and repetitions of results; those in use are kept."""
-        for ended in self.path.glob(f"*/*/numbers/*{REPETITIONS}"):
+        for ended in (self.path / place_of("exceedance") / "numbers").glob(f"*{REPETITIONS}"):
             if ended.with_suffix(".0").exists():
                 ended.unlink(missing_ok=True)
         folders = {self.path, *((self.path / place).parent for place in self.metadata)}

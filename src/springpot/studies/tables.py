@@ -43,6 +43,14 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
+class _Given(Strict):
+    """A table of settings, of which some may be left out."""
+
+    def given(self) -> dict[str, Any]:
+        """Those in the file."""
+        return {name: value for name, value in self.model_dump().items() if value is not None}
+
+
 class Fixed(Strict):
     """Parameters with the same value at every point; an axis must not have the same name."""
 
@@ -58,7 +66,7 @@ class Fixed(Strict):
 
 _Settings = create_model(  # a study has a seed of its own, and stores no paths
     "_Settings",
-    __base__=Strict,
+    __base__=_Given,
     **{
         name: (Annotated[hint, Field(strict=False)] if name == "window" else hint, None)
         for name, hint in hints("seed", "threads", "record", "record_every").items()
@@ -127,14 +135,10 @@ class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
             raise ValueError(f"rtol chooses all settings, so {other} cannot be given with it")
         return self
 
-    def given(self) -> dict[str, Any]:
-        """The settings in the file."""
-        return {name: value for name, value in self.model_dump().items() if value is not None}
-
 
 _OfPaths = create_model(
     "_OfPaths",
-    __base__=Strict,
+    __base__=_Given,
     **{
         name: (hint, None)
         for name, hint in hints().items()
@@ -157,7 +161,3 @@ class Exceeding(_OfPaths):  # type: ignore[misc, valid-type]
             if len(set(levels)) < len(levels):
                 raise ValueError(f"levels.{name} holds a level twice")
         return self
-
-    def given(self) -> dict[str, Any]:
-        """The arguments in the file."""
-        return {name: value for name, value in self.model_dump().items() if value is not None}

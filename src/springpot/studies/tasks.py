@@ -154,7 +154,7 @@ def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
     So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record or
     an envelope is run from its beginning.
     """
-    given = monte_carlo.given()
+    given: dict[str, Any] = monte_carlo.given()
     if any(each.duration for each in base.of(Excitation)):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
@@ -190,11 +190,11 @@ def check_some(study: Study, most: int) -> int:
     for point in map(study.point, chosen):
         try:
             system = system_at(point, study.system)
+            motion = motion_of(system)
             for name in given.get("forces", ()):
-                motion_of(system).seen_by_name(name, "monte_carlo.forces", forces_only=True)
-            wanted_cycles(motion_of(system), _curves_of(given))
+                motion.seen_by_name(name, "monte_carlo.forces", forces_only=True)
+            wanted_cycles(motion, _curves_of(given))
             if "rtol" in given:
-                motion = motion_of(system)
                 impacts = [name for name in study.quantities if "impact_" in name]
                 if impacts and motion.uncountable:
                     reason = motion.uncountable
@@ -253,9 +253,7 @@ def _exceeded(task: Task, threads: int, progress: Callable[[float], None] | None
     from springpot.theory import NoStationaryStateError
 
     try:
-        return exceeded(
-            task.system, **task.settings, seed=task.seed, threads=threads, save=save, progress=progress
-        ), ""  # fmt: skip
+        return exceeded(task.system, **task.settings, seed=task.seed, threads=threads, save=save, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
     except TimeoutError as over:  # an OSError would end the study

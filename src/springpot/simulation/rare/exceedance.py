@@ -278,7 +278,7 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
         function, given = given
     quantity = quantity_of(motion, name, function)
-    words, seen, least = f"level of {name}", quantity.seen, quantity.kind in ("x", "v", "force", "own")
+    words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
     listed = np.asarray(given, object)
     if not listed.size:
         raise ValueError(f"levels of {name} must not be empty.")

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.faults import per_cent, with_error
+from springpot.machine.plain import plain
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
@@ -95,11 +96,20 @@ class ExceedanceCurve:
             factor = np.exp(CONFIDENCE * self.rate_error / self.rate)
             return self.return_period / factor, self.return_period * factor
 
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Of each level its probability, or the bound, and the return period, in words."""
+        found, columns = [], (self.probability, self.error, self.high, self.return_period)
+        for p, error, high, again in zip(*map(np.ravel, columns), strict=True):
+            often = f", once in {again:.2g} s" if math.isfinite(again) else ""
+            found.append((with_error(p, error) if p > 0.0 else f"at most {high:.2g}") + often)
+        return tuple(found)
+
     def to_dict(self) -> dict[str, Any]:
         """Its numbers and words, but the warnings; what is not finite is None."""
         own = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "warnings"}
         own["return_period"] = self.return_period
-        return {name: _plain(value) for name, value in own.items()}
+        return plain({name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in own.items()})
 
     def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> ExceedanceCurve:
         """The same with its levels in another order and shape."""
@@ -113,12 +123,8 @@ class ExceedanceCurve:
         return f"ExceedanceCurve({self.levels.size} levels of {self.name}: {how})"
 
     def __str__(self) -> str:
-        lines, columns = [], (self.levels, self.probability, self.error, self.high, self.return_period)
-        for level, p, error, high, again in zip(*map(np.ravel, columns), strict=True):
-            said = with_error(p, error) if p > 0.0 else f"at most {high:.2g}"
-            often = f", once in {again:.2g} s" if math.isfinite(again) else ""
-            lines.append(f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}{often}")
-        return "\n".join(lines)
+        levels = zip(np.ravel(self.levels), self.said, strict=True)
+        return "\n".join(f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}" for level, said in levels)
 
 
 def search(
@@ -286,7 +292,7 @@ class _Repetitions:
     def _bound(self) -> float:
         """On the probability of a level that no path has exceeded."""
         weights = np.concatenate([tally.weights for tally in self.tallies])
-        own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else 3.0 / (self.paths * len(weights))
+        own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else UPPER / (self.paths * len(weights))
         return min(self.most, own) if not self.last.any() else 1.0
 
     def _doubts(self, p: Floats, error: Floats, high: Floats, rtol: float, reason: str) -> list[Message]:
@@ -313,14 +319,6 @@ def unknown(asked: Asked) -> ExceedanceCurve:
         method="plain", repetitions=0, paths=0, spread=math.inf, iterations=0.0, path_steps=0.0, seconds=0.0,
         warnings=(said,),
     )  # fmt: skip
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list):
-        return [*map(_plain, value)]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _error(samples: Floats) -> Floats:

@@ -1,9 +1,7 @@
 // Rare events: a curve of level against return period, which grows to the right while the server splits paths.
 
-import { Drawn } from "./drawn.js";
-import { typeset } from "./numbers.js";
 import { OPENED } from "./problem.js";
-import { escaped } from "./table.js";
+import { Request } from "./requests.js";
 
 const { levels, forces } = OPENED.offered;
 
@@ -18,39 +16,21 @@ const RARE = `
     <div class="scroll" tabindex="0" role="region" aria-label="Table of probabilities"><table id="rare-numbers"></table></div></details>
   <div id="rare-warnings" class="warnings"></div>`;
 
-export class RareCard {
+export class RareCard extends Request {
   constructor(element, connection) {
-    element("rare").insertAdjacentHTML("beforeend", RARE);
-    for (const name of ["form", "run", "stop", "progress", "said", "table", "numbers", "warnings"]) this[name] = element(`rare-${name}`);
-    this.drawn = new Drawn(element("rare-charts"), "rare");
-    const fields = this.form.elements, seen = [...levels, ...forces.filter(([, , , why]) => !why)];
-    fields.of.append(...seen.map(([value, words, unit]) => new Option(`${words} (${unit})`, value)));
-    this.form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      const [low, high, duration, percent] = ["low", "high", "duration", "rtol"].map((name) => Number(fields[name].value));
-      this.forget();
-      connection.send({ kind: "rare", of: fields.of.value, low, high, duration, rtol: percent / 100 });
-    });
-    this.stop.addEventListener("click", () => connection.send({ kind: "stop-rare" }));
-    connection.addEventListener("rare", ({ detail }) => this.take(detail));
-    connection.addEventListener("asked", () => this.forget());
+    super(element, connection, { name: "rare", content: RARE, kind: "rare", stop: "stop-rare", caption: "Probabilities and return periods" });
+    this.table = element("rare-table");
+    this.offer(this.fields.of, [...levels, ...forces]);
+    this.form.addEventListener("submit", () => this.forget()); // the curve begins anew
   }
 
-  // other numbers of the system
-  forget() {
-    this.take({ running: false, fault: "", numbers: [], charts: [], said: [] });
+  asked() {
+    const [low, high, duration, percent] = ["low", "high", "duration", "rtol"].map((name) => Number(this.fields[name].value));
+    return { kind: "rare", of: this.fields.of.value, low, high, duration, rtol: percent / 100 };
   }
 
-  take({ running, fault, done, numbers, charts, said }) {
-    this.progress.hidden = this.stop.hidden = !running;
-    this.run.hidden = running;
-    if (done > 0) this.progress.value = done; else this.progress.removeAttribute("value");
-    this.said.textContent = fault;
-    this.said.classList.toggle("wrong", Boolean(fault));
-    if (said) this.warnings.innerHTML = said.map((sentence) => `<p>${escaped(typeset(sentence))}</p>`).join("");
-    if (!numbers) return;
-    this.drawn.show(charts);
-    this.table.hidden = !numbers.length;
-    this.numbers.innerHTML = `<caption class="sr">Probabilities and return periods</caption><tbody>${numbers.map(([words, text]) => `<tr><th scope="row">${escaped(words)}</th><td>${escaped(text)}</td></tr>`).join("")}</tbody>`;
+  take(found) {
+    super.take(found);
+    if (found.numbers) this.table.hidden = !found.numbers.length;
   }
 }

@@ -53,25 +53,52 @@ export class ExcitationCard {
   }
 }
 
-export class RequestsCard {
-  constructor(element, connection) {
-    element("asked").insertAdjacentHTML("beforeend", ASKED);
-    this.connection = connection;
-    for (const name of ["run", "stop", "progress", "said", "numbers", "warnings"]) this[name] = element(`asked-${name}`);
-    this.form = element("asked-form");
+// what the server works out for a form of the page: how far it is, what it has found, and its end
+export class Request {
+  constructor(element, connection, { name, content, kind, stop, caption }) {
+    element(name).insertAdjacentHTML("beforeend", content);
+    for (const part of ["form", "run", "stop", "progress", "said", "numbers", "warnings"]) this[part] = element(`${name}-${part}`);
     this.fields = this.form.elements;
-    this.drawn = new Drawn(element("asked-charts"), "asked");
-    element("asked-forces").innerHTML = [...forces, ...ofImpacts].map(([name, words, , why]) => `<label${why ? ` title="${escaped(why)}"` : ""}><input type="checkbox" name="forces" value="${escaped(name)}"${why ? " disabled" : ""}>${escaped(words)}</label>`).join("") || "none";
-    const seen = [...displacements, ...forces.filter(([, , , why]) => !why)];
-    for (const name of ["levels_of", "cycles_of"]) this.fields[name].append(...seen.map(([value, words, unit]) => new Option(`${words} (${unit})`, value)));
+    this.drawn = new Drawn(element(`${name}-charts`), name);
+    this.caption = caption;
     this.form.addEventListener("submit", (event) => {
       event.preventDefault();
       connection.send(this.asked());
     });
-    this.form.addEventListener("input", () => this.check());
-    this.stop.addEventListener("click", () => connection.send({ kind: "stop-observing" }));
-    connection.addEventListener("observed", ({ detail }) => this.take(detail));
+    this.stop.addEventListener("click", () => connection.send({ kind: stop }));
+    connection.addEventListener(kind, ({ detail }) => this.take(detail));
     connection.addEventListener("asked", () => this.forget());
+  }
+
+  // what a field may choose; but what cannot be seen
+  offer(field, things) {
+    field.append(...things.filter(([, , , why]) => !why).map(([value, words, unit]) => new Option(`${words} (${unit})`, value)));
+  }
+
+  // other numbers of the system
+  forget() {
+    this.take({ running: false, fault: "", numbers: [], charts: [], said: [] });
+  }
+
+  take({ running, fault, done, seconds, numbers, charts, said }) {
+    this.progress.hidden = this.stop.hidden = !running;
+    this.run.hidden = running;
+    if (done > 0) this.progress.value = done; else this.progress.removeAttribute("value");
+    this.said.textContent = fault || (running && seconds ? `about ${Math.ceil(seconds)} s left` : "");
+    this.said.classList.toggle("wrong", Boolean(fault));
+    if (said) this.warnings.innerHTML = said.map((sentence) => `<p>${escaped(typeset(sentence))}</p>`).join("");
+    if (!numbers) return;
+    this.drawn.show(charts);
+    this.numbers.innerHTML = numbers.length ? `<caption class="sr">${this.caption}</caption><tbody>${numbers.map(([words, text]) => `<tr><th scope="row">${escaped(words)}</th><td>${escaped(text)}</td></tr>`).join("")}</tbody>` : "";
+  }
+}
+
+export class RequestsCard extends Request {
+  constructor(element, connection) {
+    super(element, connection, { name: "asked", content: ASKED, kind: "observed", stop: "stop-observing", caption: "Forces, cycles and passages by Monte Carlo" });
+    element("asked-forces").innerHTML = [...forces, ...ofImpacts].map(([name, words, , why]) => `<label${why ? ` title="${escaped(why)}"` : ""}><input type="checkbox" name="forces" value="${escaped(name)}"${why ? " disabled" : ""}>${escaped(words)}</label>`).join("") || "none";
+    for (const name of ["levels_of", "cycles_of"]) this.offer(this.fields[name], [...displacements, ...forces]);
+    this.form.addEventListener("input", () => this.check());
     this.check();
   }
 
@@ -89,22 +116,5 @@ export class RequestsCard {
     const { forces: felt, levels, cycles_of: counted, bins } = this.asked();
     this.fields.levels.setCustomValidity(levels.every(Number.isFinite) ? "" : "Levels are numbers, such as 0.003 0.004.");
     this.run.disabled = !this.form.checkValidity() || !(felt.length || levels.length || counted || bins);
-  }
-
-  // other numbers of the system
-  forget() {
-    this.take({ running: false, fault: "", numbers: [], charts: [], said: [] });
-  }
-
-  take({ running, fault, done, seconds, numbers, charts, said }) {
-    this.progress.hidden = this.stop.hidden = !running;
-    this.run.hidden = running;
-    if (done > 0) this.progress.value = done; else this.progress.removeAttribute("value");
-    this.said.textContent = fault || (running && seconds ? `about ${Math.ceil(seconds)} s left` : "");
-    this.said.classList.toggle("wrong", Boolean(fault));
-    if (!numbers) return;
-    this.drawn.show(charts);
-    this.numbers.innerHTML = numbers.length ? `<caption class="sr">Forces, cycles and passages by Monte Carlo</caption><tbody>${numbers.map(([words, text]) => `<tr><th scope="row">${escaped(words)}</th><td>${escaped(text)}</td></tr>`).join("")}</tbody>` : "";
-    this.warnings.innerHTML = said.map((sentence) => `<p>${escaped(typeset(sentence))}</p>`).join("");
   }
 }
