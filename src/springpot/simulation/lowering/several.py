@@ -629,7 +629,9 @@ def _placed(
     word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
-        whole = _drawn(named.make(word, place, 1), window) if brought is None else brought
+        whole = brought
+        if whole is None:  # some laws take long to make
+            whole = _drawn(law if parts_of_step == 1 else named.make(word, place, 1), window)
         rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
         yield _Given(named, law, row, whole, brought is None and not rough)
         word, place = word + sources.WORDS, place + named.states
