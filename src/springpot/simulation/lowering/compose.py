@@ -8,7 +8,7 @@ power of two changes no bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
@@ -32,7 +32,7 @@ from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, taps_of
-from springpot.simulation.lowering.modulated import mean_square
+from springpot.simulation.lowering.modulated import mean_squares
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
@@ -215,9 +215,9 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
 
-    def expected_in(bin_of_steps: tuple[int, int]) -> float:
-        rough = sum(mean_square(each, units, step, bin_of_steps) for each in total.modulated if not each.multiplies)
-        return 0.5 * (steady + rough) * units.speed**2 / units.time
+    def expected_in(edges: Sequence[int]) -> Floats:
+        own = (np.array(mean_squares(each, units, step, edges)) for each in total.modulated if not each.multiplies)
+        return 0.5 * (steady + sum(own, np.zeros(len(edges) - 1))) * units.speed**2 / units.time
 
     return Parts(
         scheme=at_this_step,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -38,7 +37,7 @@ class Composed:
     expected_power : float
         Mean input power of the noise whose increments are independent; per unit mass in a kernel of one mass.
     expected_in : callable, optional
-        The same in the steps between two, where it changes in time.
+        The same between each two of some steps, where it changes in time.
     named : tuple of Named
         The forces with names, in the order of their works.
     taps : tuple of Tap
@@ -68,7 +67,7 @@ class Composed:
     units: Units
     history: ExponentialSum
     expected_power: float
-    expected_in: Callable[[tuple[int, int]], float] | None = None
+    expected_in: Callable[[Sequence[int]], npt.NDArray[np.float64]] | None = None
     named: tuple[Named, ...] = ()
     taps: tuple[Tap, ...] = ()
     law: Any = None
@@ -109,4 +108,4 @@ class Composed:
         """The expected power between each two of some steps."""
         if self.expected_in is None:
             return np.full(edges.size - 1, self.expected_power)
-        return np.array([self.expected_in(pair) for pair in itertools.pairwise(edges.tolist())])
+        return self.expected_in(edges.tolist())
