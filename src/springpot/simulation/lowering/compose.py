@@ -117,13 +117,9 @@ class Parts(Composed):
         v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
         return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
-    def header_of(self, observer: Observer) -> list[float]:
-        """Of an observer's array."""
-        frequency = self.felt.scale if observer.feels else self.frequency
-        length, speed = self.units.state
-        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
-        wall = self.felt.roughness(observer.feels[0]) if observer.feels else self.wall_position
-        return [length, speed, self.units.time, frequency, wall, LANES]
+    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
+        """The same for all observers."""
+        return self.frequency, self.wall_position
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:

@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from springpot.memory import ExponentialSum
 from springpot.simulation.kernel.branches import MARKS, Kept
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.felt import FeltInKernel
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap
@@ -92,6 +93,18 @@ class Composed:
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """Of coordinates, of rows and of memory modes, with their precision, and of states of sources, with theirs."""
         raise NotImplementedError
+
+    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
+        """Two numbers of the header of an observer of a displacement."""
+        raise NotImplementedError
+
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        (length, speed), (frequency, wall) = self.units.state, self.frequency_and_wall(observer)
+        if observer.feels:
+            frequency, wall = self.felt.scale, self.felt.roughness(observer.feels[0])
+        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
+        return [length, speed, self.units.time, frequency, wall, LANES]
 
     def room_for_states(self, many: int) -> Kept:
         """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""

@@ -119,13 +119,9 @@ class PartsOfSeveral(Composed):
         of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
         return np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
 
-    def header_of(self, observer: Observer) -> list[float]:
-        """Of an observer's array."""
-        frequency = self.felt.scale if observer.feels else 1.0
-        length, speed = self.units.state
-        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
-        wall = self.felt.roughness(observer.feels[0]) if observer.feels else observer.place / length
-        return [length, speed, self.units.time, frequency, wall, LANES]
+    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
+        """No frequency, and the place of the observer's wall."""
+        return 1.0, observer.place / self.units.length
 
     @property
     def half_drift(self) -> tuple[float, float, float]:
