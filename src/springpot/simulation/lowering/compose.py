@@ -23,10 +23,9 @@ from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory, modes_of
 from springpot.simulation.kernel.branches import NO_BRANCHES
-from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
+from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
-from springpot.simulation.kernel.turning import NUMBERS
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
@@ -203,9 +202,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         for (order, _), drive in zip(total.springpots, drives, strict=True)
         if drive.size > 0
     )
-    turned = memory.turns.size // NUMBERS
-    first = history.rates.size - len(total.arms) + turned
-    taps = tuple(taps_of(total.arms, first, memory.powers.size // 4, step))
+    taps = tuple(taps_of(total.arms, memory, history, step))
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])

@@ -114,16 +114,20 @@ class Tap:
     factor: float
 
 
-def taps_of(arms: Sequence[Arm], modes: int, turning: int, step: float) -> Iterator[Tap]:
+def taps_of(arms: Sequence[Arm], memory: Memory, history: ExponentialSum, step: float, begin: int = 0) -> Iterator[Tap]:
     """The voltages and currents of circuits.
 
     Parameters
     ----------
     arms : sequence of Arm
-    modes, turning : int
-        Numbers of the first mode of an arm, and of the first of two of a circuit with a coil.
+    memory, history
+        As `memory_of` has made them of these arms.
     step : float
+    begin : int
+        Number of the first mode of this memory.
     """
+    modes = begin + history.rates.size - sum(not arm.turn for arm in arms)
+    turning = begin + memory.powers.size // 4
     for arm in arms:
         if arm.turn:
             yield Tap(turning, f"voltage of {arm.name}", arm.volts)

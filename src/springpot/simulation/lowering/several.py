@@ -458,8 +458,7 @@ def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Float
             turns.append(own.turns)
         table[e], turned_table[e], own, history = tables[key]
         begin[e], count[e], turned[e] = modes, own.powers.size // 4, own.turns.size // NUMBERS
-        first = modes + history.rates.size - len(total.arms) + int(turned[e])
-        taps += taps_of(total.arms, first, modes + int(count[e]), step)
+        taps += taps_of(total.arms, own, history, step, modes)
         modes += int(count[e] + 2 * turned[e])
         histories.append(history)
         new, old, r1, r2, r3 = (float(number) for number in own[2:7])
