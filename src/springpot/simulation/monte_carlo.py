@@ -110,7 +110,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
         *about_observables(observed.means, values),
         *about_damage(observed.counted_impacts),
-        *about_forces(simulation, wanted.seen_in_full, values),
+        *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
     )
     return Run(

@@ -8,7 +8,7 @@ power of two changes no bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
@@ -23,16 +23,15 @@ from springpot.simulation.kernel import block as kernel
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory, modes_of
 from springpot.simulation.kernel.branches import NO_BRANCHES
-from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_FORCES
+from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
-from springpot.simulation.kernel.turning import NUMBERS
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import answer_of, memory_of, taps_of
-from springpot.simulation.lowering.modulated import mean_square
+from springpot.simulation.lowering.modulated import mean_squares
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
@@ -117,13 +116,9 @@ class Parts(Composed):
         v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
         return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
-    def header_of(self, observer: Observer) -> list[float]:
-        """Of an observer's array."""
-        frequency = self.felt.scale if observer.feels else self.frequency
-        length, speed = self.units.state
-        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
-        wall = self.felt.roughness(observer.feels[0]) if observer.feels else self.wall_position
-        return [length, speed, self.units.time, frequency, wall, LANES]
+    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
+        """The same for all observers."""
+        return self.frequency, self.wall_position
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
@@ -207,17 +202,15 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         for (order, _), drive in zip(total.springpots, drives, strict=True)
         if drive.size > 0
     )
-    turned = memory.turns.size // NUMBERS
-    first = history.rates.size - len(total.arms) + turned
-    taps = tuple(taps_of(total.arms, first, memory.powers.size // 4, step))
+    taps = tuple(taps_of(total.arms, memory, history, step))
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
 
-    def expected_in(bin_of_steps: tuple[int, int]) -> float:
-        rough = sum(mean_square(each, units, step, bin_of_steps) for each in total.modulated if not each.multiplies)
-        return 0.5 * (steady + rough) * units.speed**2 / units.time
+    def expected_in(edges: Sequence[int]) -> Floats:
+        own = (np.array(mean_squares(each, units, step, edges)) for each in total.modulated if not each.multiplies)
+        return 0.5 * (steady + sum(own, np.zeros(len(edges) - 1))) * units.speed**2 / units.time
 
     return Parts(
         scheme=at_this_step,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,8 +12,9 @@ import numpy.typing as npt
 
 from springpot.memory import ExponentialSum
 from springpot.simulation.kernel.branches import MARKS, Kept
-from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.felt import FeltInKernel
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap
@@ -38,7 +38,7 @@ class Composed:
     expected_power : float
         Mean input power of the noise whose increments are independent; per unit mass in a kernel of one mass.
     expected_in : callable, optional
-        The same in the steps between two, where it changes in time.
+        The same between each two of some steps, where it changes in time.
     named : tuple of Named
         The forces with names, in the order of their works.
     taps : tuple of Tap
@@ -68,7 +68,7 @@ class Composed:
     units: Units
     history: ExponentialSum
     expected_power: float
-    expected_in: Callable[[tuple[int, int]], float] | None = None
+    expected_in: Callable[[Sequence[int]], npt.NDArray[np.float64]] | None = None
     named: tuple[Named, ...] = ()
     taps: tuple[Tap, ...] = ()
     law: Any = None
@@ -94,6 +94,18 @@ class Composed:
         """Of coordinates, of rows and of memory modes, with their precision, and of states of sources, with theirs."""
         raise NotImplementedError
 
+    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
+        """Two numbers of the header of an observer of a displacement."""
+        raise NotImplementedError
+
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        (length, speed), (frequency, wall) = self.units.state, self.frequency_and_wall(observer)
+        if observer.feels:
+            frequency, wall = self.felt.scale, self.felt.roughness(observer.feels[0])
+        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
+        return [length, speed, self.units.time, frequency, wall, LANES]
+
     def room_for_states(self, many: int) -> Kept:
         """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""
         points, rows, modes, of_memory, states, of_sources = self.numbers_kept
@@ -109,4 +121,4 @@ class Composed:
         """The expected power between each two of some steps."""
         if self.expected_in is None:
             return np.full(edges.size - 1, self.expected_power)
-        return np.array([self.expected_in(pair) for pair in itertools.pairwise(edges.tolist())])
+        return self.expected_in(edges.tolist())

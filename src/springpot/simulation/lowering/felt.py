@@ -77,13 +77,19 @@ def lowered_felt(
     yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
     sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
     begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
+
+    def new_term(of_row: int) -> Floats:
+        row.append(of_row)
+        numbers.append(np.zeros(NUMBERS))
+        return numbers[-1]
+
     for name, each in felt.items():
         rough = list[tuple[float, Floats]]()
         for e, parts in enumerate(rows):
             own = {n: part for n, part in parts.items() if n in each.shares}
             if each.reason or not own:
                 continue
-            term = np.zeros(NUMBERS)
+            term = new_term(e)
             for n, part in own.items():
                 share = unit * each.shares[n]
                 term[: len(part.springs)] += share * np.array(part.springs)
@@ -91,24 +97,18 @@ def lowered_felt(
                 term[11] += share * _dashpots(part)
                 rough += [(order, share * c * g[e]) for order, c in part.springpots]
             term[11] -= term[10] * sum(map(_dashpots, parts.values()))
-            row.append(e)
-            numbers.append(term)
             for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
-                row.append(e)
-                numbers.append(np.zeros(NUMBERS))
-                numbers[-1][12], numbers[-1][15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
+                term = new_term(e)
+                term[12], term[15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
             for n in (n for n in own if n in yields):
-                row.append(e)
-                numbers.append(np.zeros(NUMBERS))
-                numbers[-1][13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
-                numbers[-1][14] = yields[n].place + STATES - GROUP
+                term = new_term(e)
+                term[13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
+                term[14] = yields[n].place + STATES - GROUP
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}
         for n, share in smooth.items():
-            row.append(-1 - sources[n])
-            numbers.append(np.zeros(NUMBERS))
-            numbers[-1][10] = unit * share / step
+            new_term(-1 - sources[n])[10] = unit * share / step
         begin.append(len(row))
         lacking[name] = length**2 * sum(
             float(one @ jumps @ other) * _lack(a, b, step, lags)

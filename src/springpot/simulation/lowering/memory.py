@@ -60,6 +60,13 @@ def _moment_of_arm(arm: Arm, step: float) -> float:
     return arm.strength * step * (0.5 / math.tanh(0.5 * y) - 1.0 / y) / y
 
 
+def _newest_of_arm(arm: Arm, step: float) -> tuple[list[float], float]:
+    """What exact means over a step add to the weights of the newest increments, and to the extra weight."""
+    answer = _answer_of_arm(arm, step)
+    last = (_moment_of_arm(arm, step) - answer) / step
+    return [last - 2.0 * answer / step, -last, 0.0, 0.0], -last
+
+
 def _third_integral(y: complex) -> complex:
     """(exp(-y) - 1 + y - y^2 / 2) / -y^3."""
     if abs(y) < 0.1:
@@ -114,16 +121,20 @@ class Tap:
     factor: float
 
 
-def taps_of(arms: Sequence[Arm], modes: int, turning: int, step: float) -> Iterator[Tap]:
+def taps_of(arms: Sequence[Arm], memory: Memory, history: ExponentialSum, step: float, begin: int = 0) -> Iterator[Tap]:
     """The voltages and currents of circuits.
 
     Parameters
     ----------
     arms : sequence of Arm
-    modes, turning : int
-        Numbers of the first mode of an arm, and of the first of two of a circuit with a coil.
+    memory, history
+        As `memory_of` has made them of these arms.
     step : float
+    begin : int
+        Number of the first mode of this memory.
     """
+    modes = begin + history.rates.size - sum(not arm.turn for arm in arms)
+    turning = begin + memory.powers.size // 4
     for arm in arms:
         if arm.turn:
             yield Tap(turning, f"voltage of {arm.name}", arm.volts)
@@ -159,18 +170,14 @@ def memory_of(
     turning = [arm for arm in arms if arm.turn]
     turns = [_turning_mode(arm, step) for arm in turning]
     for arm, (_, seen) in zip(turning, turns, strict=True):
-        answer = _answer_of_arm(arm, step)
-        last = (_moment_of_arm(arm, step) - answer) / step
-        recent = recent + seen + [last - 2.0 * answer / step, -last, 0.0, 0.0]
-        extra -= last
+        near, last = _newest_of_arm(arm, step)
+        recent, extra = recent + seen + near, extra + last
     for arm in (arm for arm in arms if not arm.turn):
         rate = arm.rate * step
         weight = arm.strength * _mean_in_step(rate)
         rates, strengths = np.append(rates, rate), np.append(strengths, weight)
-        answer = _answer_of_arm(arm, step)
-        last = (_moment_of_arm(arm, step) - answer) / step
-        recent = recent + weight * np.exp(-rate * np.arange(GROUP)) + [last - 2.0 * answer / step, -last, 0.0, 0.0]
-        extra -= last
+        near, last = _newest_of_arm(arm, step)
+        recent, extra = recent + weight * np.exp(-rate * np.arange(GROUP)) + near, extra + last
     size = max(rates.size + rates.size % 2, 2 if turns else 0)
     if size + 2 * len(turns) > MOST_MODES:
         alone = len(springpots) == 1 and not arms

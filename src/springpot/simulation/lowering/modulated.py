@@ -9,7 +9,8 @@ state of the envelope's value at time 0, which is silence if that is 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +21,7 @@ from springpot.problem.parts.envelopes import Envelope
 from springpot.simulation.kernel import sources
 from springpot.simulation.lowering.kernel_units import Units
 
-__all__ = ["Modulation", "law_of", "mean_square"]
+__all__ = ["Modulation", "law_of", "mean_squares"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -65,10 +66,10 @@ class Modulation:
         return np.concatenate([self.envelope.at([0.0]), self.envelope.at(middles)])
 
 
-def mean_square(noise: Modulation, units: Units, step: float, window: tuple[int, int]) -> float:
-    """The intensity of white noise with its envelope, its mean over a window of steps; 0 of filtered noise."""
-    low, high = window
-    return noise.intensity * float((noise.values(units, step, high)[low + 1 :] ** 2).mean())
+def mean_squares(noise: Modulation, units: Units, step: float, edges: Sequence[int]) -> list[float]:
+    """The intensity of white noise with its envelope, its means between each two of some steps; 0 of filtered noise."""
+    squares = noise.values(units, step, edges[-1])[1:] ** 2
+    return [noise.intensity * float(squares[low:high].mean()) for low, high in itertools.pairwise(edges)]
 
 
 def law_of(noise: Modulation, units: Units, step: float, steps: int, word: int, place: int, parts: int = 1) -> Any:

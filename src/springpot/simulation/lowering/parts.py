@@ -52,7 +52,7 @@ from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.user_forces import user_force
 from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.modulated import Modulation, law_of, mean_square
+from springpot.simulation.lowering.modulated import Modulation, law_of, mean_squares
 
 __all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "modulated_noise", "numbers_of", "wall_of"]
 
@@ -505,7 +505,7 @@ def modulated_noise(total: Lowered, units: Units, step: float, steps: int, windo
         )  # fmt: skip
 
     return Lowered(
-        poisson=sum(mean_square(noise, units, step, window) for noise in total.modulated if not noise.multiplies),
+        poisson=sum(mean_squares(noise, units, step, window)[0] for noise in total.modulated if not noise.multiplies),
         forces=tuple(map(named, total.modulated)),
     )
 

@@ -119,13 +119,9 @@ class PartsOfSeveral(Composed):
         of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
         return np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
 
-    def header_of(self, observer: Observer) -> list[float]:
-        """Of an observer's array."""
-        frequency = self.felt.scale if observer.feels else 1.0
-        length, speed = self.units.state
-        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
-        wall = self.felt.roughness(observer.feels[0]) if observer.feels else observer.place / length
-        return [length, speed, self.units.time, frequency, wall, LANES]
+    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
+        """No frequency, and the place of the observer's wall."""
+        return 1.0, observer.place / self.units.length
 
     @property
     def half_drift(self) -> tuple[float, float, float]:
@@ -462,8 +458,7 @@ def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Float
             turns.append(own.turns)
         table[e], turned_table[e], own, history = tables[key]
         begin[e], count[e], turned[e] = modes, own.powers.size // 4, own.turns.size // NUMBERS
-        first = modes + history.rates.size - len(total.arms) + int(turned[e])
-        taps += taps_of(total.arms, first, modes + int(count[e]), step)
+        taps += taps_of(total.arms, own, history, step, modes)
         modes += int(count[e] + 2 * turned[e])
         histories.append(history)
         new, old, r1, r2, r3 = (float(number) for number in own[2:7])
@@ -629,7 +624,9 @@ def _placed(
     word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
-        whole = _drawn(named.make(word, place, 1), window) if brought is None else brought
+        whole = brought
+        if whole is None:  # some laws take long to make
+            whole = _drawn(law if parts_of_step == 1 else named.make(word, place, 1), window)
         rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
         yield _Given(named, law, row, whole, brought is None and not rough)
         word, place = word + sources.WORDS, place + named.states

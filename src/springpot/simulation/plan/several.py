@@ -8,7 +8,7 @@ energy in each mode.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -182,7 +182,7 @@ def _means(system: System, modes: Modes) -> dict[str, tuple[float, float]]:
         if _has_size(part):
             row = system.coordinates.elongations[name]
             spread, speed = modes.spread(row), modes.speed(row)
-            stiffness, damping = _stiffness_at(part, spread), damping
+            stiffness = _stiffness_at(part, spread)
             damping += _damping_at(part, spread, speed, system.coordinates.reduced(row))
         found[name] = stiffness, damping
     return found
@@ -728,7 +728,8 @@ def _scales(system: System, modes: Modes) -> Scales:
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
     settled = max([*energy, *filter(None, map(time_of_its_own, system.elements.values()))], default=math.inf)
-    yielding = max(_yielding_times(system, modes), default=0.0)
+    yielding = max(_creep_times(system, _slow_dashpots(system, modes)), default=0.0)
+    slow = ((name, *slow_springpot(part)) for name, part in system.elements.items())
     forgotten = max(settled, 2.0 / frequency, 0.5 * yielding, _forgetting_time(system, modes))
     if any(not part.is_linear for part in system.parts):  # the size of the motion is a guess
         forgotten *= _GUESSED
@@ -736,7 +737,7 @@ def _scales(system: System, modes: Modes) -> Scales:
         frequency=frequency,
         fastest_rate=largest,
         energy_time=settled,
-        creep_time=max(yielding, *_creep_times(system), 0.0),
+        creep_time=max(yielding, *_creep_times(system, slow), 0.0),
         forgetting_time=forgotten,
         settling_time=max(settled, forgotten),
         flight_frequency=largest,
@@ -810,28 +811,23 @@ def _curvature(part: Any, spread: float) -> float:
     return float(max(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(part.force_coefficients()))))
 
 
-def _creep_times(system: System) -> Iterator[float]:
-    """Of each part that is, for slow motion, a springpot or dashpot stronger than the springs along its row."""
-    for name, part in system.elements.items():
-        yield from _creep_time(system, name, *slow_springpot(part))
-
-
-def _yielding_times(system: System, modes: Modes) -> Iterator[float]:
-    """Of each part that yields, which the fast motion makes a dashpot for slow displacements."""
+def _slow_dashpots(system: System, modes: Modes) -> Iterator[tuple[str, float, float]]:
+    """Order and coefficient of what each part that yields is for slow displacements, by the fast motion."""
     for name, part in system.elements.items():
         row = system.coordinates.elongations[name]
         if isinstance(part, Yielding) and (speed := modes.speed(row)) > 0.0:
             reduced = system.coordinates.reduced(row)
             dashpot = slow_dashpot(part.per_mass(reduced), speed**2, 0.0)
-            yield from _creep_time(system, name, 1.0, reduced * dashpot)
+            yield name, 1.0, reduced * dashpot
 
 
-def _creep_time(system: System, name: str, order: float, coefficient: float) -> Iterator[float]:
-    """That of a springpot in the place of a part, if it is stronger than the springs along its row."""
+def _creep_times(system: System, pots: Iterable[tuple[str, float, float]]) -> Iterator[float]:
+    """Of each springpot or dashpot in the place of a part, if it is stronger than the springs along its row."""
     at = system.coordinates
     values, shapes = np.linalg.eigh(system.stiffness_matrix)
     held = values > 1e-12 * max(float(values.max()), 0.0)
-    row = at.elongations[name]
-    give, reduced = float(((row @ shapes[:, held]) ** 2 / values[held]).sum()), at.reduced(row)
-    if order > 0.0 and give > 0.0 and coefficient / reduced > (give * reduced) ** (0.5 * order - 1.0):
-        yield creep_time(coefficient * give, order)
+    for name, order, coefficient in pots:
+        row = at.elongations[name]
+        give, reduced = float(((row @ shapes[:, held]) ** 2 / values[held]).sum()), at.reduced(row)
+        if order > 0.0 and give > 0.0 and coefficient / reduced > (give * reduced) ** (0.5 * order - 1.0):
+            yield creep_time(coefficient * give, order)

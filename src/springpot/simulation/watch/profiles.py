@@ -7,7 +7,7 @@ of a path.  Bins are made of whole groups of four steps, in which the kernel sho
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -24,7 +24,7 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.several import PartsOfSeveral
-from springpot.simulation.paths.statistics import NORMAL
+from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
@@ -37,7 +37,7 @@ Floats = npt.NDArray[np.float64]
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
 _KINDS = 7  # x, x^2, v^2, impacts, squares of their speeds, speeds, and impacts and speeds together
 _X, _XX, _VV, _HITS, _SQUARES, _SPEEDS, _BOTH = range(_KINDS)
-_UNSEEN = 3.0 / NORMAL  # over the time that was watched: the error of the rate of what was not seen
+_UNSEEN = UPPER / NORMAL  # over the time that was watched: the error of the rate of what was not seen
 
 _LENGTH, _SPEED = HEADER.index("length"), HEADER.index("speed")
 _PATHS = HEADER.index("lanes")
@@ -139,8 +139,9 @@ def profile_of(seen: Seen, edges: npt.NDArray[np.int64], settings: Settings) -> 
     initial[:2] = 1.0 if edges[0] == settings.window_steps[0] else 0.0, edges.size
     initial[_ENDS - _PLACE :][: edges.size] = edges
     # impacts alone have no states, but the steps must tell the bins
-    own = Seen(seen.names, seen.number or 0, seen.row, seen.stop, seen.place, seen.side)
-    return observer_of(own, on_steps, on_impacts, initial, per_path=False, per_block=True)
+    return observer_of(
+        replace(seen, number=seen.number or 0), on_steps, on_impacts, initial, per_path=False, per_block=True
+    )
 
 
 @cache

@@ -19,6 +19,7 @@ from springpot.simulation.paths.statistics import ratio
 from springpot.simulation.plan.options import Observable
 from springpot.simulation.plan.plan import MOST_RECORDED, Plan
 from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.first_passage import Passage, checked, passage_times
 from springpot.simulation.watch.observables import (
@@ -67,8 +68,6 @@ class Requested:
         Of the profiles of powers, once the kernel's parts are known.
     felt : tuple of (Seen, Observer)
         Of forces and accelerations.
-    is_recorded : bool
-        Whether these are stored of some paths.
     cycles : tuple of (Seen, tuple of Basquin, Observer)
         Of each displacement, force or acceleration whose cycles are counted.
     """
@@ -85,7 +84,6 @@ class Requested:
     profiles: tuple[tuple[Seen, Observer], ...] = ()
     powers: tuple[Observer, ...] = ()
     felt: tuple[tuple[Seen, Observer], ...] = ()
-    is_recorded: bool = False
     cycles: tuple[Counted, ...] = ()
 
     @property
@@ -99,11 +97,10 @@ class Requested:
             *(observer for *_, observer in self.cycles),
         )  # fmt: skip
 
-    @property
-    def seen_in_full(self) -> list[str]:
+    def seen_in_full(self, settings: Settings) -> list[str]:
         """Forces and accelerations with more than moments."""
         whole = {*(seen.feels for seen, _ in self.sketches), *(seen.feels for seen, _ in self.profiles)}
-        return [seen.names["x"] for seen, _ in self.felt if seen.feels and (self.is_recorded or seen.feels in whole)]
+        return [seen.names["x"] for seen, _ in self.felt if seen.feels and (settings.record or seen.feels in whole)]
 
     def completed(self, simulation: Simulation) -> Requested:
         """With the powers of the profiles, whose factors are those of the kernel's parts."""
@@ -254,7 +251,6 @@ def requested(
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
         profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
-        is_recorded=settings.record > 0,
         felt=tuple((seen, squares(seen) if seen.feels else of_impacts(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )
@@ -269,7 +265,7 @@ def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:
         raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
     found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
     found = [*{(*seen.names.values(),): seen for seen in found}.values()]
-    points = settings.record * settings.recorded_points * sum(map(bool, (seen.feels for seen in found)))
+    points = settings.record * settings.recorded_points * sum(bool(seen.feels) for seen in found)
     if points > MOST_RECORDED:
         raise ValueError(
             f"record asks for {points:,} points of forces, but at most {MOST_RECORDED:,} are stored: use a larger "
