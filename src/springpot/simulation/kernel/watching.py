@@ -7,6 +7,7 @@ block, that starts with a header (:data:`HEADER`) for the conversion of the kern
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -78,6 +79,8 @@ class Observer:
         Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
     impulse : float
         By which speeds are multiplied if it is not 0.
+    behind : callable
+        From the kernel's arguments to numbers that are put behind the array.
     counts, forgotten : int
         Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
         not kept.
@@ -97,6 +100,7 @@ class Observer:
     impulse: float = 0.0
     counts: int = 0
     forgotten: int = 0
+    behind: Callable[[Any], Floats] = lambda parts: np.zeros(0)
 
     @property
     def own(self) -> int:

@@ -219,9 +219,16 @@ class Motion:
         """By which splitting tells how near several masses are to a large value; of one mass it is its energy."""
         return None
 
-    def intensity_of(self, seen: Seen) -> float:
-        """Of the white noise in the acceleration of a displacement, in m^2 s^-3."""
-        return self.intensity
+    def intensity_of(self, seen: Seen, time: Any = None) -> Any:
+        """Of the white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""
+        if time is None:
+            return self.intensity
+        return sum(noise.intensity * noise.square_at(time) for noise in self.unit.of(WhiteNoise))
+
+    @property
+    def is_modulated(self) -> bool:
+        """Whether an excitation has an envelope."""
+        return any(part.envelope is not None for part in self.system.of(Excitation))
 
     @property
     def from_rest(self) -> str:

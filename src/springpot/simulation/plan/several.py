@@ -303,9 +303,9 @@ class MotionOfSeveral(Motion):
         places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
         return float(seen.row @ places), float(seen.row @ speeds)
 
-    def intensity_of(self, seen: Seen) -> float:
+    def intensity_of(self, seen: Seen, time: Any = None) -> Any:
         """Of white noise and of that of dashpots at a temperature, along the row of the displacement."""
-        return self._intensity_along(seen.row)
+        return self._intensity_along(seen.row, time=time)
 
     @property
     def from_rest(self) -> str:
@@ -443,15 +443,19 @@ class MotionOfSeveral(Motion):
         ]
         return {f"{name}_": self.struck_alone[name] for name in numbers if self.struck_alone[name].crowded}
 
-    def _intensity_along(self, row: Floats, place: float | None = None) -> float:
+    def _intensity_along(self, row: Floats, place: float | None = None, time: Any = None) -> Any:
         """Of the acceleration of an elongation, where it is at a place, by white noise and by that of warm dashpots.
 
-        Noise that multiplies another elongation counts with the usual size of that.
+        Noise that multiplies another elongation counts with the usual size of that; at times in s, with envelopes.
         """
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
+
+        def over(part: WhiteNoise | ParametricNoise) -> Any:
+            return 1.0 if time is None else part.square_at(time)
+
         white = sum(
-            parts[name].intensity * float(turned @ force) ** 2
+            over(parts[name]) * parts[name].intensity * float(turned @ force) ** 2
             for name, force in coordinates.forces.items()
             if isinstance(parts[name], WhiteNoise)
         )
@@ -465,8 +469,8 @@ class MotionOfSeveral(Motion):
                 own = coordinates.elongations[name]
                 alike = np.array_equal(own, row) or np.array_equal(own, -row)
                 size = place if alike and place is not None else self.modes.spread(own)
-                shaken += part.intensity * (size * float(turned @ own)) ** 2
-        return float(white + warm + shaken)
+                shaken += over(part) * part.intensity * (size * float(turned @ own)) ** 2
+        return white + warm + shaken
 
     @cached_property
     def modes(self) -> Modes:
