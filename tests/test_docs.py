@@ -127,6 +127,23 @@ def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path) -> None:
     assert lead_nowhere(page) == ["#second", "gone.md", "lost.csv"]
 
 
+def sentences(page: Path) -> set[str]:
+    """Those of a page with a dozen words or more, in words alone."""
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", without_code(page))
+    pieces = re.split(r"(?<=[.:;!?])\s+|\n\n|\n- | \| ", text)
+    return {" ".join(words) for piece in pieces if len(words := re.findall(r"[\w'-]+", piece)) >= 12}
+
+
+def test_no_sentence_stands_on_two_pages() -> None:
+    """But those of the front page, which is the README in short."""
+    pages = [page for page in PAGES if page.suffix == ".md" and page.stem not in ("performance", "flags", "warnings")]
+    found: dict[str, list[str]] = {}
+    for page in (*pages, *(DOCS.parent / name for name in ("CONTRIBUTING.md", "SUPPORT.md", "paper/paper.md"))):
+        for sentence in sentences(page):
+            found.setdefault(sentence, []).append(page.name)
+    assert {sentence: names for sentence, names in found.items() if len(names) > 1} == {}
+
+
 def test_every_part_is_in_the_list_of_parts() -> None:
     page = (DOCS / "theory" / "systems.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`(?:sp\.)?([A-Z]\w+)", page)) | set(re.findall(r"\{py:class\}`~?springpot\.(\w+)`", page))
