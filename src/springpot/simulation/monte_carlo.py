@@ -9,8 +9,6 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
-from importlib.metadata import version
 from typing import Any, Unpack
 
 import numpy as np
@@ -18,6 +16,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.machine.progress import Clock, Estimate, FractionDone
+from springpot.machine.versions import versions
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
@@ -44,6 +43,7 @@ from springpot.simulation.watch.requested import Requested, requested
 
 __all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 
+_SAID_BY = {"no_stationary_state": "starts_from_rest", "transient_in_window": "window_from_rest"}
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
@@ -77,8 +77,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    over_time = "profile" in wishes or wishes.get("first_passage")
-    plan = from_the_start(plan_of(system, **options), over_time, options.get("window"))
+    over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * bool(wishes.get("first_passage"))
+    plan, moved = from_the_start(plan_of(system, **options), over_time, options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))
@@ -97,8 +97,9 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     biases = step_biases(
         plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
     )
-    chosen = about_options(plan, options)
-    said = ["no_stationary_state"] if any(message.name == "starts_from_rest" for message in chosen) else []
+    chosen = [*about_options(plan, options), *moved]
+    names = {message.name for message in chosen}
+    said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
     counted = bool(wanted.counted)
     doubtful = (
         *chosen,
@@ -249,8 +250,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
-        faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
-        all impacts is infinite.
+        faster, ``stop_counted_impact_rate`` those of one wall or contact.  They exist also where
+        the rate of all impacts is infinite.
     profile : int or array_like
         A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
         square of v, impact rate and mean impact speed, the powers of excitations, dampers and rigid walls, and mean and
@@ -456,12 +457,5 @@ def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], second
         },
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
-        "versions": dict(_versions()),
+        "versions": versions("numba", "llvmlite", "numpy") | {"python": platform.python_version()},
     }
-
-
-@cache
-def _versions() -> tuple[tuple[str, str], ...]:
-    """Names and versions of what a run's numbers depend on; reading them takes as long as a short run."""
-    ours = tuple((name, version(name)) for name in ("springpot", "numba", "llvmlite", "numpy"))
-    return *ours, ("python", platform.python_version())
