@@ -248,8 +248,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
-        faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
-        all impacts is infinite.
+        faster, ``stop_counted_impact_rate`` those of one wall or contact.  They exist also where
+        the rate of all impacts is infinite.
     profile : int or array_like
         A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
         square of v, impact rate and mean impact speed, the powers of excitations, dampers and rigid walls, and mean and

@@ -235,6 +235,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([tap.mode for tap in taps], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
+        walls=_walls_of(total),
         contacts=tuple(name for name, _ in total.contacts),
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
@@ -242,6 +243,12 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
             named, modulated,
         ),
     )  # fmt: skip
+
+
+def _walls_of(total: Lowered) -> tuple[str, ...]:
+    """The rigid wall below the motion, the one above it, and the contacts; a lone wall is below in the kernel."""
+    below, above = ([name for name, wall in total.barriers if wall.side == side] for side in ("above", "below"))
+    return *(below or [""]), *(above or [""]), *(name for name, _ in total.contacts)
 
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:

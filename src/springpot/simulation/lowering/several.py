@@ -515,7 +515,7 @@ class _Damper:
 def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: int) -> Iterator[_Damper]:
     """With the first place of their states."""
     kinds = {
-        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.FirstPower: several_dampers.WEN,
+        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.WholePower: several_dampers.WEN,
         hysteresis.AnyPower: several_dampers.BOUC_WEN,
     }  # fmt: skip
     own = 0

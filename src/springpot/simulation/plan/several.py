@@ -507,26 +507,22 @@ class MotionOfSeveral(Motion):
     @property
     def uncountable(self) -> str:
         """Why the impacts on some walls cannot be counted."""
-        return next(iter(self._uncounted.values()), "")
-
-    @property
-    def uncounted(self) -> tuple[str, ...]:
-        """How the names of results begin that are of impacts which cannot be counted."""
-        return tuple(f"{name}_" for name in self._uncounted)
+        return next(iter(self.uncounted.values()), "")
 
     @cached_property
-    def _uncounted(self) -> dict[str, str]:
+    def uncounted(self) -> dict[str, str]:
+        """How the names of results begin that are of impacts which cannot be counted, and why."""
         found = {}
         for name, wall in self.struck_alone.items():
             if wall.intensity > 0.0 and wall.restitution <= COLLAPSE_BELOW:
-                found[name] = (
+                found[f"{name}_"] = (
                     f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} "
                     "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
             elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
                 two = "ground" not in self.system.coordinates.ends[name]
                 alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
-                found[name] = (
+                found[f"{name}_"] = (
                     f"{name} is lossy, and no white noise drives its two ends apart"
                     f"{' (that of the ground moves both masses alike)' if two and alike else ''}: a smooth force lets "
                     "them come to rest on each other after infinitely many impacts"
