@@ -231,4 +231,4 @@ def densities_in(file: TextIO, title: str) -> tuple[tuple[float, ...], tuple[flo
     at, of = kinds.index("frequency"), kinds.index("psd")
     size, unit = FREQUENCY_UNITS[known[at][1]], known[of][1]
     frequency, psd = size * values[:, at], sizes[unit] * values[:, of]
-    return tuple(frequency.tolist()), tuple(psd.tolist()), {**per_hertz, **per_radian}[unit]  # type: ignore[return-value]
+    return tuple(frequency.tolist()), tuple(psd.tolist()), {**per_hertz, **per_radian}[unit]
