@@ -6,7 +6,9 @@ import re
 import tomllib
 from pathlib import Path
 
+import springpot
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
+from springpot.machine import versions
 from springpot.paper.errata import ERRATA
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -19,11 +21,16 @@ def entries(place: str) -> dict[str, str]:
 
 
 def test_the_version_is_the_same_everywhere() -> None:
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    lock = tomllib.loads((ROOT / "uv.lock").read_text())["package"]
-    assert next(package["version"] for package in lock if package["name"] == "springpot") == version
+    """It stands in `machine/versions.py`, from which the package is built; these places repeat it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert project["project"]["dynamic"] == ["version"]
+    assert Path(versions.__file__).samefile(ROOT / project["tool"]["hatch"]["version"]["path"])
+    version = springpot.__version__
     for place, written in (("CITATION.cff", f"\nversion: {version}\n"), ("docs/citing.md", f"version = {{{version}}}")):
         assert written in (ROOT / place).read_text(encoding="utf-8"), place
+    changes = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.M)
+    assert changes[0] == "Unreleased"
+    assert re.fullmatch(rf"\[{re.escape(version)}\] - \d{{4}}-\d\d-\d\d", changes[1])
 
 
 def test_the_paper_cites_what_it_lists() -> None:
@@ -54,3 +61,12 @@ def test_the_numbers_of_the_paper_are_those_measured() -> None:
     table = (ROOT / "benchmarks" / "results" / "table.csv").read_text(encoding="utf-8")
     steps = [float(n) for n in re.findall(r'"springpot, best step, h = [^"]*",([\d.]+),ns per path-step', table)]
     assert f"takes {min(steps):.0f} to {max(steps):.0f} nanoseconds of processor time" in words
+
+
+def test_what_the_checklist_names_is_there() -> None:
+    text = (ROOT / "paper" / "checklist.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([\w./]*(?:/|\.[a-z])[\w./]*)`", text)
+    assert len(named) > 40
+    assert [name for name in named if not (ROOT / name).exists() and not list((ROOT / "src").rglob(name))] == []
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.M))
+    assert set(re.findall(r"`make (\w+)`", text)) <= targets

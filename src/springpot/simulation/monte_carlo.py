@@ -9,8 +9,6 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
-from importlib.metadata import version
 from typing import Any, Unpack
 
 import numpy as np
@@ -18,6 +16,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.machine.progress import Clock, Estimate, FractionDone
+from springpot.machine.versions import versions
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
@@ -249,8 +248,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
-        faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
-        all impacts is infinite.
+        faster, ``stop_counted_impact_rate`` those of one wall or contact.  They exist also where
+        the rate of all impacts is infinite.
     profile : int or array_like
         A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
         square of v, impact rate and mean impact speed, the powers of excitations, dampers and rigid walls, and mean and
@@ -456,12 +455,5 @@ def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], second
         },
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
-        "versions": dict(_versions()),
+        "versions": versions("numba", "llvmlite", "numpy") | {"python": platform.python_version()},
     }
-
-
-@cache
-def _versions() -> tuple[tuple[str, str], ...]:
-    """Names and versions of what a run's numbers depend on; reading them takes as long as a short run."""
-    ours = tuple((name, version(name)) for name in ("springpot", "numba", "llvmlite", "numpy"))
-    return *ours, ("python", platform.python_version())
