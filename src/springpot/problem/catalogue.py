@@ -124,6 +124,10 @@ def _has_spring(part: Part) -> bool:
     return "stored" in part.powers and not isinstance(part, Constant)
 
 
+def _is_one_of_coils(part: Part) -> bool:
+    return isinstance(part, ResonantCircuit) and part.count > 1
+
+
 def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
 
@@ -261,6 +265,9 @@ CATALOGUE = (
              "of each circuit, without thermal noise", **_CIRCUITS),
     Quantity("<part>_current_mean_square", "A2", "mean square current of the circuit's coil", r"\langle I^2\rangle",
              "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _is_a(ResonantCircuit)}),
+    Quantity("<part>_current_of_one_mean_square", "A2", "mean square current of one of several equal coils",
+             r"\langle I^2\rangle / n^2", "of each circuit with a coil and `count=`, without thermal noise",
+             **_CIRCUITS | {"of": _is_one_of_coils}),
     Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
              "with circuits, without thermal noise", **_CIRCUITS),
     Quantity("contact_share", "1", "share of the time in which a contact is touched", **_SOFT),

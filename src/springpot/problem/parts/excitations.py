@@ -525,8 +525,9 @@ class SpectralExcitation(Excitation):
             raise ValueError(f"frequency must have at most {MOST_POINTS} points, not {len(self.psd)}: thin the table.")
         for low, high in zip(self.frequency, self.frequency[1:], strict=False):
             if not low < high:
+                step = ": a step must be two points some 3 % apart, which filters can follow." if low == high else "."
                 raise ValueError(
-                    f"frequency must increase from each point to the next, but {high:g} Hz follows {low:g} Hz."
+                    f"frequency must increase from each point to the next, but {high:g} Hz follows {low:g} Hz{step}"
                 )
         super().__post_init__()
 
@@ -628,7 +629,7 @@ class SpectralExcitation(Excitation):
         path : str or Path
             A header with the units, such as ``frequency_Hz,psd_g2/Hz``, then a row for each point, separated by commas,
             semicolons or tabs.  Units of the frequency are ``Hz``, ``kHz`` and ``rad/s``, of the one-sided density
-            ``g2/Hz``, ``m2/s4/Hz`` and ``N2/Hz``.  Lines that begin with ``#`` are comments.
+            ``g2/Hz``, ``m2/s4/Hz`` and ``N2/Hz``, or per ``(rad/s)``.  Lines that begin with ``#`` are comments.
         scale, on
             As of `from_psd`.
 

@@ -259,6 +259,8 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
             for what in ("voltage", "current"):
                 if (tapped := f"{what} of {name}") in column:
                     found[f"{name}_{what}_mean_square"] = column[tapped] / instants * system.inertia
+            if part.of_load == "current" and (count := system.counts.get(name)):
+                found[f"{name}_current_of_one_mean_square"] = found[f"{name}_current_mean_square"] / count**2
             harvested = harvested + found[f"{name}_{part.of_load}_mean_square"] / part.load
     return {**found, "harvested_power": harvested} if found else {}
 

@@ -744,6 +744,8 @@ def _readings(
         for tap in parts.taps:
             square, _, name = tap.name.partition(" of ")
             yield Reading(f"{name}_{square}_mean_square", {tap.name: 1.0}, "groups")
+            if square == "current" and (count := system.counts.get(name)):
+                yield Reading(f"{name}_current_of_one_mean_square", {tap.name: 1.0 / count**2}, "groups")
         circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
         loads = {f"{part.of_load} of {name}": 1.0 / part.load for name, part in circuits}
         yield Reading("harvested_power", loads, "groups")
