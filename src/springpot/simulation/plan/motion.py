@@ -125,6 +125,11 @@ class Motion:
         own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
         return {name: (name, own) for name in LEVELS}
 
+    @property
+    def speeds(self) -> dict[str, Seen]:
+        """Speeds of impacts by name, each with what it is of."""
+        return {one.names["impact_speed"]: one for one in self.seen if "impact_speed" in one.names}
+
     @cached_property
     def felt(self) -> dict[str, Felt]:
         """Forces of parts and accelerations, in the order in which the kernel shows them."""
