@@ -15,11 +15,9 @@ from scipy import optimize
 
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
-    BoucWen,
     Constant,
     Dashpot,
     Harmonic,
-    Jenkins,
     ParametricNoise,
     PoissonImpulses,
     PolynomialDashpot,
@@ -30,6 +28,7 @@ from springpot.problem.parts import (
     VanDerPol,
     WhiteNoise,
 )
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.energy import exact_law
@@ -124,7 +123,7 @@ def linearization(system: System) -> Linearization:
     """
     system = checked_system(system)
     own = _Nearest(check_covered(system), _rows(system), system.constant_force)
-    yielding = {name: part for name, part in system.named() if isinstance(part, BoucWen)}
+    yielding = {name: part for name, part in system.named() if isinstance(part, Yielding)}
     companion, stationary, warnings = own.solved(system, yielding)
     one = len(own.force) == 1
     return Linearization(
@@ -145,8 +144,6 @@ def check_covered(system: System) -> Companion:
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise):
             raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
-        if isinstance(part, Jenkins):
-            raise NotCoveredError(f"{_REACH}, not {name}: of the parts that yield a BoucWen.")
     companion = companion_of(_without_nonlinear(system))
     rows, force = _rows(system), system.constant_force
     stiffness = sum((row.along(row.forces[1]) for row in rows), np.zeros((len(force), len(force))))
@@ -239,7 +236,7 @@ def _without_nonlinear(system: System) -> System:
     kept = {
         name: part
         for name, part in system.named()
-        if not isinstance(part, _REPLACED | BoucWen) and not (isinstance(part, Springpot) and part.order == 0.0)
+        if not isinstance(part, _REPLACED | Yielding) and not (isinstance(part, Springpot) and part.order == 0.0)
     }
     free = "held"
     while free in kept:
@@ -289,7 +286,7 @@ class _Nearest:
         return x, v
 
     def solved(
-        self, system: System, yielding: Mapping[str, BoucWen]
+        self, system: System, yielding: Mapping[str, Yielding]
     ) -> tuple[Companion, Moments | str, tuple[str, ...]]:
         """The linear system, its moments or why there are none, and warnings."""
         own = self.companion
