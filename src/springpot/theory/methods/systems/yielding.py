@@ -80,14 +80,14 @@ def nearest_arm_of_slider(part: Jenkins, speed: float, reached: float) -> tuple[
 
     References
     ----------
-    .. [1] T. Asano and W. D. Iwan, "An alternative approach to the random response of bilinear hysteretic systems",
+    .. [1] K. Asano and W. D. Iwan, "An alternative approach to the random response of bilinear hysteretic systems",
        Earthquake Engineering and Structural Dynamics 12 (1984).
 
     Examples
     --------
     >>> arm, force = nearest_arm_of_slider(Jenkins(0.5, 0.5), 0.7, 1.0)
     >>> round(arm.stiffness, 3), round(arm.coefficient, 3), round(force, 3)
-    (0.0, 0.0, 0.0)
+    (0.382, 1.751, 0.359)
     """
     h = min(1.0 / reached, _HARDLY)
     within, beyond, density = math.erf(h * math.sqrt(0.5)), float(special.ndtr(-h)), _density(h)
