@@ -99,6 +99,8 @@ def lead_nowhere(page: Path) -> list[str]:
         target, _, anchor = link.partition("#")
         goal = page.parent / target if target else page
         file_is_there = not target or goal.is_dir() or there(target, page)
+        if DOCS in page.parents and goal.suffix == ".md" and DOCS not in goal.resolve().parents:
+            file_is_there = False  # not where the documentation is built
         if not file_is_there or (anchor and goal.suffix == ".md" and anchor not in anchors(goal)):
             missing.append(link)
     shown = re.findall(r"^```\{(?:literalinclude|include|image|figure)\} (\S+)", text, flags=re.M)
@@ -316,6 +318,8 @@ def test_a_class_says_what_it_holds(name: str) -> None:
         assert sections(text) & {"Parameters", "Attributes"}
     for member, function in members(kind).items():
         assert inspect.getdoc(function), f"{name}.{member}"
+        said = inspect.getdoc(function).split("Examples\n---")[0]
+        assert not re.search(r"(?<![\\`\w])\|\w", said), f"{name}.{member}"  # a bar begins a substitution
 
 
 METAPHORS = r"\b(dice|the ear|ears|hears?|heard|astray|owes?|owed|whom to believe)\b"
