@@ -50,11 +50,9 @@ def growing(
 
     Examples
     --------
-    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
-    >>> from springpot.problem.system import System
-    >>> device = System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0))
+    >>> from springpot.problem.oscillator import Oscillator
     >>> wish = Rare(kind="rare", of="x", low=2.0, high=3.0, duration=20.0, rtol=0.5)
-    >>> found = growing(device, wish, {"start": "rest"}, lambda fraction, **known: None, lambda: False)
+    >>> found = growing(Oscillator(), wish, {"start": "rest"}, lambda fraction, **known: None, lambda: False)
     >>> found["charts"][0]["y"], len(found["numbers"])
     (('return period', 's'), 13)
     """

@@ -109,10 +109,7 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
             raise ValueError(f"levels cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
         return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
-    known = dict(motion.levels)
-    known |= {
-        each.names["impact_speed"]: ("impact_speed", each) for each in motion.seen if "impact_speed" in each.names
-    }
+    known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
     if name not in known and name in motion.felt:
         return Quantity(
             name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, "levels")
