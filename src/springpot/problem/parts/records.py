@@ -51,6 +51,8 @@ class RecordedExcitation(Excitation):
         Factor on the values, above 0.
     taken : {"in turn", "at random"}
         Of several records path n has number n modulo how many there are, or one that the run's seed draws for it.
+        With noise, results are means over these records, which count equally; standard errors say how well these means
+        are known, and nothing of other records.  Without noise they are those over the records, as a sample of others.
 
     Raises
     ------
