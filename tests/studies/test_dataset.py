@@ -17,7 +17,7 @@ from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.store import Store, open_store
 from springpot.studies.tasks import compute
-from tests.studies.samples import RUNS, THEORY, given
+from tests.studies.samples import RUNS, THEORY, given, named
 
 ZIPPED: dict[str, Any] = {
     **RUNS,
@@ -42,7 +42,7 @@ def test_every_number_is_at_its_place(place: Path) -> None:
         at = {"order": task.point["order"], "case": case}
         part = tree["simulation"] if task.method == "monte_carlo" else tree["theory"].sel(theory=task.method)
         here = part.sel(at)
-        for name, number in zip(tasks.columns_of(task.method, task.base), answer.numbers, strict=True):
+        for name, number in named(task, answer.numbers):
             if name in here:
                 np.testing.assert_array_equal(here[name].item(), number)
             else:
@@ -139,7 +139,7 @@ def test_a_table_holds_the_same_digits(place: Path, tmp_path: Path) -> None:
         assert (row["method"], row["done"]) == (task.method, "1")
         assert float(row["order"]) == task.point["order"]
         assert float(row["position"]) == task.point["position"]
-        answer = dict(zip(tasks.columns_of(task.method, task.base), compute(task).numbers, strict=True))
+        answer = dict(named(task, compute(task).numbers))
         for name in ("x_mean", "impact_rate", "x_mean_se", "energy_residual"):
             number = answer.get(name, math.nan)
             assert row[name] == ("" if math.isnan(number) else repr(number))

@@ -17,8 +17,8 @@ from springpot.problem.parts.registration import Element, Part, per_unit_mass, u
 from springpot.problem.system import System
 
 __all__ = [
-    "CATALOGUE", "OF_A_WALL", "Quantity", "is_controlled", "numbers_on_request", "possible_results", "results_on_request",
-    "unit_of", "unit_of_result",
+    "CATALOGUE", "OF_A_WALL", "Quantity", "is_controlled", "numbers_on_request", "possible_results",
+    "results_on_request", "unit_of", "unit_of_result",
 ]  # fmt: skip
 
 _OF = "<part>_"
