@@ -195,18 +195,31 @@ def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
         sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 2.0), shake=sp.WhiteNoise(1.0, on="ground")
     )
     study: dict[str, Any] = {
-        "name": "mounts", "system": device, "methods": ["monte_carlo"], "axes": {"parts.mount.coefficient": [1.0, 4.0]},
+        "name": "mounts", "system": device, "methods": ["monte_carlo", "linear", "envelope"],
+        "quantities": ["mount_force_mean_square"], "axes": {"parts.mount.coefficient": [1.0, 4.0]},
         "monte_carlo": {
-            "paths": 64, "duration": 20.0, "step": 0.05, "start": "rest", "forces": ["mount_force", "acceleration"],
+            "paths": 64, "duration": 20.0, "step": 0.05, "start": "rest", "window": [4.0, 20.0],
+            "forces": ["mount_force", "acceleration"],
         },
     }  # fmt: skip
     sp.study(study, tmp_path / "study.zarr", threads=1)
-    runs = sp.open_study(tmp_path / "study.zarr")["simulation"].to_dataset()
-    assert runs["mount_force_mean_square"].units == "N2"
+    tree = sp.open_study(tmp_path / "study.zarr")
+    runs, theory = tree["simulation"].to_dataset(), tree["theory"].to_dataset()
+    assert runs["mount_force_mean_square"].units == theory["mount_force_mean_square"].units == "N2"
+    of_linear = theory.sel(theory="linear")
+    for name in ("mount_force", "acceleration"):
+        right = [sp.theory.linear(task.system).mean_square(name) for task in tasks.tasks(given(study))][:2]
+        assert of_linear[f"{name}_mean_square"].values.tolist() == right
+        apart = runs[f"{name}_mean_square"].values - right
+        assert np.all(np.abs(apart) < 4.0 * runs[f"{name}_mean_square_se"].values)
+    assert theory["mount_force_mean_square"].sel(theory="envelope").isnull().all()
     assert runs["acceleration_mean_square_se"].units == "m2 s-4"
     weak, strong = runs["mount_force_mean_square"].values
     assert 0.0 < weak < strong
-    with pytest.raises(ValueError, match=r"monte_carlo\.forces has 'mount', which is no force or acceleration"):
+    study["quantities"] = ["x_mean_square"]
+    with pytest.raises(
+        ValueError, match=r"parts\.mount\.coefficient = 1: forces has 'mount', which is no force or acceleration"
+    ):
         sp.study({**study, "monte_carlo": {**study["monte_carlo"], "forces": ["mount"]}}, tmp_path / "other.zarr")
     with pytest.raises(ValueError, match="rtol chooses all settings, so forces cannot be given with it"):
         sp.study({**study, "monte_carlo": {"rtol": 0.1, "forces": ["mount_force"]}}, tmp_path / "other.zarr")
