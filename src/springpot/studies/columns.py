@@ -127,7 +127,8 @@ def numbers_of_curves(curves: Mapping[str, ExceedanceCurve]) -> dict[str, float]
     found = dict[str, float]()
     for name, curve in curves.items():
         again = curve.return_period
-        error = np.where(curve.rate > 0.0, curve.rate_error * again * again, math.nan)
+        seen = np.where(curve.rate > 0.0, again, math.nan)
+        error = curve.rate_error * seen * seen
         numbers = {
             "probability": curve.probability, "probability_se": curve.error, "probability_low": curve.low,
             "probability_high": curve.high, "exceedance_rate": curve.rate, "exceedance_rate_se": curve.rate_error,
