@@ -51,7 +51,10 @@ def test_numbers_and_charts_are_those_of_a_run() -> None:
     periods = charts["x: return period of the level"]["lines"][0]
     assert periods["values"] == [passages.return_period.value for passages in run.first_passages["x"]]
     assert charts["x mean square"]["lines"][0]["values"] == run.profiles["x_mean_square_profile"].value.tolist()
-    assert charts["x: ranges of its cycles"]["y"] == ("density", "1/m")
+    cycles = charts["x: ranges of its cycles"]
+    assert cycles["y"] == ("longer cycles", "1/h")
+    share, _ = run.distributions["x_range"].share_above(cycles["at"])
+    assert cycles["lines"][0]["values"] == (3600.0 * run["x_cycle_rate"].value * share).tolist()
     numbers = dict(found["numbers"])
     rms, error = run["spring_force_mean_square"].value ** 0.5, run["spring_force_mean_square"].error
     value, spread = (float(word) for word in numbers["spring force, rms"].removesuffix(" m/s²").split(" ± "))

@@ -194,7 +194,7 @@ def _curves(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str
         where = dataset[along].values
         if part != "theory":
             label = "Monte Carlo, 95 %" if part == "simulation" else "exceedance, 95 %"
-            value, error = dataset[name].values, dataset[f"{name}_se"].values
+            value, error = dataset[name].where(np.isfinite(dataset[name])).values, dataset[f"{name}_se"].values
             if f"{name}_low" in dataset:
                 low, high = dataset[f"{name}_low"].values, dataset[f"{name}_high"].values
                 error = np.stack([value - low, high - value]) / CONFIDENCE

@@ -294,11 +294,10 @@ CATALOGUE = (
              **_END_OF_SEVERAL),
     Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"{of}counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
-               of=_with("stop"), where=where, dimensions=("barrier",) * bool(when),
-               **_on_request("slowest_counted_impact", when))
+               of=_with("stop"), dimensions=("barrier",) * bool(when), **_on_request("slowest_counted_impact", when))
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
                                ("impact_speed_mean_square", "m2 s-2", "mean square speed"))
-      for of, where, when in (("", _is_any, ""), (_OF, _is_several, ", of each wall, with several masses"))),
+      for of, when in (("", ""), (_OF, ", of each wall and contact"))),
     *(entry
       for name, unit, said in (("x", "m", "the displacement"), ("v", "m s-1", "the velocity"),
                                ("amplitude", "m", "the amplitude"),
@@ -339,7 +338,7 @@ CATALOGUE = (
                dimensions=dimensions, of=has, **_on_request("forces", more))
       for what, unit, said, has in (
           ("peak_force", "N", "the largest force of each touch of a soft contact", _is_soft),
-          ("impulse", "N s", "the impulse of each impact on a rigid wall; of one mass a lone wall", _is_rigid))
+          ("impulse", "N s", "the impulse of each impact on a rigid wall", _is_rigid))
       for ending, power, words, more, dimensions in (
           ("mean", 1, "mean of", "", ()), ("mean_square", 2, "mean square of", "", ()),
           ("density", -1, "probability density of", " with `distributions=`", (f"{_OF}{what}_bin",)),

@@ -36,7 +36,7 @@ quantities = {chosen}  # what rtol controls and charts show; the store keeps the
 {zipped}
 [monte_carlo]        # one of
 {monte_carlo}
-# first_passage.{level} = [2.0, 3.0]        # with paths: levels whose first passages are wanted; forces = [...], rainflow
+# first_passage.{level} = [2.0, 3.0]        # with paths: levels whose first passages are wanted
 
 # [exceedance]       # with the method "exceedance": rare events, by splitting of paths
 # duration = 10.0    # s

@@ -13,9 +13,11 @@ import springpot as sp
 from springpot import cli
 from springpot.simulation import PassageTimes, simulate
 from tests.simulation.problems import oscillator, values_of
+from tests.simulation.test_modulated import of_pair
 from tests.sizes import validation
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
+BRIEF = sp.JenningsHousnerEnvelope(rise=2.0, fall=3.0, decay=1.0)
 
 
 def through(kind: str, path: Floats, step: float, level: float, intensity: float) -> float:
@@ -117,6 +119,25 @@ def test_the_step_hardly_shows() -> None:
         (first, error), (second, its_error) = coarse[name].restricted_mean, fine[name].restricted_mean
         assert math.hypot(error, its_error) < 0.02 * second
         assert abs(first - second) < 3.0 * math.hypot(error, its_error) + 0.01 * second, name
+
+
+def test_the_step_hardly_shows_under_an_envelope() -> None:
+    """What noise does between two observations is that of the time: before, v was passed 8 % too often."""
+    system = of_pair(sp.WhiteNoise(1.0, on="a", envelope=BRIEF), damping=0.5)
+    levels = {"a_v": 1.1, "dashpot_force": 0.4}
+    (coarse, error), (fine, other) = (
+        np.array([passage.survival(5.9)[:2] for passage in found.first_passages.values()]).T
+        for found in (
+            simulate(system, paths=60_000, duration=6.0, step=step, seed=seed, first_passage=levels)
+            for step, seed in ((0.05, 1), (0.01, 2))
+        )
+    )
+    assert (np.hypot(error, other) < 0.02 * np.minimum(fine, 1.0 - fine)).all()
+    assert (np.abs(coarse - fine) < 3.0 * np.hypot(error, other)).all()
+    split = sp.exceedance(system, levels, duration=6.0, step=0.05, rtol=0.01)
+    for name, p, error in zip(levels, 1.0 - fine, other, strict=True):
+        assert split.error[name] < 0.011 * p
+        assert abs(split.probability[name] - p) < 3.0 * np.hypot(split.error[name], error), name
 
 
 def test_the_first_impact_is_the_passage_of_x_to_the_wall() -> None:

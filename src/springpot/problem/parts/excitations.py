@@ -93,6 +93,10 @@ class Excitation(Part, abstract=True):
         """The largest value of the square of its envelope; 1 without one."""
         return 1.0 if self.envelope is None else self.envelope.largest**2
 
+    def square_at(self, time: Any) -> Any:
+        """The square of its envelope at times in s; 1 without one."""
+        return 1.0 if self.envelope is None else self.envelope.at(time) ** 2
+
     def factor(self, heavy: bool) -> str:
         """What stands before its symbol in the equation, with a mass or per unit mass."""
         return ("-m " if heavy else "-") if self.of_ground else ""

@@ -129,10 +129,10 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
 
 def _possible(simulation: Simulation, samples: Samples) -> Samples:
     """In the order of the catalogue; those of impacts that cannot be counted are NaN."""
-    if uncounted := simulation.motion.uncounted:
-        undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
-        samples |= {name: undefined for name in samples if "impact_" in name and name.startswith(uncounted)}
-    return {name: samples[name] for name in possible_results(simulation.motion.system) if name in samples}
+    motion = simulation.motion
+    undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
+    samples |= {name: undefined for name in samples if motion.uncounted_because(name)}
+    return {name: samples[name] for name in possible_results(motion.system) if name in samples}
 
 
 def _read(simulation: Simulation, rows: Floats) -> Samples:

@@ -132,10 +132,7 @@ class Motion:
 
     @property
     def of_impacts(self) -> dict[str, Seen]:
-        """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name.
-
-        Impacts on one mass are seen without their wall: there are impulses of a lone one.
-        """
+        """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name."""
         found, at = dict[str, Seen](), self.system.coordinates
         for stop, part in self.touched.items():
             if isinstance(part, SoftStop):
@@ -143,9 +140,7 @@ class Motion:
                 found[name] = Seen({"impact_speed": name}, None, stop=stop, peaks=True)
             elif isinstance(part, Barrier) and not callable(part.restitution):
                 name, mass = f"{stop}_impulse", (1.0 + part.restitution) * at.reduced(at.elongations[stop])
-                own = stop if self.arguments else ""
-                if own or len(self.touched) == 1:
-                    found[name] = Seen({"impact_speed": name}, None, stop=own, place=part.position, impulse=mass)
+                found[name] = Seen({"impact_speed": name}, None, stop=stop, place=part.position, impulse=mass)
         return found
 
     def number_felt(self, name: str) -> int:
@@ -185,8 +180,8 @@ class Motion:
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
-            if touches[name].impulse and any(map(name.startswith, self.uncounted)):
-                raise NotCoveredError(f"{name} cannot be seen: {self.uncountable}.")
+            if touches[name].impulse and (reason := self.uncounted_because(f"{touches[name].stop}_impact_rate")):
+                raise NotCoveredError(f"{name} cannot be seen: {reason}.")
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             if isinstance(self.touched.get(wall := str(name).removesuffix("_force")), Barrier) and name != wall:
@@ -219,9 +214,16 @@ class Motion:
         """By which splitting tells how near several masses are to a large value; of one mass it is its energy."""
         return None
 
-    def intensity_of(self, seen: Seen) -> float:
-        """Of the white noise in the acceleration of a displacement, in m^2 s^-3."""
-        return self.intensity
+    def intensity_of(self, seen: Seen, time: Any = None) -> Any:
+        """Of the white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""
+        if time is None:
+            return self.intensity
+        return sum(noise.intensity * noise.square_at(time) for noise in self.unit.of(WhiteNoise))
+
+    @property
+    def is_modulated(self) -> bool:
+        """Whether an excitation has an envelope."""
+        return any(part.envelope is not None for part in self.system.of(Excitation))
 
     @property
     def from_rest(self) -> str:
@@ -404,9 +406,21 @@ class Motion:
         return {"": self.struck} if self.struck.crowded else {}
 
     @property
-    def uncounted(self) -> tuple[str, ...]:
-        """How the names of results begin that are of impacts which cannot be counted: any way, or no name does."""
-        return ("",) if self.uncountable else ()
+    def uncounted(self) -> dict[str, str]:
+        """How the names of results begin that are of impacts which cannot be counted, and why: of all walls together,
+        and of each lossy one.  Contacts have a rate: what rests on a wall behind touches them once.
+        """
+        if not self.uncountable:
+            return {}
+        lossy = (
+            name for name, wall in self.touched.items() if isinstance(wall, Barrier) and slow_restitution(wall) != 1.0
+        )
+        return dict.fromkeys(("", *(f"{name}_" for name in lossy)), self.uncountable)
+
+    def uncounted_because(self, name: str) -> str:
+        """Why a result is of impacts that cannot be counted; empty of any other."""
+        whose, of_impacts, _ = name.rpartition("impact_")
+        return self.uncounted.get(whose, "") if of_impacts else ""
 
     @property
     def struck_alone(self) -> dict[str, StruckWalls]:

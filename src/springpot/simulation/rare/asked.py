@@ -8,7 +8,8 @@ impacts and functions of the user their energy.  Any coordinate gives the right 
 Between two kicks one mass moves exactly as the linear spring makes it, so that the extremes of x are those of circular
 arcs, and several masses on straight lines, so that they are at the kicks.  Velocities jump at kicks: between two
 observations those of white noise of intensity q exceed the observed ones by 0.5826 sqrt(q h) on average, and forces of
-dashpots and memory their means over the steps (see `springpot.simulation.watch.first_passage`).
+dashpots and memory their means over the steps (see `springpot.simulation.watch.first_passage`); with an envelope by
+what belongs to the step.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
@@ -51,8 +53,8 @@ _TERMS = 12  # of the potential beside the quadratic one
 # constants; then arrays with a number for each lane: the marks, and room for what is found in a step
 (
     _PLACED, _SIGN, _COSINE, _SINE, _TURNING, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK,
-    _BEGIN, _HALF, _COUNT, _COEFFICIENTS,
-) = range(_FIRST, _FIRST + 17)  # fmt: skip
+    _BEGIN, _HALF, _IN_STEPS, _OVER, _COUNT, _COEFFICIENTS,
+) = range(_FIRST, _FIRST + 19)  # fmt: skip
 _MARKS = _COEFFICIENTS + _TERMS
 _MOST = _MARKS + LANES
 _BY_HALF = _MOST + LANES
@@ -199,23 +201,23 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     def put(at: int, value: Any) -> None:
         constants[at - _FIRST : at - _FIRST + np.size(value)] = value
 
-    def root() -> float:
-        """By which noise lets velocities exceed the observed ones."""
-        return SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
-
+    if kind == "force":
+        over = SHIFT_OF_FORCE * parts.felt.roughness(seen.feels[0])
+    else:  # by which noise lets velocities exceed the observed ones
+        over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
     put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
-    if kind == "force":
-        kernels = kernels - SHIFT_OF_FORCE * parts.felt.roughness(seen.feels[0])
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
-        kernels = kernels - root()
+    if kind in ("v", "speed", "force"):
+        put(_OVER, over if motion.is_modulated else 0.0)
+        kernels = kernels if motion.is_modulated else kernels - over
     if kind in ("energy", "amplitude"):
         frequency = motion.system.natural_frequency if kind == "energy" else motion.system.resonance
         put(_SQUARES, (frequency * units.time) ** 2)
-        put(_PUSH, root())
+        put(_PUSH, over)
         if kind == "amplitude":
             kernels = 0.5 * (frequency * units.time * kernels) ** 2
     put(_BEGIN, low)
@@ -233,7 +235,12 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
         rows = np.hstack([-(placed @ rest)[:, None], units.length * placed, units.speed * moved])
         shapes = np.concatenate([[rest.size, len(rows), float(not by_energy)], rows.ravel()])
         put(_STRUCK, -math.inf)
-    initial = np.concatenate([constants, np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
+    rooms = np.concatenate([np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
+    shares = np.zeros(0)
+    if motion.is_modulated and over > 0.0:
+        put(_IN_STEPS, _FIRST + constants.size + rooms.size)
+        shares = np.pad(roughness_in_steps(plan, parts.felt, seen), (0, GROUP), mode="edge")
+    initial = np.concatenate([constants, rooms, shares])
     on_energy, on_modes, on_steps, on_impacts = _compiled()
     nearness = Observer(on_energy if modes is None else on_modes, None, initial, per_path=True)
     own = observer_of(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
@@ -378,8 +385,11 @@ def _compiled() -> tuple[Callable[..., None], ...]:
         sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
         cosine, sine, turning, slow = array[_COSINE], array[_SINE], array[_TURNING], 1.0 / array[_FREQUENCY]
         lowest, highest = array[_LOWEST], array[_HIGHEST]
+        in_steps = int(array[_IN_STEPS])
         for j in range(GROUP):
             at = j * LANES
+            share = array[in_steps + n + j] if in_steps > 0 else 1.0
+            over, pushed = array[_OVER] * share, push * share if squares > 0.0 else push
             if array[_PLACED] > 0.0:
                 for lane in range(LANES):
                     here, speed = x[at + lane], abs(v[at + lane]) * slow if sine > 0.0 else 0.0
@@ -389,14 +399,15 @@ def _compiled() -> tuple[Callable[..., None], ...]:
                     out = out if sign == 0.0 else sign * here
                     far = cosine * out + sine * speed
                     far = math.sqrt(out * out + speed * speed) if turning * out > cosine * speed else far
-                    far = far if far < end else end
+                    far = (far if far < end else end) + over
                     most = array[_MOST + lane]
                     array[_MOST + lane] = far if far > most else most
             elif array[_PLACED] == 0.0:
                 for lane in range(LANES):
                     here, speed = x[at + lane], v[at + lane]
                     out = abs(speed) if sign == 0.0 else sign * speed
-                    value = push * out + (0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0)
+                    energy = 0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0
+                    value = pushed * out + energy + over
                     most = array[_MOST + lane]
                     array[_MOST + lane] = value if value > most else most
         if n < array[_BEGIN]:  # what comes before the time that counts is forgotten
