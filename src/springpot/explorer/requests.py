@@ -46,13 +46,12 @@ def offered(system: System) -> dict[str, Any]:
     from springpot.simulation.plan.seen import LEVELS
 
     motion = motion_of(system)
-    speeds = [one.names["impact_speed"] for one in motion.seen if motion.touched and "impact_speed" in one.names]
     moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
     felt = {name: f"{name} cannot be seen: {one.reason}." if one.reason else "" for name, one in motion.felt.items()}
     return {
         "ends": motion.ends,
         "levels": [(name, titled(name), written(LEVELS[kind]), "") for name, (kind, _) in motion.levels.items()]
-        + [(name, titled(name), "m/s", "") for name in speeds],
+        + [(name, titled(name), "m/s", "") for name in motion.speeds if motion.touched],
         "displacements": [(name, titled(name), "m", "") for name in moving],
         "forces": [(name, titled(name), _unit(system, name), why) for name, why in felt.items()],
         "of_impacts": [(name, titled(name), _unit(system, name), "") for name in motion.of_impacts],

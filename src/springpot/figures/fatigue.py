@@ -9,6 +9,7 @@ import numpy as np
 from springpot.figures.designs import CYCLE, next_design
 from springpot.figures.style import panel
 from springpot.machine.faults import listed, shown
+from springpot.problem.basquin import HOUR
 from springpot.simulation.result.results import Run
 from springpot.simulation.watch.rainflow import longer_cycles
 from springpot.theory.spectral_fatigue import Fatigue
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["plot_rainflow"]
-
-_HOUR = 3600.0
 
 
 def plot_rainflow(
@@ -70,12 +69,12 @@ def plot_rainflow(
     if quantity not in known:
         have = f"it has those of {listed(known)}" if known else "simulate with rainflow="
         raise ValueError(f"run holds no cycles of {quantity!r}: {have}.")
-    ranges, rate = run.distributions[f"{quantity}_range"], _HOUR * run[f"{quantity}_cycle_rate"].value
+    ranges, rate = run.distributions[f"{quantity}_range"], HOUR * run[f"{quantity}_cycle_rate"].value
     design = next_design(panel(ax), color, label)
     place, longer, error = longer_cycles(ranges, rate, bars)
     design.bars(place, longer, error, measured="Monte Carlo, 95 %", size=2.5)
     if theory is not None:
-        narrow = _HOUR * theory.crossing_rate * np.exp(-(place**2) / (8.0 * theory.moments[0.0]))
+        narrow = HOUR * theory.crossing_rate * np.exp(-(place**2) / (8.0 * theory.moments[0.0]))
         design.ax.plot(place, narrow, color=design.color or CYCLE[0], lw=1.2, label=design.named("narrow band"),
                        gid=design.gid)  # fmt: skip
     lowest = 0.3 * float(longer.min()) if longer.size else 1.0

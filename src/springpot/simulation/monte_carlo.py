@@ -89,9 +89,9 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     values, errors = estimates_of(simulation, ensemble.rows, seen)
     observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
-        values[name], errors[name] = float(samples.mean()), standard_error(samples)
+        values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
     for name, (value, samples) in observed.counted_impacts.items():
-        values[name], errors[name] = value, standard_error(samples)
+        values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
     errors |= _errors_of_own(wanted, values, seen)
     speeds = observed.distributions.get("impact_speed")
     biases = step_biases(

@@ -60,7 +60,11 @@ def estimates_of(simulation: Simulation, rows: Floats, seen: Watched) -> tuple[d
     samples = samples_of(simulation, rows)
     values = {name: value for name, (value, _) in samples.items()}
     start = errors_of_the_start(simulation.plan, values)
-    errors = {name: math.hypot(standard_error(per_path), start[name]) for name, (_, per_path) in samples.items()}
+    strata = simulation.motion.strata
+    errors = {
+        name: math.hypot(standard_error(per_path, strata=strata), start[name])
+        for name, (_, per_path) in samples.items()
+    }
     if simulation.motion.different_paths == 1 and len(rows) == 1:  # there is no other
         errors = {name: 0.0 if math.isfinite(value) else math.nan for name, value in values.items()}
     return values, errors | errors_of_unseen(values, seen)
@@ -259,6 +263,8 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
             for what in ("voltage", "current"):
                 if (tapped := f"{what} of {name}") in column:
                     found[f"{name}_{what}_mean_square"] = column[tapped] / instants * system.inertia
+            if part.of_load == "current" and (count := system.counts.get(name)):
+                found[f"{name}_current_of_one_mean_square"] = found[f"{name}_current_mean_square"] / count**2
             harvested = harvested + found[f"{name}_{part.of_load}_mean_square"] / part.load
     return {**found, "harvested_power": harvested} if found else {}
 

@@ -34,7 +34,7 @@ from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
-from springpot.simulation.lowering.precision import with_arrays
+from springpot.simulation.lowering.precision import is_random, with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
@@ -242,7 +242,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
     shaken = [*_shaken(frame, settings)]
     exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
-    random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
+    random = bool(len(noises) or shaken) or any(is_random(each.law) for each in given)
     own = any(each.law is not None for each in dampers)
     kind = np.dtype(_precision(settings, random and not own)).type
     fed = 0.5 * float((noises * frame.accelerations(noises)).sum())
@@ -700,10 +700,6 @@ def _wave_of(law: Any) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _is_random(law: Any) -> bool:
-    return isinstance(law, sources.Filtered | sources.Poisson | sources.Modulated | sources.ModulatedWhite)
-
-
 def _precision(settings: Settings, noisy: bool) -> str:
     """Of the sweep: double with forces of the user, which may need it, and without noise.
 
@@ -748,6 +744,8 @@ def _readings(
         for tap in parts.taps:
             square, _, name = tap.name.partition(" of ")
             yield Reading(f"{name}_{square}_mean_square", {tap.name: 1.0}, "groups")
+            if square == "current" and (count := system.counts.get(name)):
+                yield Reading(f"{name}_current_of_one_mean_square", {tap.name: 1.0 / count**2}, "groups")
         circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
         loads = {f"{part.of_load} of {name}": 1.0 / part.load for name, part in circuits}
         yield Reading("harvested_power", loads, "groups")

@@ -125,6 +125,11 @@ class Motion:
         own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
         return {name: (name, own) for name in LEVELS}
 
+    @property
+    def speeds(self) -> dict[str, Seen]:
+        """Speeds of impacts by name, each with what it is of."""
+        return {one.names["impact_speed"]: one for one in self.seen if "impact_speed" in one.names}
+
     @cached_property
     def felt(self) -> dict[str, Felt]:
         """Forces of parts and accelerations, in the order in which the kernel shows them."""
@@ -332,7 +337,18 @@ class Motion:
     @property
     def different_paths(self) -> int:
         """How many paths differ where chance has no part in them: one for each record; 0 where it has."""
-        return 0 if self.is_random else math.lcm(*(record.count for record in self.system.of(RecordedExcitation)))
+        return 0 if self.is_random else self.turns
+
+    @property
+    def turns(self) -> int:
+        """Of how many paths the records that are taken in turn differ, before they come again; 1 without."""
+        records = self.system.of(RecordedExcitation)
+        return math.lcm(*(record.count for record in records if not record.is_drawn))
+
+    @property
+    def strata(self) -> int:
+        """The same where noise makes paths with the same record differ: each record is a stratum; otherwise 1."""
+        return self.turns if self.is_random else 1
 
     @property
     def is_noisy(self) -> bool:
