@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +60,8 @@ class Estimate:
     >>> print(Estimate(0.25904, 0.00213, "m")), f"{Estimate(2.0, 0.1):.1f}", float(Estimate(2.0, 0.1))
     0.2590 +- 0.0021 m
     (None, '2.0', 2.0)
+    >>> Estimate(1.0, float("nan")) == Estimate(1.0, float("nan")), Estimate(1.0, 0.1) == Estimate(1.0, 0.2)
+    (True, False)
     """
 
     value: float
@@ -67,6 +69,19 @@ class Estimate:
     unit: str = ""
     budget: Budget | None = None
     step_bias: float | None = None
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Estimate) and self._numbers == other._numbers
+
+    def __hash__(self) -> int:
+        return hash(self._numbers)
+
+    @property
+    def _numbers(self) -> tuple[object, ...]:
+        """All of it, with nothing where a number is NaN, so that estimates that are both unknown are equal."""
+        budget = () if self.budget is None else astuple(self.budget)
+        whole = self.value, self.error, self.unit, self.step_bias, *budget
+        return tuple(None if isinstance(each, float) and math.isnan(each) else each for each in whole)
 
     def __float__(self) -> float:
         return self.value
