@@ -155,7 +155,7 @@ def test_nonlinear_systems_end_in_the_stationary_linearization() -> None:
         sp.Spring(3.0, between=ends[1]), sp.PolynomialDashpot((0.8, 0.4), between=ends[1]),
         sp.Maxwell(1.0, 1.0, between=ends[0]), sp.Dashpot(0.5, between=ends[0]), sp.ColoredNoise(1.0, 0.3, on="b"),
     )  # fmt: skip
-    found, stationary = sp.theory.transient(system, 24.0), sp.theory.linearization(system)
+    found, stationary = sp.theory.transient(system, 32.0), sp.theory.linearization(system)
     for name, end in found.numbers.items():
         assert end == pytest.approx(stationary.numbers[name], rel=1e-3)
 
