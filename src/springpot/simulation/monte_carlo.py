@@ -228,8 +228,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         them, half a step before x and v, and then ``t``, ``x`` and ``v`` of one mass are named too.
     impact_observables : dict
         Names and functions f(speed) of the speed just before an impact: each is summed over the impacts in the window
-        and comes back per second.  With several masses the argument is ``speed``, on any wall, or
-        ``stop_impact_speed``, on that one.
+        and comes back per second.  The argument is called ``speed``, on any wall, or ``stop_impact_speed``, on that
+        one.
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
         and the extremes of each path in it; with several masses of x and v of each, of the elongation of each pair and
@@ -347,10 +347,11 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
         ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
         ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
-        ``_first_passage_rate`` (from when it is constant) with ``_rate_low`` and ``_rate_high``,
-        ``_first_passage_return_period``, ``_first_passage_quantile`` over ``probability`` and
-        ``_first_passage_survival`` over ``..._first_passage_time``, all of them also over ``..._first_passage_level``
-        if there is a list. Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
+        ``_first_passage_probability`` (by the end of the run), ``_first_passage_rate`` (from when it is constant) and
+        ``_first_passage_return_period``, all three with ``_low`` and ``_high``,
+        ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
+        ``..._first_passage_time``, all of them also over ``..._first_passage_level`` if there is a list.
+        Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------
