@@ -20,7 +20,7 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64,
 
 __all__ = [
     "ALL", "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "PEAKS", "Accumulators", "Observer",
-    "Observers", "add_impacts", "show_impact", "show_impacts", "show_peak", "show_steps",
+    "Observers", "add_impacts", "is_seen", "show_impact", "show_impacts", "show_peak", "show_steps",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -159,10 +159,25 @@ _call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
 
 
 @njit(**INLINE)
-def show_steps(observers, x, v, step, n, low, high):
-    """Call the observers with four steps of all lanes; the first call is for the group in which the window begins."""
+def _sees(observers, i, n, low):
+    """Whether an observer is called with the group of step n; the first is that in which the window begins."""
+    return observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0
+
+
+@njit(**INLINE)
+def is_seen(observers, n, low, begin):
+    """Whether any observer of what is shown before or at this place is called with the group of step n."""
+    found = False
     for i in range(observers.on_steps.size):
-        if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
+        found = found or (observers.begin[i] <= begin and _sees(observers, i, n, low))
+    return found
+
+
+@njit(**INLINE)
+def show_steps(observers, x, v, step, n, low, high):
+    """Call the observers with four steps of all lanes."""
+    for i in range(observers.on_steps.size):
+        if _sees(observers, i, n, low):
             begin = observers.begin[i]
             _call_on_steps(
                 observers.on_steps[i], (beyond(x, begin), beyond(v, begin), step, n, low, high, observers.place[i])
