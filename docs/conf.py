@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -12,11 +11,12 @@ import matplotlib
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
+from springpot.machine.versions import __version__
+
 project = "springpot"
 author = "The springpot developers"
 copyright = "the springpot developers"
-release = version_of("springpot")
-version = release
+release = version = __version__
 
 extensions = [
     "myst_nb",

@@ -6,7 +6,9 @@ import re
 import tomllib
 from pathlib import Path
 
+import springpot
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
+from springpot.machine import versions
 from springpot.paper.errata import ERRATA
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -19,11 +21,16 @@ def entries(place: str) -> dict[str, str]:
 
 
 def test_the_version_is_the_same_everywhere() -> None:
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    lock = tomllib.loads((ROOT / "uv.lock").read_text())["package"]
-    assert next(package["version"] for package in lock if package["name"] == "springpot") == version
+    """It stands in `machine/versions.py`, from which the package is built; these places repeat it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert project["project"]["dynamic"] == ["version"]
+    assert Path(versions.__file__).samefile(ROOT / project["tool"]["hatch"]["version"]["path"])
+    version = springpot.__version__
     for place, written in (("CITATION.cff", f"\nversion: {version}\n"), ("docs/citing.md", f"version = {{{version}}}")):
         assert written in (ROOT / place).read_text(encoding="utf-8"), place
+    changes = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.M)
+    assert changes[0] == "Unreleased"
+    assert re.fullmatch(rf"\[{re.escape(version)}\] - \d{{4}}-\d\d-\d\d", changes[1])
 
 
 def test_the_paper_cites_what_it_lists() -> None:

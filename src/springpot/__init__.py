@@ -92,9 +92,9 @@ _LATER = {
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
+        from springpot.machine.versions import __version__
 
-        return version("springpot")
+        return __version__
     import importlib
 
     if name in _LATER:

@@ -6,7 +6,6 @@ import math
 import platform
 import tempfile
 import time
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,12 @@ from typing import Any
 from springpot.machine.extras import EXTRAS
 from springpot.machine.processors import control_group_quota, threads_available
 from springpot.machine.trusted import UntrustedFolderError, make_folder
+from springpot.machine.versions import versions
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot
 
 __all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
 
-_PACKAGES = ("springpot", "numpy", "numba", "llvmlite", "scipy")
 # The vector extensions that decide the speed of the compiled step, widest last; the full list runs to a hundred.
 _VECTOR_FEATURES = ("sse2", "avx", "fma", "avx2", "avx512f", "neon", "sve")
 _TOLERANCE = 0.01
@@ -40,7 +39,7 @@ def diagnose() -> dict[str, Any]:
     True
     """
     return {
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        "versions": {"python": platform.python_version()} | versions("numpy", "numba", "llvmlite", "scipy"),
         "extras": [name for name, modules in EXTRAS.items() if all(map(find_spec, modules))],
         "processor": processor(),
         "threads": threads(),

@@ -9,8 +9,6 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
-from importlib.metadata import version
 from typing import Any, Unpack
 
 import numpy as np
@@ -18,6 +16,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.machine.progress import Clock, Estimate, FractionDone
+from springpot.machine.versions import versions
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.error.reach import reach
@@ -456,12 +455,5 @@ def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], second
         },
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
-        "versions": dict(_versions()),
+        "versions": versions("numba", "llvmlite", "numpy") | {"python": platform.python_version()},
     }
-
-
-@cache
-def _versions() -> tuple[tuple[str, str], ...]:
-    """Names and versions of what a run's numbers depend on; reading them takes as long as a short run."""
-    ours = tuple((name, version(name)) for name in ("springpot", "numba", "llvmlite", "numpy"))
-    return *ours, ("python", platform.python_version())

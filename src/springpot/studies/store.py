@@ -25,7 +25,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +32,7 @@ import numpy as np
 
 from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
+from springpot.machine.versions import __version__, versions
 from springpot.studies.layout import ARRAYS, metadata, open_arrays, place_of, root
 from springpot.studies.question import Study, read_study
 from springpot.studies.tables import SIMULATED
@@ -289,10 +289,10 @@ def _ours(path: Path) -> dict[str, Any] | None:
         raise StoreError(
             f"{str(path)!r} is not a store of a springpot study: give the folder of a store, or a new folder."
         )
-    if kept > FORMAT or _release(made_by) > _release(version("springpot")):
+    if kept > FORMAT or _release(made_by) > _release(__version__):
         raise StoreError(
             f"store {str(path)!r} was written by springpot {made_by} (store format {kept}), newer than this one "
-            f"({version('springpot')}, format {FORMAT}): install that version, or use a new store."
+            f"({__version__}, format {FORMAT}): install that version, or use a new store."
         )
     return ours
 
@@ -338,9 +338,8 @@ def _make(path: Path, study: Study) -> None:
 
 def _describe(path: Path, study: Study, ours: dict[str, Any] | None) -> Store:
     """Write all metadata of the study that are missing, damaged or outdated."""
-    versions = [] if ours is None else ours["versions"]
-    at_work = {name: version(name) for name in ("springpot", "numba", "numpy")}
-    store = Store(path, study, versions if at_work in versions else [*versions, at_work])
+    before, at_work = [] if ours is None else ours["versions"], versions("numba", "numpy")
+    store = Store(path, study, before if at_work in before else [*before, at_work])
     for name in store.damaged_metadata():
         place = path / name
         make_room(str(place.parent), folder=True)

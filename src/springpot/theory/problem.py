@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
+from springpot.theory.numerics.contours import mean_squares
 from springpot.theory.result import NEVER_STRUCK, Moments, moments_of
 
-__all__ = ["Problem", "Units", "at_rest", "endless", "problem_and_units"]
+__all__ = ["Problem", "Units", "at_rest", "endless", "free_mean_squares", "problem_and_units"]
 
 
 @dataclass(frozen=True)
@@ -162,3 +163,14 @@ def at_rest(system: System, paper: Dimensionless) -> Moments:
     wall, side = paper.barrier, paper.direction
     place = 0.0 if wall is None else side * max(side * wall.position, 0.0) + 0.0
     return moments_of(system, place, place**2, 0.0, [NEVER_STRUCK])
+
+
+def free_mean_squares(paper: Dimensionless) -> tuple[float, float] | str:
+    """Dimensionless <x^2> and <v^2> without a wall, or why there are none."""
+    problem, _ = problem_and_units(paper)
+    if statement := endless(paper):
+        return statement
+    if problem.coefficient == 0.0:
+        return "There is no stationary state in floating point: C Omega^(alpha-2) is too small."
+    with np.errstate(over="ignore"):
+        return mean_squares(problem.order, problem.coefficient)

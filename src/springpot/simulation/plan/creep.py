@@ -20,7 +20,7 @@ import numpy as np
 
 from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation.plan.scales import closed_form
-from springpot.theory.methods.exact import free_mean_squares
+from springpot.theory.problem import free_mean_squares
 
 __all__ = ["Creep", "missing_variance"]
 

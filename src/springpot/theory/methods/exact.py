@@ -20,13 +20,12 @@ from springpot.theory.numerics.contours import (
     dashpot_mean_squares,
     dashpot_motion,
     free_spectrum,
-    mean_squares,
     relaxation,
 )
-from springpot.theory.problem import Units, at_rest, endless, problem_and_units
+from springpot.theory.problem import Units, at_rest, free_mean_squares, problem_and_units
 from springpot.theory.result import NEVER_STRUCK, Moments, NoStationaryStateError, NotCoveredError
 
-__all__ = ["Exact", "Normals", "check_covered", "exact", "exact_of_paper", "exact_state", "free_mean_squares"]
+__all__ = ["Exact", "Normals", "check_covered", "exact", "exact_of_paper", "exact_state"]
 
 FloatArray = NDArray[np.float64]
 
@@ -319,17 +318,6 @@ def _paper_covered(system: System) -> Dimensionless:
     if alpha < 1.0 and paper.dissipates:
         raise NotCoveredError(f"{_REACH}, not order {alpha:g} with a wall.")
     return paper
-
-
-def free_mean_squares(paper: Dimensionless) -> tuple[float, float] | str:
-    """Dimensionless <x^2> and <v^2> without a wall, or why there are none."""
-    problem, _ = problem_and_units(paper)
-    if statement := endless(paper):
-        return statement
-    if problem.coefficient == 0.0:
-        return "There is no stationary state in floating point: C Omega^(alpha-2) is too small."
-    with np.errstate(over="ignore"):
-        return mean_squares(problem.order, problem.coefficient)
 
 
 def exact_state(system: System, paper: Dimensionless) -> tuple[Moments | str, Normals | None]:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
@@ -184,6 +183,8 @@ def _as_dashpot(part: Any) -> float:
 
 def _groups(joined: NDArray[np.bool_]) -> Iterator[NDArray[np.intp]]:
     """The places that are joined, directly or through others."""
+    from scipy.sparse.csgraph import connected_components  # slow to import, and runs need none of it
+
     count, labels = connected_components(joined, directed=False)
     for label in range(count):
         yield np.flatnonzero(labels == label)
