@@ -202,18 +202,19 @@ def in_window(count, speeds, squares, by_half, clear, lane, within, beyond):
 
 
 @njit(**INLINE)
-def show_impacts(observers, speeds, clear, within, beyond):
+def show_impacts(observers, speeds, sums, clear, within, beyond):
     """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none.
 
-    ``within`` and ``beyond`` are those of `in_window`.
+    ``sums`` are those of the speeds of a lane; ``within`` and ``beyond`` are those of `in_window`.
     """
     first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
     for i in range(observers.on_impacts.size):
-        for half in range(first, end if observers.on_impacts[i] != 0 else 0):
-            for lane in range(LANES):
-                speed = f64(speeds[half * LANES + lane])
-                if clear[lane] * speed > 0.0:
-                    _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
+        for lane in range(LANES if observers.on_impacts[i] != 0 else 0):
+            if clear[lane] * sums[lane] > 0.0:
+                for half in range(first, end):
+                    speed = f64(speeds[half * LANES + lane])
+                    if speed > 0.0:
+                        _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
 
 
 @njit(**INLINE)

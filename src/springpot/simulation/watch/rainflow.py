@@ -27,7 +27,9 @@ from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springpot
 from springpot.problem.parts.registration import unit_times
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, greater
+from springpot.simulation.kernel.lanes import (
+    GROUP, INLINE, LANES, beyond, greater, i8, lesser, lowest_bit, marked_lanes, stack_array, u64,
+)  # fmt: skip
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.motion import Motion
@@ -49,11 +51,10 @@ _RANGES = _DAMAGE + MOST_CURVES * LANES
 _PEAKS = _RANGES + BINS
 _VALLEYS = _PEAKS + 2 * BINS
 # and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x
-# and v after the last step, or what is felt in the last two; how long an impact is remembered; how often the lane
-# turns; the stack
+# and v after the last step, or what is felt in the last two; how long an impact is remembered; the stack
 _EXPONENTS = _VALLEYS + 2 * BINS
 _FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
-_LAST, _RATE, _STRUCK, _TURNS, _SIZE = (_HIGH + 1 + i * LANES for i in range(5))
+_LAST, _RATE, _STRUCK, _SIZE = (_HIGH + 1 + i * LANES for i in range(4))
 _STACK = _SIZE + LANES
 _END = _STACK + DEPTH * LANES
 _REMEMBERED = 2.0  # groups in which an impact may show
@@ -200,24 +201,21 @@ def _put(array, lane, point):
         for i in range(1, size):
             array[s + i - 1] = array[s + i]
         size -= 1
+    again = True
+    while again & (size > 2):
+        # whether a range closes one falls as a coin does, so it is counted with a weight of 0 instead of skipped
+        last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
+        closed = last >= before
+        _count(array, lane, before, 1.0 if closed else 0.0)
+        size -= 2 if closed else 0
+        last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
+        again = closed & (last >= before)
+    if size == 2 and abs(point - array[s + 1]) >= abs(array[s + 1] - array[s]):
+        _count(array, lane, abs(array[s + 1] - array[s]), 0.5)
+        array[s] = array[s + 1]
+        size = 1
     array[s + size] = point
-    size += 1
-    while size > 2:
-        last, before = (
-            abs(array[s + size - 1] - array[s + size - 2]),
-            abs(array[s + size - 2] - array[s + size - 3]),
-        )
-        if last < before:
-            break
-        if size == 3:
-            _count(array, lane, before, 0.5)
-            array[s], array[s + 1] = array[s + 1], array[s + 2]
-            size = 2
-        else:
-            _count(array, lane, before, 1.0)
-            array[s + size - 3] = array[s + size - 1]
-            size -= 2
-    array[_SIZE + lane] = size
+    array[_SIZE + lane] = size + 1
 
 
 @njit(**INLINE)
@@ -242,7 +240,8 @@ def _moved(array, lane, x0, v0, x, v, h):
         share = v0 / (v0 - v)
         missing = x - x0 - 0.5 * h * (v0 + v)
         point = x0 + 0.5 * h * v0 * share + missing * share * share * (3.0 - 2.0 * share)
-    _turn(array, lane, max(point, x0, x) if upper else min(point, x0, x), upper)
+    most, least = greater(greater(point, x0), x), lesser(lesser(point, x0), x)
+    _turn(array, lane, most if upper else least, upper)
 
 
 @njit(**INLINE)
@@ -254,12 +253,12 @@ def _bent(array, lane, before, last, now):
 
 
 @njit(**INLINE)
-def _changes(a, b, c, d, e):
-    """How often five numbers change to positive or from it."""
-    u, w = (1.0 if a > 0.0 else 0.0), (1.0 if b > 0.0 else 0.0)
-    y, z = (1.0 if c > 0.0 else 0.0), (1.0 if d > 0.0 else 0.0)
-    last = 1.0 if e > 0.0 else 0.0
-    return (abs(w - u) + abs(y - w)) + (abs(z - y) + abs(last - z))
+def _earlier(x, array, kept, j, begin):
+    """Where x before step j is: in this group, or what was kept of the one before."""
+    return beyond(x, (j - 1) * LANES) if j > begin else beyond(array, kept)
+
+
+_marks = stack_array(LANES)
 
 
 @cache
@@ -272,41 +271,43 @@ def _parts() -> tuple[Any, Any]:
         begin, end = max(low - n, 0), min(high - n, GROUP)
         if n <= low:
             for lane in range(LANES):
-                here = scale * x[begin * LANES + lane]
-                _put(array, lane, here)
-                array[_LAST + lane], array[_RATE + lane] = here, here if felt else sign * v[begin * LANES + lane]
-        # how often each lane turns
-        if felt:
-            for lane in range(LANES):
-                a, b = array[_LAST + lane], array[_RATE + lane]
-                c, d = scale * x[lane], scale * x[LANES + lane]
-                e, f = scale * x[2 * LANES + lane], scale * x[3 * LANES + lane]
-                array[_TURNS + lane] = _changes(b - a, c - b, d - c, e - d, f - e)
-        else:
-            for lane in range(LANES):
-                array[_TURNS + lane] = _changes(
-                    array[_RATE + lane], sign * v[lane], sign * v[LANES + lane], sign * v[2 * LANES + lane],
-                    sign * v[3 * LANES + lane],
-                )  # fmt: skip
+                here = x[begin * LANES + lane]
+                _put(array, lane, scale * here)
+                array[_LAST + lane], array[_RATE + lane] = here, here if felt else v[begin * LANES + lane]
+        # vector code marks the steps in which a lane turns
+        turned = _marks(i8(0))
         for lane in range(LANES):
-            if array[_TURNS + lane] == 0.0 and begin == 0 and end == GROUP:
-                continue
-            x0, v0 = array[_LAST + lane], array[_RATE + lane]
-            for j in range(begin, end):
-                here = scale * x[j * LANES + lane]
-                speed = here if felt else sign * v[j * LANES + lane]
+            turned[lane] = 0
+        for j in range(begin, end):
+            last = _earlier(x if felt else v, array, _RATE, j, begin)
+            if felt:
+                before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)
+                for lane in range(LANES):
+                    a, b, c = scale * before[lane], scale * last[lane], scale * x[j * LANES + lane]
+                    turned[lane] |= (1 << j) if (b > a) != (c > b) else 0
+            else:
+                for lane in range(LANES):
+                    a, b = sign * last[lane], sign * v[j * LANES + lane]
+                    turned[lane] |= (1 << j) if (a > 0.0) != (b > 0.0) else 0
+        lanes = marked_lanes(turned)
+        while lanes != u64(0):
+            lane = lowest_bit(lanes)
+            lanes &= lanes - u64(1)
+            steps = u64(turned[lane])
+            while steps != u64(0):
+                j = lowest_bit(steps)
+                steps &= steps - u64(1)
+                here, last = x[j * LANES + lane], _earlier(x if felt else v, array, _RATE, j, begin)[lane]
                 if felt:
-                    if (v0 - x0 > 0.0) != (here - v0 > 0.0):
-                        _bent(array, lane, x0, v0, here)
-                    x0, v0 = v0, here
+                    before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)[lane]
+                    _bent(array, lane, scale * before, scale * last, scale * here)
                 else:
-                    if (v0 > 0.0) != (speed > 0.0):
-                        _moved(array, lane, x0, v0, here, speed, step)
-                    x0, v0 = here, speed
+                    before = _earlier(x, array, _LAST, j, begin)[lane]
+                    _moved(array, lane, sign * before, sign * last, sign * here, sign * v[j * LANES + lane], step)
         if end == GROUP:
             for lane in range(LANES):
-                array[_LAST + lane] = scale * x[(2 if felt else 3) * LANES + lane]
-                array[_RATE + lane] = scale * x[3 * LANES + lane] if felt else sign * v[3 * LANES + lane]
+                array[_LAST + lane] = x[(2 if felt else 3) * LANES + lane]
+                array[_RATE + lane] = x[3 * LANES + lane] if felt else v[3 * LANES + lane]
         for lane in range(LANES):
             array[_STRUCK + lane] = greater(array[_STRUCK + lane] - 1.0, 0.0)
         if n + GROUP >= high:
