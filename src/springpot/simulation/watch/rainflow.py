@@ -28,7 +28,7 @@ from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springp
 from springpot.problem.parts.registration import unit_times
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import (
-    GROUP, INLINE, LANES, beyond, greater, i8, lesser, lowest_bit, marked_lanes, stack_array, u64,
+    GROUP, INLINE, LANES, beyond, greater, i8, i32, lesser, lowest_bit, marked_lanes, stack_array, u64,
 )  # fmt: skip
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
@@ -51,12 +51,16 @@ _RANGES = _DAMAGE + MOST_CURVES * LANES
 _PEAKS = _RANGES + BINS
 _VALLEYS = _PEAKS + 2 * BINS
 # and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x
-# and v after the last step, or what is felt in the last two; how long an impact is remembered; the stack
+# and v after the last step, or what is felt in the last two; how long an impact is remembered; the stack;
+# and of closed ranges that are not counted yet their number, sizes, weights and lanes
 _EXPONENTS = _VALLEYS + 2 * BINS
 _FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
 _LAST, _RATE, _STRUCK, _SIZE = (_HIGH + 1 + i * LANES for i in range(4))
 _STACK = _SIZE + LANES
-_END = _STACK + DEPTH * LANES
+_WAITING = _STACK + DEPTH * LANES
+_MOST_WAITING = 256
+_RANGE, _WEIGHT, _WHOSE = (_WAITING + 1 + i * _MOST_WAITING for i in range(3))
+_END = _WHOSE + _MOST_WAITING
 _REMEMBERED = 2.0  # groups in which an impact may show
 
 
@@ -160,74 +164,96 @@ def fatigue_in(
 # --- compiled ------------------------------------------------------------------------------------------------------
 
 
+_powers, _places = stack_array(_MOST_WAITING), stack_array(_MOST_WAITING)
+
+
 @njit(**INLINE)
-def _count(array, lane, size, weight):
-    """Count a cycle, or half of one, of a range."""
-    array[_CYCLES + lane] += weight
-    if lane < array[_PATHS]:
-        array[_RANGES + bin_of(size)] += weight
-    amplitude = 0.5 * size
+def _wait(array, lane, size, weight, waiting, closed):
+    """Keep a range that is a cycle, or half of one, if it is ``closed``; returns how many are kept now."""
+    array[_RANGE + waiting], array[_WEIGHT + waiting], array[_WHOSE + waiting] = size, weight, lane
+    return waiting + (1 if closed else 0)
+
+
+@njit(**INLINE)
+def _count(array, waiting):
+    """Count the ranges that are kept: vector code finds their bins and powers."""
+    power, factor, places = _powers(0.0), _powers(0.0), _places(i32(0))
+    for i in range(waiting):
+        places[i] = bin_of(array[_RANGE + i])
+    for i in range(waiting):
+        lane, weight = int(array[_WHOSE + i]), array[_WEIGHT + i]
+        array[_CYCLES + lane] += weight
+        if lane < array[_PATHS]:
+            array[_RANGES + places[i]] += weight
     for c in range(MOST_CURVES):
         exponent = array[_EXPONENTS + c]
         if exponent == 0.0:
             break
         whole = int(exponent)
-        if whole == exponent:
-            power, factor = 1.0, amplitude
-            while whole > 0:
-                if whole % 2 == 1:
-                    power *= factor
-                factor *= factor
-                whole //= 2
-        else:
-            power = math.exp(exponent * math.log(amplitude)) if amplitude > 0.0 else 0.0
-        array[_DAMAGE + c * LANES + lane] += weight * power
+        for i in range(waiting):
+            power[i], factor[i] = 1.0, 0.5 * array[_RANGE + i]
+        if whole != exponent:
+            for i in range(waiting):
+                power[i] = math.exp(exponent * math.log(factor[i])) if factor[i] > 0.0 else 0.0
+            whole = 0
+        while whole > 0:
+            for i in range(waiting if whole % 2 == 1 else 0):
+                power[i] *= factor[i]
+            for i in range(waiting):
+                factor[i] *= factor[i]
+            whole //= 2
+        for i in range(waiting):
+            array[_DAMAGE + c * LANES + int(array[_WHOSE + i])] += array[_WEIGHT + i] * power[i]
 
 
 @njit(**INLINE)
-def _put(array, lane, point):
-    """Put a turning point on the stack, and count the cycles that it closes.
+def _put(array, lane, point, waiting):
+    """Put a turning point on the stack, and keep the cycles that it closes; returns how many are kept now.
 
     A range that is not shorter than the one before it closes that one, which is half a cycle if it begins at the first
     point.  A point in the direction of the last range makes it longer.
     """
+    if waiting > _MOST_WAITING - DEPTH:
+        _count(array, waiting)
+        waiting = 0
     s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
     if size > 0 and point == array[s + size - 1]:
-        return
+        return waiting
     if size > 1 and (point - array[s + size - 1] > 0.0) == (array[s + size - 1] - array[s + size - 2] > 0.0):
         size -= 1
     elif size == DEPTH:
-        _count(array, lane, abs(array[s + 1] - array[s]), 0.5)
+        waiting = _wait(array, lane, abs(array[s + 1] - array[s]), 0.5, waiting, True)
         for i in range(1, size):
             array[s + i - 1] = array[s + i]
         size -= 1
     again = True
     while again & (size > 2):
-        # whether a range closes one falls as a coin does, so it is counted with a weight of 0 instead of skipped
+        # whether a range closes one falls as a coin does: no branch depends on it, but on whether it closes two
         last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
         closed = last >= before
-        _count(array, lane, before, 1.0 if closed else 0.0)
+        waiting = _wait(array, lane, before, 1.0, waiting, closed)
         size -= 2 if closed else 0
         last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
         again = closed & (last >= before)
     if size == 2 and abs(point - array[s + 1]) >= abs(array[s + 1] - array[s]):
-        _count(array, lane, abs(array[s + 1] - array[s]), 0.5)
+        waiting = _wait(array, lane, abs(array[s + 1] - array[s]), 0.5, waiting, True)
         array[s] = array[s + 1]
         size = 1
     array[s + size] = point
     array[_SIZE + lane] = size + 1
+    return waiting
 
 
 @njit(**INLINE)
-def _turn(array, lane, point, upper):
-    """A maximum or a minimum."""
+def _turn(array, lane, point, upper, waiting):
+    """A maximum or a minimum; what follows returns what `_put` does."""
     if lane < array[_PATHS]:
         array[(_PEAKS if upper else _VALLEYS) + bin_of(abs(point)) + (BINS if point < 0.0 else 0)] += 1.0
-    _put(array, lane, point)
+    return _put(array, lane, point, waiting)
 
 
 @njit(**INLINE)
-def _moved(array, lane, x0, v0, x, v, h):
+def _moved(array, lane, x0, v0, x, v, h, waiting):
     """A displacement turns in a step: its velocity becomes positive, or is positive no longer."""
     upper = v0 > 0.0
     if array[_STRUCK + lane] > 0.0:
@@ -241,15 +267,15 @@ def _moved(array, lane, x0, v0, x, v, h):
         missing = x - x0 - 0.5 * h * (v0 + v)
         point = x0 + 0.5 * h * v0 * share + missing * share * share * (3.0 - 2.0 * share)
     most, least = greater(greater(point, x0), x), lesser(lesser(point, x0), x)
-    _turn(array, lane, most if upper else least, upper)
+    return _turn(array, lane, most if upper else least, upper, waiting)
 
 
 @njit(**INLINE)
-def _bent(array, lane, before, last, now):
+def _bent(array, lane, before, last, now, waiting):
     """A force or an acceleration turns: it rises, or rises no longer."""
     rise, fall = last - before, now - last
     top = (rise + fall) ** 2 / (8.0 * (rise - fall)) if rise * fall < 0.0 else 0.0
-    _turn(array, lane, last + top, rise > 0.0)
+    return _turn(array, lane, last + top, rise > 0.0, waiting)
 
 
 @njit(**INLINE)
@@ -268,11 +294,11 @@ def _parts() -> tuple[Any, Any]:
         felt = array[_FELT] > 0.0
         sign = math.copysign(1.0, array[_LENGTH])
         scale = sign * array[_SCALE] if felt else sign
-        begin, end = max(low - n, 0), min(high - n, GROUP)
+        begin, end, waiting = max(low - n, 0), min(high - n, GROUP), int(array[_WAITING])
         if n <= low:
             for lane in range(LANES):
                 here = x[begin * LANES + lane]
-                _put(array, lane, scale * here)
+                waiting = _put(array, lane, scale * here, waiting)
                 array[_LAST + lane], array[_RATE + lane] = here, here if felt else v[begin * LANES + lane]
         # vector code marks the steps in which a lane turns
         turned = _marks(i8(0))
@@ -300,10 +326,11 @@ def _parts() -> tuple[Any, Any]:
                 here, last = x[j * LANES + lane], _earlier(x if felt else v, array, _RATE, j, begin)[lane]
                 if felt:
                     before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)[lane]
-                    _bent(array, lane, scale * before, scale * last, scale * here)
+                    waiting = _bent(array, lane, scale * before, scale * last, scale * here, waiting)
                 else:
                     before = _earlier(x, array, _LAST, j, begin)[lane]
-                    _moved(array, lane, sign * before, sign * last, sign * here, sign * v[j * LANES + lane], step)
+                    speed = sign * v[j * LANES + lane]
+                    waiting = _moved(array, lane, sign * before, sign * last, sign * here, speed, step, waiting)
         if end == GROUP:
             for lane in range(LANES):
                 array[_LAST + lane] = x[(2 if felt else 3) * LANES + lane]
@@ -312,10 +339,17 @@ def _parts() -> tuple[Any, Any]:
             array[_STRUCK + lane] = greater(array[_STRUCK + lane] - 1.0, 0.0)
         if n + GROUP >= high:
             for lane in range(LANES):
-                _put(array, lane, scale * x[(end - 1) * LANES + lane])
+                waiting = _put(array, lane, scale * x[(end - 1) * LANES + lane], waiting)
                 s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
                 for i in range(1, size):
-                    _count(array, lane, abs(array[s + i] - array[s + i - 1]), 0.5)
+                    if waiting == _MOST_WAITING:
+                        _count(array, waiting)
+                        waiting = 0
+                    waiting = _wait(array, lane, abs(array[s + i] - array[s + i - 1]), 0.5, waiting, True)
+        if waiting >= LANES or n + GROUP >= high:
+            _count(array, waiting)
+            waiting = 0
+        array[_WAITING] = waiting
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
