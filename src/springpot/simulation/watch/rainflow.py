@@ -58,7 +58,7 @@ _FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
 _LAST, _RATE, _STRUCK, _SIZE = (_HIGH + 1 + i * LANES for i in range(4))
 _STACK = _SIZE + LANES
 _WAITING = _STACK + DEPTH * LANES
-_MOST_WAITING = 256
+_MOST_WAITING = (DEPTH + GROUP) * LANES  # all that may be closed in four steps
 _RANGE, _WEIGHT, _WHOSE = (_WAITING + 1 + i * _MOST_WAITING for i in range(3))
 _END = _WHOSE + _MOST_WAITING
 _REMEMBERED = 2.0  # groups in which an impact may show
@@ -164,7 +164,7 @@ def fatigue_in(
 # --- compiled ------------------------------------------------------------------------------------------------------
 
 
-_powers, _places = stack_array(_MOST_WAITING), stack_array(_MOST_WAITING)
+_powers, _places = stack_array(LANES), stack_array(LANES)
 
 
 @njit(**INLINE)
@@ -178,32 +178,35 @@ def _wait(array, lane, size, weight, waiting, closed):
 def _count(array, waiting):
     """Count the ranges that are kept: vector code finds their bins and powers."""
     power, factor, places = _powers(0.0), _powers(0.0), _places(i32(0))
-    for i in range(waiting):
-        places[i] = bin_of(array[_RANGE + i])
-    for i in range(waiting):
-        lane, weight = int(array[_WHOSE + i]), array[_WEIGHT + i]
-        array[_CYCLES + lane] += weight
-        if lane < array[_PATHS]:
-            array[_RANGES + places[i]] += weight
-    for c in range(MOST_CURVES):
-        exponent = array[_EXPONENTS + c]
-        if exponent == 0.0:
-            break
-        whole = int(exponent)
-        for i in range(waiting):
-            power[i], factor[i] = 1.0, 0.5 * array[_RANGE + i]
-        if whole != exponent:
-            for i in range(waiting):
-                power[i] = math.exp(exponent * math.log(factor[i])) if factor[i] > 0.0 else 0.0
-            whole = 0
-        while whole > 0:
-            for i in range(waiting if whole % 2 == 1 else 0):
-                power[i] *= factor[i]
-            for i in range(waiting):
-                factor[i] *= factor[i]
-            whole //= 2
-        for i in range(waiting):
-            array[_DAMAGE + c * LANES + int(array[_WHOSE + i])] += array[_WEIGHT + i] * power[i]
+    for begin in range(0, waiting, LANES):
+        end = min(waiting - begin, LANES)
+        for i in range(end):
+            places[i] = bin_of(array[_RANGE + begin + i])
+        for i in range(end):
+            lane, weight = int(array[_WHOSE + begin + i]), array[_WEIGHT + begin + i]
+            array[_CYCLES + lane] += weight
+            if lane < array[_PATHS]:
+                array[_RANGES + places[i]] += weight
+        for c in range(MOST_CURVES):
+            exponent = array[_EXPONENTS + c]
+            if exponent == 0.0:
+                break
+            whole = int(exponent)
+            for i in range(end):
+                power[i], factor[i] = 1.0, 0.5 * array[_RANGE + begin + i]
+            if whole != exponent:
+                for i in range(end):
+                    power[i] = math.exp(exponent * math.log(factor[i])) if factor[i] > 0.0 else 0.0
+                whole = 0
+            while whole > 0:
+                for i in range(end if whole % 2 == 1 else 0):
+                    power[i] *= factor[i]
+                for i in range(end):
+                    factor[i] *= factor[i]
+                whole //= 2
+            for i in range(end):
+                lane, weight = int(array[_WHOSE + begin + i]), array[_WEIGHT + begin + i]
+                array[_DAMAGE + c * LANES + lane] += weight * power[i]
 
 
 @njit(**INLINE)
@@ -213,9 +216,6 @@ def _put(array, lane, point, waiting):
     A range that is not shorter than the one before it closes that one, which is half a cycle if it begins at the first
     point.  A point in the direction of the last range makes it longer.
     """
-    if waiting > _MOST_WAITING - DEPTH:
-        _count(array, waiting)
-        waiting = 0
     s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
     if size > 0 and point == array[s + size - 1]:
         return waiting
@@ -245,16 +245,8 @@ def _put(array, lane, point, waiting):
 
 
 @njit(**INLINE)
-def _turn(array, lane, point, upper, waiting):
-    """A maximum or a minimum; what follows returns what `_put` does."""
-    if lane < array[_PATHS]:
-        array[(_PEAKS if upper else _VALLEYS) + bin_of(abs(point)) + (BINS if point < 0.0 else 0)] += 1.0
-    return _put(array, lane, point, waiting)
-
-
-@njit(**INLINE)
-def _moved(array, lane, x0, v0, x, v, h, waiting):
-    """A displacement turns in a step: its velocity becomes positive, or is positive no longer."""
+def _moved(array, lane, x0, v0, x, v, h):
+    """Where a displacement turns in a step, and whether at a maximum: its velocity is positive no longer."""
     upper = v0 > 0.0
     if array[_STRUCK + lane] > 0.0:
         at = (x - v * h - x0) / (v0 - v)
@@ -267,15 +259,15 @@ def _moved(array, lane, x0, v0, x, v, h, waiting):
         missing = x - x0 - 0.5 * h * (v0 + v)
         point = x0 + 0.5 * h * v0 * share + missing * share * share * (3.0 - 2.0 * share)
     most, least = greater(greater(point, x0), x), lesser(lesser(point, x0), x)
-    return _turn(array, lane, most if upper else least, upper, waiting)
+    return most if upper else least, upper
 
 
 @njit(**INLINE)
-def _bent(array, lane, before, last, now, waiting):
-    """A force or an acceleration turns: it rises, or rises no longer."""
+def _bent(before, last, now):
+    """Where a force or an acceleration turns, and whether at a maximum: it rises no longer."""
     rise, fall = last - before, now - last
     top = (rise + fall) ** 2 / (8.0 * (rise - fall)) if rise * fall < 0.0 else 0.0
-    return _turn(array, lane, last + top, rise > 0.0, waiting)
+    return last + top, rise > 0.0
 
 
 @njit(**INLINE)
@@ -298,7 +290,7 @@ def _parts() -> tuple[Any, Any]:
         if n <= low:
             for lane in range(LANES):
                 here = x[begin * LANES + lane]
-                waiting = _put(array, lane, scale * here, waiting)
+                array[_STACK + lane * DEPTH], array[_SIZE + lane] = scale * here, 1.0
                 array[_LAST + lane], array[_RATE + lane] = here, here if felt else v[begin * LANES + lane]
         # vector code marks the steps in which a lane turns
         turned = _marks(i8(0))
@@ -326,11 +318,15 @@ def _parts() -> tuple[Any, Any]:
                 here, last = x[j * LANES + lane], _earlier(x if felt else v, array, _RATE, j, begin)[lane]
                 if felt:
                     before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)[lane]
-                    waiting = _bent(array, lane, scale * before, scale * last, scale * here, waiting)
+                    point, upper = _bent(scale * before, scale * last, scale * here)
                 else:
                     before = _earlier(x, array, _LAST, j, begin)[lane]
                     speed = sign * v[j * LANES + lane]
-                    waiting = _moved(array, lane, sign * before, sign * last, sign * here, speed, step, waiting)
+                    point, upper = _moved(array, lane, sign * before, sign * last, sign * here, speed, step)
+                if lane < array[_PATHS]:
+                    at = (_PEAKS if upper else _VALLEYS) + (BINS if point < 0.0 else 0)
+                    array[at + bin_of(abs(point))] += 1.0
+                waiting = _put(array, lane, point, waiting)
         if end == GROUP:
             for lane in range(LANES):
                 array[_LAST + lane] = x[(2 if felt else 3) * LANES + lane]
@@ -342,9 +338,6 @@ def _parts() -> tuple[Any, Any]:
                 waiting = _put(array, lane, scale * x[(end - 1) * LANES + lane], waiting)
                 s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
                 for i in range(1, size):
-                    if waiting == _MOST_WAITING:
-                        _count(array, waiting)
-                        waiting = 0
                     waiting = _wait(array, lane, abs(array[s + i] - array[s + i - 1]), 0.5, waiting, True)
         if waiting >= LANES or n + GROUP >= high:
             _count(array, waiting)
