@@ -28,8 +28,19 @@ from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springp
 from springpot.problem.parts.registration import unit_times
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import (
-    GROUP, INLINE, LANES, beyond, greater, i8, i32, lesser, lowest_bit, marked_lanes, stack_array, u64,
-)  # fmt: skip
+    GROUP,
+    INLINE,
+    LANES,
+    beyond,
+    greater,
+    i8,
+    i32,
+    lesser,
+    lowest_bit,
+    marked_lanes,
+    stack_array,
+    u64,
+)
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.motion import Motion
@@ -226,15 +237,14 @@ def _put(array, lane, point, waiting):
         for i in range(1, size):
             array[s + i - 1] = array[s + i]
         size -= 1
-    again = True
-    while again & (size > 2):
-        # whether a range closes one falls as a coin does: no branch depends on it, but on whether it closes two
+    if size > 2:  # whether a range closes one falls as a coin does, so no branch depends on it
         last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
         closed = last >= before
         waiting = _wait(array, lane, before, 1.0, waiting, closed)
         size -= 2 if closed else 0
-        last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
-        again = closed & (last >= before)
+        while size > 2 and abs(point - array[s + size - 1]) >= abs(array[s + size - 1] - array[s + size - 2]):
+            waiting = _wait(array, lane, abs(array[s + size - 1] - array[s + size - 2]), 1.0, waiting, True)
+            size -= 2
     if size == 2 and abs(point - array[s + 1]) >= abs(array[s + 1] - array[s]):
         waiting = _wait(array, lane, abs(array[s + 1] - array[s]), 0.5, waiting, True)
         array[s] = array[s + 1]
