@@ -1,11 +1,15 @@
-"""Writes the pages *All results* and *All warnings and errors*: ``python docs/make_catalogues.py``."""
+"""Writes the pages *All results*, *All warnings and errors* and *All flags*: ``python docs/make_catalogues.py``."""
 
 from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
+from cyclopts import App
+
+from springpot.cli import app
 from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError, NotCoveredError, Stopped
 from springpot.machine.trusted import CacheWarning
@@ -29,7 +33,9 @@ part, as in `stop_impact_rate`, `<point>` for that of one of several masses or o
 `<pair>` for those of two of them, as in `panel_box_elongation_mean`, in the order in which the first part between
 them names them; `<quantity>` for any displacement, elongation, force or acceleration, as in `x_life` or
 `mount_force_life`, and `q` for its unit. In the dataset the walls and contacts have the dimension `barrier`, as in
-`barrier_impact_rate`, and several masses the dimension `point`, as in `x_mean` and in the paths `x` and `v`. Powers,
+`barrier_impact_rate`, and several masses the dimension `point`, as in `x_mean` and in the paths `x` and `v`. Of equal
+parts (`count=`) forces, powers, currents and damage are those of all together, and a result with `_of_one` is that of
+one; elongations, voltages, and rates and speeds of impacts are the same for all and for one. Powers,
 forces and virials are those of the mass, or per unit mass in a system without a `Mass`: the second unit. $m$ is the
 mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per unit time, $r$ the restitution. With `rtol=` the
 results that are marked have a bounded error, `run[name].budget.total`, in the dataset under their name with `_error`.
@@ -52,6 +58,17 @@ are `run["x_mean"].error`, `.step_bias` and `.budget`:
 
 The endings that need `rtol` exist for the results that are marked above. Of the distributions those of `impact_speed`
 and the quantiles of `v_largest` have a `_step_bias`.
+"""
+FLAGS = """\
+# All flags
+
+<!-- written by docs/make_catalogues.py -->
+
+Every flag of the command `springpot`, and the commands that take it. Words in capitals are given without a flag. What
+the commands do is on the page [Command line](command.md); `springpot COMMAND --help` shows the flags of one.
+
+| flag | commands | meaning |
+|---|---|---|
 """
 WARNINGS = """\
 # All warnings and errors
@@ -141,7 +158,34 @@ def _plain(sentence: str) -> str:
     return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", sentence).replace("|", r"\|").replace("_", r"\_")
 
 
-PAGES = {"results.md": results, "warnings.md": warnings_and_errors}
+def flags() -> str:
+    """The text of the page *All flags*: what commands say of a flag in the same words is one row."""
+    commands: dict[tuple[str, str], list[str]] = {}
+    for command, its in _commands(app):
+        for argument in its.assemble_argument_collection():
+            if argument.show:
+                commands.setdefault((", ".join(argument.names), argument.parameter.help or ""), []).append(command)
+    rows = sorted(commands.items(), key=lambda row: (row[0][0].lower(), row[1]))
+    return FLAGS + "".join(
+        f"| {', '.join(f'`{name}`' for name in names.split(', '))} | {', '.join(of)} | {_as_text(meaning)} |\n"
+        for (names, meaning), of in rows
+    )
+
+
+def _commands(group: App, before: str = "") -> Iterator[tuple[str, App]]:
+    """Every command that takes flags of its own, by the words that call it."""
+    for name in group:
+        if not name.startswith("-"):
+            within = list(_commands(group[name], f"{before}{name} "))
+            yield from within or [(f"{before}{name}", group[name])]
+
+
+def _as_text(words: str) -> str:
+    """Without the signs that Markdown would read: bars, stars, and words that stand for a number."""
+    return re.sub(r"([|*<>_^])", r"\\\1", " ".join(words.split()))
+
+
+PAGES = {"results.md": results, "warnings.md": warnings_and_errors, "flags.md": flags}
 
 if __name__ == "__main__":
     for name, text in PAGES.items():

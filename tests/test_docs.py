@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from springpot import figures
-from springpot.evidence.reliability import PAPER_MAP
+from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
 from springpot.problem import parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -99,6 +99,8 @@ def lead_nowhere(page: Path) -> list[str]:
         target, _, anchor = link.partition("#")
         goal = page.parent / target if target else page
         file_is_there = not target or goal.is_dir() or there(target, page)
+        if DOCS in page.parents and goal.suffix == ".md" and DOCS not in goal.resolve().parents:
+            file_is_there = False  # not where the documentation is built
         if not file_is_there or (anchor and goal.suffix == ".md" and anchor not in anchors(goal)):
             missing.append(link)
     shown = re.findall(r"^```\{(?:literalinclude|include|image|figure)\} (\S+)", text, flags=re.M)
@@ -127,10 +129,40 @@ def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path) -> None:
     assert lead_nowhere(page) == ["#second", "gone.md", "lost.csv"]
 
 
+def sentences(page: Path) -> set[str]:
+    """Those of a page with a dozen words or more, in words alone."""
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", without_code(page))
+    pieces = re.split(r"(?<=[.:;!?])\s+|\n\n|\n- | \| ", text)
+    return {" ".join(words) for piece in pieces if len(words := re.findall(r"[\w'-]+", piece)) >= 12}
+
+
+def test_no_sentence_stands_on_two_pages() -> None:
+    """But those of the front page, which is the README in short."""
+    pages = [page for page in PAGES if page.suffix == ".md" and page.stem not in ("performance", "flags", "warnings")]
+    found: dict[str, list[str]] = {}
+    for page in (*pages, *(DOCS.parent / name for name in ("CONTRIBUTING.md", "SUPPORT.md", "paper/paper.md"))):
+        for sentence in sentences(page):
+            found.setdefault(sentence, []).append(page.name)
+    assert {sentence: names for sentence, names in found.items() if len(names) > 1} == {}
+
+
 def test_every_part_is_in_the_list_of_parts() -> None:
     page = (DOCS / "theory" / "systems.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`(?:sp\.)?([A-Z]\w+)", page)) | set(re.findall(r"\{py:class\}`~?springpot\.(\w+)`", page))
     assert set(parts.__all__) - named == set()
+
+
+def test_the_flags_that_pages_name_exist() -> None:
+    """Those in the text and those of commands; what flags there are is on a page that is made of them."""
+    flags = {"--help", "--version", "--constraint"}  # the last is SLURM's
+    flags |= set(re.findall(r"--[a-z][a-z-]+", (DOCS / "flags.md").read_text(encoding="utf-8")))
+    pages = [*DOCS.parent.glob("*.md"), *PAGES, *EXAMPLES]  # the changelog has old names, the other page is of others
+    pages = [page for page in pages if page.stem not in ("CHANGELOG", "performance")]
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    commands = re.findall(r"^springpot .*|`springpot [^`]*`|`--[^`]*`", text, flags=re.M)
+    named = {flag for command in commands for flag in re.findall(r"(?<!\S)`?(--[a-z][a-z-]+)", command)}
+    assert len(named) > 40
+    assert named <= flags
 
 
 def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
@@ -157,8 +189,10 @@ def test_the_front_page_has_a_picture_and_the_installation() -> None:
 
 
 def test_numbers_that_several_pages_state_are_those_measured() -> None:
-    """Cells of the validity map, and bytes that a run holds for a path."""
-    cells_of_the_map = len(PAPER_MAP.file.read_text(encoding="utf-8").splitlines()) - 1
+    """Cells of the two validity maps, and bytes that a run holds for a path."""
+    cells_of_the_map, systems = (
+        len(each.file.read_text(encoding="utf-8").splitlines()) - 1 for each in (PAPER_MAP, SYSTEMS_MAP)
+    )
     table = (DOCS.parent / "benchmarks" / "results" / "table.csv").read_text(encoding="utf-8")
     held = {round(float(number)) for number in re.findall(r"^memory held by a run,[^,]*,([\d.]+),", table, flags=re.M)}
     pages = [DOCS.parent / "README.md", *PAGES, *EXAMPLES]
@@ -167,6 +201,10 @@ def test_numbers_that_several_pages_state_are_those_measured() -> None:
         str(cells_of_the_map)
     }
     assert set(re.findall(r"\bmap of (\d+) cells", text)) == {str(cells_of_the_map)}
+    assert set(re.findall(r"\b(?:on|map has|map, of) (\d+) (?:systems|cells)", text)) == {
+        str(cells_of_the_map),
+        str(systems),
+    }
     assert {f"{number}" for number in held} == set(re.findall(r"\b(\d+) bytes for (?:a|each) path", text))
 
 
@@ -280,6 +318,8 @@ def test_a_class_says_what_it_holds(name: str) -> None:
         assert sections(text) & {"Parameters", "Attributes"}
     for member, function in members(kind).items():
         assert inspect.getdoc(function), f"{name}.{member}"
+        said = inspect.getdoc(function).split("Examples\n---")[0]
+        assert not re.search(r"(?<![\\`\w])\|\w", said), f"{name}.{member}"  # a bar begins a substitution
 
 
 METAPHORS = r"\b(dice|the ear|ears|hears?|heard|astray|owes?|owed|whom to believe)\b"

@@ -61,3 +61,12 @@ def test_the_numbers_of_the_paper_are_those_measured() -> None:
     table = (ROOT / "benchmarks" / "results" / "table.csv").read_text(encoding="utf-8")
     steps = [float(n) for n in re.findall(r'"springpot, best step, h = [^"]*",([\d.]+),ns per path-step', table)]
     assert f"takes {min(steps):.0f} to {max(steps):.0f} nanoseconds of processor time" in words
+
+
+def test_what_the_checklist_names_is_there() -> None:
+    text = (ROOT / "paper" / "checklist.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([\w./]*(?:/|\.[a-z])[\w./]*)`", text)
+    assert len(named) > 40
+    assert [name for name in named if not (ROOT / name).exists() and not list((ROOT / "src").rglob(name))] == []
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.M))
+    assert set(re.findall(r"`make (\w+)`", text)) <= targets

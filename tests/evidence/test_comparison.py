@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -358,10 +359,11 @@ def test_the_readme_counts_the_cells_of_the_map() -> None:
             near["light losses"].append(good(i, 2.0, 4.0))
         if cells["c"][i] <= 1.0 and cells["restitution"][i] >= 0.5 and abs(cells["position"][i]) <= 1.0:
             near["losses and gaps"].append(good(i, 5.0, 4.0))
-    limits = (Path(__file__).parents[2] / "docs" / "limits.md").read_text()
+    readme, limits = ((Path(__file__).parents[2] / name).read_text() for name in ("README.md", "docs/limits.md"))
     for found in near.values():
         assert f"{sum(found)} of {len(found)}" in limits
         assert sum(found) >= 0.9 * len(found)
+    assert re.findall(r"(\d+) of (\d+) cells", readme) == [(str(sum(found)), str(len(found)))]
 
 
 def test_the_recommended_result_has_the_warnings_of_the_map() -> None:

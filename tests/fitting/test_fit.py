@@ -194,7 +194,7 @@ def test_folds_and_leakage_of_a_density_are_exact() -> None:
 def test_the_response_is_that_of_the_theory() -> None:
     system = sp.System(
         sp.Mass(2.0), sp.Spring(8.0), sp.Springpot(0.4, 0.7), sp.WhiteNoise(1.0), sp.ColoredNoise(0.5, 0.3),
-        sp.KanaiTajimiNoise(3.0, 0.4, 0.2, on="mass"),
+        sp.KanaiTajimiNoise(3.0, 0.4, 0.2, on="mass"), sp.CloughPenzienNoise(3.0, 0.4, 0.8, 0.5, 0.3, on="mass"),
     )  # fmt: skip
     f = np.array([0.1, 0.3, 1.0])
     expected = 4.0 * np.pi * sp.theory.linear(system).spectrum(2.0 * np.pi * f)

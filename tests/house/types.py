@@ -21,6 +21,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2] / "src" / "springpot"
@@ -49,6 +50,7 @@ class Question:
     at: str
 
 
+@cache
 def questions(source: Path = SOURCE) -> list[Question]:
     """All of them, in the order of files and lines."""
     found = []
@@ -63,10 +65,11 @@ def questions(source: Path = SOURCE) -> list[Question]:
 
 
 def _asked(tree: ast.Module) -> Iterator[ast.expr | ast.stmt]:
-    maybe = NAMES | {node.target.id for node in ast.walk(tree) if isinstance(node, ast.AnnAssign)
+    nodes = [*ast.walk(tree)]
+    maybe = NAMES | {node.target.id for node in nodes if isinstance(node, ast.AnnAssign)
                      and isinstance(node.target, ast.Name) and _is_optional(node.annotation)}  # fmt: skip
-    maybe |= {arg.arg for arg in ast.walk(tree) if isinstance(arg, ast.arg) and _is_optional(arg.annotation)}
-    for node in ast.walk(tree):
+    maybe |= {arg.arg for arg in nodes if isinstance(arg, ast.arg) and _is_optional(arg.annotation)}
+    for node in nodes:
         match node:
             case ast.Call(func=ast.Name(id="isinstance" | "issubclass"), args=[_, kinds]) if _named(kinds) & KINDS:
                 yield node
@@ -102,6 +105,7 @@ def _is_optional(annotation: ast.expr | None) -> bool:
 def _named(node: ast.expr | None) -> set[str]:
     if node is None:
         return set()
-    return {inner.id for inner in ast.walk(node) if isinstance(inner, ast.Name)} | {
-        inner.attr for inner in ast.walk(node) if isinstance(inner, ast.Attribute)
+    inside = [*ast.walk(node)]
+    return {each.id for each in inside if isinstance(each, ast.Name)} | {
+        each.attr for each in inside if isinstance(each, ast.Attribute)
     }

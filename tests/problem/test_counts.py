@@ -68,6 +68,35 @@ def test_between_masses_and_in_a_run() -> None:
     assert ratio == pytest.approx(16.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("base", [(sp.Mass(2.5),), (sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"))])
+def test_results_are_of_all_together_or_of_one(base: tuple[sp.Mass, ...]) -> None:
+    """Two equal coils with a count, and the same two one by one: currents add up, the voltage is that of each."""
+    ends = ("a", "b") if len(base) > 1 else None
+    coil = {"coupling": 0.5, "resistance": 2.0, "capacitance": 0.5, "inductance": 1.0, "between": ends}
+    frame = [sp.Spring(1.0, between=("ground", mass.at) if ends else None) for mass in base]
+    noise = sp.WhiteNoise(1.0, on=base[0].at or "mass")
+
+    def run(**coils: sp.ResonantCircuit) -> sp.Run:
+        device = sp.System(*base, *frame, noise, **coils)
+        return sp.simulate(
+            device, paths=8, duration=40.0, step=0.05, start="rest", forces=[f"{n}_force" for n in coils]
+        )
+
+    both = run(coil=sp.ResonantCircuit(**coil, count=2))
+    each = sp.System(*base, *frame, noise, one=sp.ResonantCircuit(**coil), other=sp.ResonantCircuit(**coil))
+    apart = sp.simulate(each, paths=8, duration=40.0, step=0.05, start="rest")
+    one = {name: apart[f"one_{name}_mean_square"].value for name in ("voltage", "current")}
+    assert one["current"] > 0.01
+    assert both["coil_current_of_one_mean_square"].value == pytest.approx(one["current"], rel=1e-4)
+    assert both["coil_current_mean_square"].value == pytest.approx(4.0 * one["current"], rel=1e-4)
+    assert both["coil_voltage_mean_square"].value == pytest.approx(one["voltage"], rel=1e-4)
+    for name in ("harvested_power", "damping_power"):
+        assert both[name].value == pytest.approx(apart[name].value, rel=1e-4)
+    force = both["coil_force_mean_square"].value / (2.0 * coil["coupling"]) ** 2  # of both by the voltage
+    assert force == pytest.approx(one["voltage"], rel=0.05)
+    assert "coil_current_of_one_mean_square" not in run(coil=sp.ResonantCircuit(**coil)).estimates
+
+
 def test_theory_knows_the_force_of_one() -> None:
     """Of a part that is alone it is its force."""
     device = sp.System(*LOOSE, sp.Spring(3200.0), rubber=sp.Springpot(0.3, 60.0, count=4))

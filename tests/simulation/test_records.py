@@ -57,6 +57,29 @@ def test_noise_beside_records_needs_its_paths() -> None:
     assert np.abs(x[0] - x[3]).max() < 0.02 * np.abs(x[0] - x[1]).max()
 
 
+def test_errors_leave_out_how_records_in_turn_differ() -> None:
+    """With noise: three runs of a record each have the errors; of drawn records the spread between them is one too."""
+    noise = sp.WhiteNoise(0.02, on="a")
+    given = {"step": 0.05, "observables": {"beyond": lambda t, a_x: 1.0 if a_x > 0.2 else 0.0}}
+    alone = [
+        sp.simulate(sp.System(*shaken(own).parts, noise), paths=4000, seed=seed, **given)
+        for seed, own in enumerate(VALUES, start=2)
+    ]
+    turns, drawn = (
+        sp.simulate(sp.System(*shaken(*VALUES, taken=taken).parts, noise), paths=12_001, **given)
+        for taken in ("in turn", "at random")
+    )
+    for name in ("a_x_mean_square", "a_v_mean_square", "beyond"):
+        values, errors = (np.array([getattr(run[name], what) for run in alone]) for what in ("value", "error"))
+        within = np.sqrt((errors**2).sum()) / 3.0
+        assert turns[name].error == pytest.approx(within, rel=0.03)
+        assert abs(turns[name].value - values.mean()) < 4.0 * np.hypot(turns[name].error, within)
+        whole = np.sqrt(within**2 + values.var() / 12_001)
+        assert whole > 1.2 * within
+        assert drawn[name].error == pytest.approx(whole, rel=0.03)
+        assert abs(drawn[name].value - values.mean()) < 4.0 * np.hypot(drawn[name].error, within)
+
+
 @pytest.mark.validation
 def test_one_mass_takes_the_same_records() -> None:
     """In the kernel of one mass, in single precision with noise and in double precision without."""

@@ -15,6 +15,7 @@ from springpot.simulation.kernel.several import several
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
+from tests.simulation.systems import of_many_kinds
 from tests.sizes import validation
 
 pytestmark = pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -437,7 +438,8 @@ def alone_and_held(kind: Any, numbers: tuple[Any, ...]) -> tuple[Run, Run, dict[
     def parts(**k: Any) -> list[Any]:
         return [sp.Spring(1.0, **k), sp.Dashpot(0.1, **k), kind(*numbers, **k)]
 
-    one = sp.System(sp.Mass(1.5), *parts(), sp.WhiteNoise(1.0))
+    whole = of_many_kinds if kind in (sp.Contact, sp.PolynomialDashpot, sp.VanDerPol) else sp.System
+    one = whole(sp.Mass(1.5), *parts(), sp.WhiteNoise(1.0))
     two = sp.System(
         *masses(a=1.5, b=1e6), *parts(between=("b", "a")), sp.WhiteNoise(1.0, on="a"), sp.Spring(1e6, between=GROUND_B)
     )

@@ -19,6 +19,7 @@ from springpot.studies.question import read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
 from springpot.studies.tasks import tasks
+from tests.sizes import validation
 from tests.studies.samples import COMMAND, content, write_toml
 
 RARE: dict[str, Any] = {
@@ -45,10 +46,13 @@ def killed(file: Path, store: Path, lines: int) -> None:
     assert process.wait() == -signal.SIGKILL
 
 
-def test_a_kill_in_a_cell_keeps_its_repetitions_and_the_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("lines", [40, validation(5)])  # among those that split, and among the plain ones
+def test_a_kill_in_a_cell_keeps_its_repetitions_and_the_bits(
+    lines: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file, store = write_toml(tmp_path / "rare.toml", RARE), tmp_path / "rare.zarr"
     study = read_study(file)
-    killed(file, store, lines=10)
+    killed(file, store, lines)
     kept = [*store.glob("*/*/numbers/*.repetitions")]
     assert len(kept) == 1
     before = {tuple(json.loads(line)["of"]) for line in kept[0].read_bytes().rpartition(b"\n")[0].splitlines()}

@@ -11,6 +11,7 @@ from scipy import integrate, special
 
 import springpot as sp
 from springpot.theory import NoConvergenceError, NotCoveredError, exact, linear, linearization, solve_all
+from springpot.theory.methods.systems.energy import ExactLaw
 from tests.sizes import validation
 from tests.struck import rates_of, speeds_of
 
@@ -273,9 +274,19 @@ def test_the_least_energy_inside_a_contact(push: float) -> None:
 
 
 def test_energies_beyond_double_precision_are_said_so() -> None:
-    two_wells = sp.System(sp.Spring(-1.0), cubic(1.0), sp.Dashpot(1.0), sp.ThermalNoise(1e-40))
-    with pytest.raises(NoConvergenceError, match="double precision"):
-        exact(two_wells)
+    """Soon: what rounding leaves open no finer panel settles."""
+
+    def found(temperature: float) -> ExactLaw:
+        return exact(sp.System(sp.Spring(-1.0), cubic(1.0), sp.Dashpot(1.0), sp.ThermalNoise(temperature)))
+
+    for temperature in (1e-14, 1e-40):
+        with pytest.raises(NoConvergenceError, match="double precision"):
+            found(temperature)
+    near = found(1e-11)  # two normal densities of the variance kT / 2
+    assert near.x_density(1.0) == pytest.approx(0.5 / math.sqrt(math.pi * 1e-11), rel=2e-4)
+    assert near.x_mean_square == pytest.approx(1.0, abs=1e-10)
+    assert len(near.warnings) == 1
+    assert "rounding changes the density by 8e-05" in near.warnings[0]
 
 
 def test_matched_noise_needs_a_dissipator() -> None:

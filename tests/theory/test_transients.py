@@ -129,11 +129,76 @@ def test_a_factor_of_the_envelope_is_its_square() -> None:
     assert large.x_mean_square == pytest.approx(9.0 * small.x_mean_square, rel=1e-12)
 
 
+DUFFING = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 0.5)), sp.WhiteNoise(1.0, envelope=ENVELOPE)
+
+
+def test_a_cubic_spring_is_linearized_at_each_time() -> None:
+    """Against another program of the same closure."""
+    found = sp.theory.transient(sp.System(*DUFFING, sp.Dashpot(0.3)), TIMES)
+    assert found.x_mean_square == pytest.approx([0.25016, 0.52525, 0.55635, 0.35887, 0.13398, 0.00978], rel=5e-4)
+    assert found.v_mean_square == pytest.approx([0.43020, 1.04468, 1.08532, 0.55937, 0.16083, 0.01001], rel=5e-4)
+    assert not found.is_exact
+    assert found.warnings == (
+        "The springs bend so much that x is far from Gaussian: its variance comes out too small.",
+    )
+    weak = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1e-9)), sp.Springpot(0.5, 0.3), DUFFING[-1])
+    still = sp.theory.transient(weak, [0.0, 6.0])
+    assert still.x_mean_square == pytest.approx([0.0, TABLE[sp.Springpot(0.5, 0.3)][0][2]], rel=5e-4)
+    assert still.v_mean_square == pytest.approx([0.0, TABLE[sp.Springpot(0.5, 0.3)][1][2]], rel=5e-4)
+    assert not still.warnings
+
+
+def test_nonlinear_systems_end_in_the_stationary_linearization() -> None:
+    ends = ("ground", "a"), ("a", "b")
+    system = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(2.0, at="b"), sp.PolynomialSpring((0.0, 0.0, 2.0), between=ends[0]),
+        sp.Spring(3.0, between=ends[1]), sp.PolynomialDashpot((0.8, 0.4), between=ends[1]),
+        sp.Maxwell(1.0, 1.0, between=ends[0]), sp.Dashpot(0.5, between=ends[0]), sp.ColoredNoise(1.0, 0.3, on="b"),
+    )  # fmt: skip
+    found, stationary = sp.theory.transient(system, 30.0), sp.theory.linearization(system)
+    for name, end in found.numbers.items():
+        assert end == pytest.approx(stationary.numbers[name], rel=1e-3)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(
+    ("damper", "stiffest", "limits"),
+    [
+        (sp.Dashpot(0.3, between=("ground", "a")), 0.5, (0.09, 0.03)),
+        (sp.Springpot(0.5, 0.3, between=("ground", "a")), 0.5, (0.06, 0.05)),
+        (sp.Dashpot(0.3, between=("ground", "a")), 5.0, (0.17, 0.07)),
+    ],
+)
+def test_the_linearization_in_time_is_as_near_to_simulation_as_it_says(
+    damper: Any, stiffest: float, limits: tuple[float, float]
+) -> None:
+    ends = {"between": ("ground", "a")}
+    system = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(1.0, between=("ground", "b")), sp.Spring(1.0, **ends),
+        sp.PolynomialSpring((0.0, 0.0, stiffest), **ends), damper, sp.WhiteNoise(1.0, on="a", envelope=ENVELOPE),
+    )  # fmt: skip
+    near = [0.0, *(time + side for time in TIMES for side in (-0.1, 0.1))]
+    found, run = sp.theory.transient(system, TIMES), sp.simulate(system, paths=60_000, step=0.02, profile=near)
+    for name, limit in zip(("a_x_mean_square", "a_v_mean_square"), limits, strict=True):
+        own = run.profiles[f"{name}_profile"]
+        value, error = own.value[1::2], own.standard_error[1::2]
+        assert (error < 0.01 * value).all()
+        assert (np.abs(getattr(found, name) - value) < limit * value + 3.0 * error).all()
+
+
 @pytest.mark.parametrize(
     ("parts", "sentence"),
     [
         ((sp.Barrier(0.0),), "not barrier"), ((sp.Friction(0.1),), "not friction"),
-        ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), "not polynomial_spring"),
+        ((sp.PolynomialSpring((0.0, 0.1, 1.0)),), "where the mean of x stays 0"),
+        ((sp.PolynomialSpring((-3.0, 0.0, 1.0)),), "not two wells"),
+        ((sp.VanDerPol(0.1, 1.0),), "none that feed small motions"),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.BoucWen(1.0, 1.0)), "in time not bouc_wen"),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.0)), "not barrier"),
+        (
+            (sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.SpectralExcitation((0.1, 1.0), (1.0, 1.0))),
+            "not a noise of a given spectral density",
+        ),
         ((sp.Constant(1.0),), "not constant or harmonic forces, thermal noise or noise that multiplies x"),
         ((sp.Dashpot(0.1), sp.ThermalNoise(1.0)), "not constant or harmonic forces, thermal noise"),
     ],

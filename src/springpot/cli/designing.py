@@ -20,7 +20,7 @@ from springpot.cli.flags import (
     problem_of,
     written,
 )
-from springpot.cli.terminal import Bar, Json, Whole, check_picture, say
+from springpot.cli.terminal import Bar, Json, Whole, check_picture
 from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 
@@ -127,8 +127,7 @@ def design(
             )  # fmt: skip
     except ValueError as fault:  # the argument that the command has in two flags is named by them
         raise ValueError(str(fault).replace("subject_to", "--below and --above")) from fault
-    for sentence in found.warnings:
-        say(f"warning: {sentence}")
+    warn(*found.warnings)
     if place is not None:
         place.write_text(to_toml(with_values(system, found.values)), encoding="utf-8")
     if plot is not None:

@@ -197,8 +197,8 @@ def _by_monte_carlo(
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     for name in names:
         if math.isnan(base[name][0]):
-            why = f": {motion.uncountable}" if motion.uncountable and "impact_" in name else ""
-            said.append(f"{name} has no value for this model{why}.")
+            why = motion.uncounted_because(name)
+            said.append(f"{name} has no value for this model{f': {why}' if why else ''}.")
         elif base[name][0] == 0.0:
             said.append(f"{name} is 0 for this model: it has no relative change.")
     derivatives = {}

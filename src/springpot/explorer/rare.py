@@ -1,4 +1,4 @@
-"""The curve of level against return period that a tab asks for: found by splitting, further right step by step."""
+"""The curve of level against return period that a tab asks for: found by splitting, and shown while it grows."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
 __all__ = ["LEVELS", "growing"]
 
 LEVELS = 13  # of the curve
-SHARES = 5, 7, 9, 11, 13  # of these, how many each step asks for: the last one takes about as long as all before it
 
 
 def growing(
     system: System, asked: Rare, run: Mapping[str, Any], progress: Callable[..., None], stop: Callable[[], bool]
 ) -> dict[str, Any]:
-    """Exceedance of more and more levels, the frequent ones first: numbers as words and texts, a chart, and warnings.
+    """Exceedance of many levels by one run: numbers as words and texts, a chart, and warnings.
+
+    While it goes on, the curve has the levels that paths have exceeded so far: first those that are frequent.
 
     Parameters
     ----------
@@ -48,11 +50,9 @@ def growing(
 
     Examples
     --------
-    >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
-    >>> from springpot.problem.system import System
-    >>> device = System(Spring(1.0), Dashpot(0.5), WhiteNoise(1.0))
+    >>> from springpot.problem.oscillator import Oscillator
     >>> wish = Rare(kind="rare", of="x", low=2.0, high=3.0, duration=20.0, rtol=0.5)
-    >>> found = growing(device, wish, {"start": "rest"}, lambda fraction, **known: None, lambda: False)
+    >>> found = growing(Oscillator(), wish, {"start": "rest"}, lambda fraction, **known: None, lambda: False)
     >>> found["charts"][0]["y"], len(found["numbers"])
     (('return period', 's'), 13)
     """
@@ -61,38 +61,46 @@ def growing(
     if asked.low == asked.high:
         raise ValueError("the first and the last level must differ: the curve goes from the one to the other.")
     levels = np.linspace(asked.low, asked.high, LEVELS)
-    known = dict[str, Any]()
-    for number, count in enumerate(SHARES):
+    known, told = dict[str, Any](), 0.0
 
-        def check(fraction: float, number: int = number, known: dict[str, Any] = known) -> None:
-            if stop():
-                raise Stopped("it was stopped.")
-            progress((number + fraction) / len(SHARES), **known)
+    def check(fraction: float) -> None:
+        nonlocal told
+        if stop():
+            raise Stopped("it was stopped.")
+        told = fraction
+        progress(fraction, **known)
 
-        try:
-            curve = exceeded(
-                system, {asked.of: levels[:count]}, duration=asked.duration, rtol=asked.rtol, **run, progress=check
-            )[asked.of]
-        except Stopped:
-            return known | {"said": [f"Stopped: the curve has {known.get('found', 0)} of {LEVELS} levels."]}
-        known = _shown(curve, levels, asked.duration)
-    return known
+    def grow(curve: ExceedanceCurve) -> None:
+        nonlocal known
+        # larger repetitions begin anew: until they have come as far, what is known stays
+        if np.count_nonzero(curve.probability) >= known.get("found", 1):
+            known = _shown(curve, asked.duration, curve.probability > 0.0)
+        check(told)
+
+    try:
+        curve = exceeded(
+            system, {asked.of: levels}, duration=asked.duration, rtol=asked.rtol, **run, progress=check, watch=grow
+        )[asked.of]
+    except Stopped:
+        return known | {"said": [f"Stopped: the curve has {known.get('found', 0)} of {LEVELS} levels."]}
+    return _shown(curve, asked.duration, np.ones(LEVELS, bool))
 
 
-def _shown(curve: ExceedanceCurve, levels: Any, duration: float) -> dict[str, Any]:
-    """A curve as the page shows it, on an axis that has room for all levels."""
-    title, unit = titled(curve.name), written(curve.unit)
-    missing = np.full(levels.size - curve.levels.size, math.nan)
-    values, low, high = (np.concatenate([each, missing]) for each in (curve.return_period, *curve.return_interval))
+def _shown(curve: ExceedanceCurve, duration: float, said: npt.NDArray[np.bool_]) -> dict[str, Any]:
+    """A curve as the page shows it, on an axis that has room for all levels, with the numbers of some."""
+    title, unit, seen = titled(curve.name), written(curve.unit), curve.probability > 0.0
+    values, low, high = (np.where(seen, each, math.nan) for each in (curve.return_period, *curve.return_interval))
     numbers = [
-        (f"{title} past {level:.6g} {unit}, within {duration:.4g} s", text_of(said))
-        for level, said in zip(curve.levels, curve.said, strict=True)
+        (f"{title} past {level:.6g} {unit}, within {duration:.4g} s", text_of(words))
+        for level, words, is_said in zip(curve.levels, curve.said, said, strict=True)
+        if is_said
     ]
     how = {"splitting": "by splitting", "plain": "on plain paths"}[curve.method]
     note = f"{curve.repetitions} repetitions of {curve.paths} paths {how}. The band is the 95 % interval."
-    order = np.argsort(levels)  # those below the start are exceeded downwards
-    at = levels[order]
+    order = np.argsort(curve.levels)  # those below the start are exceeded downwards
+    at = curve.levels[order]
     line = {"name": "return period", "values": values[order], "low": low[order], "high": high[order]}
     drawn = chart(f"{title}: level against return period", (f"level of {title}", unit), ("return period", "s"), at,
                   [line], logarithmic="y", note=note)  # fmt: skip
-    return {"numbers": numbers, "charts": [drawn], "said": [*map(str, curve.warnings)], "found": curve.levels.size}
+    found = int(np.count_nonzero(seen))
+    return {"numbers": numbers, "charts": [drawn], "said": [*map(str, curve.warnings)], "found": found}

@@ -46,13 +46,12 @@ def offered(system: System) -> dict[str, Any]:
     from springpot.simulation.plan.seen import LEVELS
 
     motion = motion_of(system)
-    speeds = [one.names["impact_speed"] for one in motion.seen if motion.touched and "impact_speed" in one.names]
     moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]
     felt = {name: f"{name} cannot be seen: {one.reason}." if one.reason else "" for name, one in motion.felt.items()}
     return {
         "ends": motion.ends,
         "levels": [(name, titled(name), written(LEVELS[kind]), "") for name, (kind, _) in motion.levels.items()]
-        + [(name, titled(name), "m/s", "") for name in speeds],
+        + [(name, titled(name), "m/s", "") for name in motion.speeds if motion.touched],
         "displacements": [(name, titled(name), "m", "") for name in moving],
         "forces": [(name, titled(name), _unit(system, name), why) for name, why in felt.items()],
         "of_impacts": [(name, titled(name), _unit(system, name), "") for name in motion.of_impacts],
@@ -111,7 +110,13 @@ def observed(
     )
     return {
         "numbers": [*_numbers(found), *_passed(found)],
-        "charts": [*_histograms(found, asked), *_survival(found), *_return_periods(found), *_profiles(found)],
+        "charts": [
+            *_histograms(found, asked),
+            *_cycles(found, asked.cycles_of),
+            *_survival(found),
+            *_return_periods(found),
+            *_profiles(found),
+        ],
         "said": [*map(str, found.warnings)],
     }
 
@@ -165,12 +170,25 @@ def _passed(run: Run) -> Iterator[tuple[str, str]]:
 
 
 def _histograms(run: Run, asked: Observe) -> Iterator[dict[str, Any]]:
-    for name in (*asked.forces, *([f"{asked.cycles_of}_range"] if asked.cycles_of else [])):
+    for name in asked.forces:
         edges, density = run.distributions[name].density(HISTOGRAM_BINS)[:2]
-        unit = _unit(run.system, name.removesuffix("_range"))
-        title = titled(name) if name in asked.forces else f"{titled(asked.cycles_of)}: ranges of its cycles"
-        yield chart(title, (titled(name), unit), ("density", f"1/({unit})" if "/" in unit else f"1/{unit}"), edges,
-                    bars=density)  # fmt: skip
+        unit = _unit(run.system, name)
+        yield chart(titled(name), (titled(name), unit), ("density", f"1/({unit})" if "/" in unit else f"1/{unit}"),
+                    edges, bars=density)  # fmt: skip
+
+
+def _cycles(run: Run, name: str) -> Iterator[dict[str, Any]]:
+    """How many cycles per hour are longer than each range."""
+    if name:
+        from springpot.simulation.paths.statistics import NORMAL
+        from springpot.simulation.watch.rainflow import longer_cycles  # Numba is slow to import
+
+        rate = 3600.0 * run[f"{name}_cycle_rate"].value
+        place, longer, error = longer_cycles(run.distributions[f"{name}_range"], rate)
+        low, high = longer - NORMAL * error, longer + NORMAL * error
+        line = {"name": "longer cycles", "values": longer, "low": np.where(low > 0.0, low, np.nan), "high": high}
+        yield chart(f"{titled(name)}: ranges of its cycles", (titled(f"{name}_range"), _unit(run.system, name)),
+                    ("longer cycles", "1/h"), place, [line], logarithmic="y", note="With 95 % intervals.")  # fmt: skip
 
 
 def _survival(run: Run) -> Iterator[dict[str, Any]]:

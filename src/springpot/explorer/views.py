@@ -212,3 +212,4 @@ def _of_parts(system: System) -> Iterator[tuple[str, str]]:
         yield f"{name}_impact_speed_mean", f"mean impact speed on {titles[name]}"
         yield f"{name}_voltage_mean_square", f"mean square voltage of {titles[name]}"
         yield f"{name}_current_mean_square", f"mean square current of {titles[name]}"
+        yield f"{name}_current_of_one_mean_square", f"mean square current of one {titles[name]}"

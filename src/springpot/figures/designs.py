@@ -54,12 +54,12 @@ class Design:
         mark = LOOKS[self.number % len(LOOKS)][1]
         bars(
             self.ax, place, value, standard_error, color=self.color or "0.35", marker=mark, size=size,
-            label=self._named(measured), gid=self.gid,
+            label=self.named(measured), gid=self.gid,
         )  # fmt: skip
 
     def curve(self, method: str, place: ArrayLike, values: ArrayLike) -> None:
         """Draw a curve of the theory."""
-        label = self._named(method_label(method))
+        label = self.named(method_label(method))
         method_curve(self.ax, method, place, values, color=self.color, label=label, gid=self.gid)
 
     def curves(self, theory: Theory, curve_of: Callable[[Result], Curve | None], place: FloatArray) -> None:
@@ -75,7 +75,8 @@ class Design:
         """The mark of its lines, by which the designs on some axes are counted."""
         return f"{_TAG}{self.number}"
 
-    def _named(self, what: str) -> str:
+    def named(self, what: str) -> str:
+        """What the legend calls something of this design."""
         return ", ".join(filter(None, [self.label, what]))
 
 

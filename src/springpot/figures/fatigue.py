@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.figures.designs import next_design
+from springpot.figures.designs import CYCLE, next_design
 from springpot.figures.style import panel
 from springpot.machine.faults import listed, shown
+from springpot.problem.basquin import HOUR
 from springpot.simulation.result.results import Run
+from springpot.simulation.watch.rainflow import longer_cycles
 from springpot.theory.spectral_fatigue import Fatigue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["plot_rainflow"]
-
-_HOUR = 3600.0
 
 
 def plot_rainflow(
@@ -69,16 +69,15 @@ def plot_rainflow(
     if quantity not in known:
         have = f"it has those of {listed(known)}" if known else "simulate with rainflow="
         raise ValueError(f"run holds no cycles of {quantity!r}: {have}.")
-    ranges, rate = run.distributions[f"{quantity}_range"], _HOUR * run[f"{quantity}_cycle_rate"].value
+    ranges, rate = run.distributions[f"{quantity}_range"], HOUR * run[f"{quantity}_cycle_rate"].value
     design = next_design(panel(ax), color, label)
-    place = np.linspace(0.0, ranges.edges[-1], bars + 1)[1:-1]
-    share, error = ranges.share_above(place)
-    seen = share > 0.0
-    design.bars(place[seen], rate * share[seen], rate * error[seen], measured="Monte Carlo, 95 %", size=2.5)
+    place, longer, error = longer_cycles(ranges, rate, bars)
+    design.bars(place, longer, error, measured="Monte Carlo, 95 %", size=2.5)
     if theory is not None:
-        narrow = _HOUR * theory.crossing_rate * np.exp(-(place**2) / (8.0 * theory.moments[0.0]))
-        design.ax.plot(place, narrow, color=color or "C1", lw=1.2, label="narrow band", gid=design.gid)
-    lowest = 0.3 * rate * float(share[seen].min()) if seen.any() else 1.0
+        narrow = HOUR * theory.crossing_rate * np.exp(-(place**2) / (8.0 * theory.moments[0.0]))
+        design.ax.plot(place, narrow, color=design.color or CYCLE[0], lw=1.2, label=design.named("narrow band"),
+                       gid=design.gid)  # fmt: skip
+    lowest = 0.3 * float(longer.min()) if longer.size else 1.0
     lowest = min(lowest, design.ax.get_ylim()[0]) if design.number else lowest
     design.ax.set(
         yscale="log", ylim=(lowest, None), xlabel=f"range of {quantity.replace('_', ' ')} ({ranges.unit})",

@@ -180,7 +180,7 @@ def _fit(model: Any, data: Any, how: How) -> Fit:
     likelihood.stop = None  # the search has ended, and what is asked of it later is answered
     # a function keeps its free numbers as its arguments, and the noise of a measurement is no number of the model
     in_model = {} if callable(model) else {name: named[name] for name in free_numbers(model)}
-    bic, aicc = _criteria(likelihood, best.deviance, theta)
+    bic, aicc = _criteria(likelihood, best.deviance)
     return Fit(
         model=with_values(model, in_model) if in_model else model,
         data=data,
@@ -246,7 +246,7 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
             return RecordLikelihood(system, data, how.seed, how.stop)
 
 
-def _criteria(likelihood: Likelihood, deviance: float, theta: Any) -> tuple[float, float]:
+def _criteria(likelihood: Likelihood, deviance: float) -> tuple[float, float]:
     """BIC and corrected AIC."""
     n, k = likelihood.size, len(likelihood.coordinates.free) + (not likelihood.known)
     whole = deviance if likelihood.known else n * math.log(max(deviance, 1e-300) / n) + n

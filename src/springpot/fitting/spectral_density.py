@@ -15,7 +15,6 @@ from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
     Constant,
     Harmonic,
-    KanaiTajimiNoise,
     ParametricNoise,
     PoissonImpulses,
     RecordedExcitation,
@@ -23,7 +22,7 @@ from springpot.problem.parts import (
     ThermalNoise,
     WhiteNoise,
 )
-from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.excitations import Excitation, GroundNoise
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
@@ -114,9 +113,8 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
 
 def _density(noise: Any, w: FloatArray) -> Any:
     """Of a noise at many frequencies."""
-    if isinstance(noise, KanaiTajimiNoise):
-        return _filtered(noise, w)
-    return np.vectorize(noise.density, otypes=[float])(w) if isinstance(noise, SpectralExcitation) else noise.density(w)
+    one_by_one = isinstance(noise, GroundNoise | SpectralExcitation)
+    return np.vectorize(noise.density, otypes=[float])(w) if one_by_one else noise.density(w)
 
 
 def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:
@@ -167,11 +165,6 @@ def moduli(system: System, p: ComplexArray) -> dict[str, tuple[FloatArray, Compl
         name: (system.coordinates.elongations[name], part.modulus(p) + part.inertia * p**2 + np.zeros_like(p))
         for name, part in system.elements.items()
     }
-
-
-def _filtered(noise: KanaiTajimiNoise, w: FloatArray) -> FloatArray:
-    square, damped = (w / noise.frequency) ** 2, (2.0 * noise.damping * w / noise.frequency) ** 2
-    return np.asarray(noise.intensity / (2.0 * np.pi) * (1.0 + damped) / ((1.0 - square) ** 2 + damped))
 
 
 def folded(density: Density, rate: float) -> Density:

@@ -147,12 +147,12 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
         loc="upper right", frameon=False, title=f"{definition}\n95 % bars are smaller than the markers in this panel"
     )
     curves.set_yscale("log")
-    curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")
+    curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$ (m²)")
     curves.text(0.008, 0.03, "α = 0: no stationary state", rotation=90, va="bottom", color="0.35", size="small",
                 transform=curves.get_xaxis_transform())  # fmt: skip
     for ratios, start in ((from_rest, "from rest"), (from_adapted, "adapted start")):
         ratios.axhline(1.0, color=COLORS["black"], linewidth=1.2)
-        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}  [–]")
+        ratios.set_ylabel(f"Monte Carlo / Eq. 20\n{start}")
         ratios.text(0.5, 0.06, "bars: 95 %", ha="center", size="small", transform=ratios.transAxes)
     reached = [1.0 - montecarlo.shortfall(Oscillator(1.0, Springpot(float(alpha), 1.0)), duration) for alpha in fine]
     from_rest.plot(fine, reached, color="0.45", linewidth=1.2, linestyle="--", label="Eq. 19, not yet stationary")
@@ -160,7 +160,7 @@ def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:
     for axes in (curves, from_rest, from_adapted):
         axes.axvline(0.0, color="0.45", linestyle=(0, (4, 3)), linewidth=1.2)
     from_adapted.sharey(from_rest)
-    from_adapted.set_xlabel(r"order of the derivative $\alpha$  [–]")
+    from_adapted.set_xlabel(r"order of the derivative $\alpha$")
     from_adapted.set_xlim(-0.03, 1.03)
     return save(figure, path)
 
@@ -223,11 +223,11 @@ def _draw_errata(path: Path, simulated: FloatArray) -> Path:
         bars(axes, _OMEGAS, mu, error, color=COLORS["black"], size=_REST[1], label=label)
     curves.set_xscale("log")
     curves.set_yscale("log")
-    curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$  [m²]")
+    curves.set_ylabel(r"mean square amplitude $\mu = \langle A^2\rangle$ (m²)")
     curves.legend(frameon=False, title=r"$A^2 = x^2 + \dot x^2/\Omega^2$,  $\alpha = 0.7$,  $C = 0.2$,  $q = 1$ m² s⁻³")
     ratios.set_yscale("log")
-    ratios.set_ylabel("over Eq. 20 corrected  [–]")
-    ratios.set_xlabel(r"natural frequency $\Omega$  [rad/s]")
+    ratios.set_ylabel("over Eq. 20 corrected")
+    ratios.set_xlabel(r"natural frequency $\Omega$ (rad/s)")
     ratios.set_xticks([0.3, 0.5, 1.0, 2.0, 3.0], ["0.3", "0.5", "1", "2", "3"])
     ratios.set_yticks([0.3, 0.5, 1.0, 2.0, 3.0], ["0.3", "0.5", "1", "2", "3"])
     ratios.minorticks_off()

@@ -98,6 +98,10 @@ def _with(*powers: str) -> Callable[[Part], bool]:
     return lambda part: not {*powers}.isdisjoint(part.powers)
 
 
+def _is_a(kind: type[Part]) -> Callable[[Part], bool]:
+    return lambda part: isinstance(part, kind)
+
+
 def _balances(system: System) -> bool:
     """Whether the balance of energy is a check, and no definition of what is fed in."""
     independent = any(map(_with("input"), system.parts)) or (_is_several(system) and bool(system.of(ThermalNoise)))
@@ -108,11 +112,7 @@ def _is_single(system: System) -> bool:
     return len(system.points) == 1
 
 
-def _is_any(system: System) -> bool:
-    return True
-
-
-def _is_part(part: Part) -> bool:
+def _always(_: System | Part) -> bool:
     return True
 
 
@@ -124,20 +124,12 @@ def _has_spring(part: Part) -> bool:
     return "stored" in part.powers and not isinstance(part, Constant)
 
 
-def _is_circuit(part: Part) -> bool:
-    return isinstance(part, Circuit)
-
-
-def _is_resonant(part: Part) -> bool:
-    return isinstance(part, ResonantCircuit)
+def _is_one_of_coils(part: Part) -> bool:
+    return isinstance(part, ResonantCircuit) and part.count > 1
 
 
 def _is_soft(part: Part) -> bool:
     return part.soft_stop is not None
-
-
-def _is_rigid(part: Part) -> bool:
-    return isinstance(part, Barrier)
 
 
 def _has_force(part: Part) -> bool:
@@ -158,7 +150,7 @@ _DAMPING: dict[str, Any] = {
 _DAMPING_OF_ONE: dict[str, Any] = {
     **_DAMPING, "when": f"{_DAMPING['when']}, and one mass", "where": _is_single, "controlled": False,
 }  # fmt: skip
-_CIRCUITS: dict[str, Any] = {"of": _is_circuit, "where": lambda system: not system.of(ThermalNoise)}
+_CIRCUITS: dict[str, Any] = {"of": _is_a(Circuit), "where": lambda system: not system.of(ThermalNoise)}
 _SOFT: dict[str, Any] = {"when": "with soft contacts and one mass", "of": _is_soft, "where": _is_single}
 _SINGLE: dict[str, Any] = {"when": "with one mass", "where": _is_single}
 _END: dict[str, Any] = {**_SINGLE, "controlled": False}
@@ -196,13 +188,13 @@ def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System
 
 def _owner(name: str) -> Callable[[Part], bool]:
     """Walls of the results of each wall; otherwise any part."""
-    return _with("stop") if name.startswith(_OF) else _is_part
+    return _with("stop") if name.startswith(_OF) else _always
 
 
 _FELT = (
-    (f"{_OF}force", "N", "N2", "force of the part", "", _is_any),
-    (f"{_OF}force_of_one", "N", "N2", "force of one of several equal parts", ", with `count=`", _is_any),
-    ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _is_any),
+    (f"{_OF}force", "N", "N2", "force of the part", "", _always),
+    (f"{_OF}force_of_one", "N", "N2", "force of one of several equal parts", ", with `count=`", _always),
+    ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _always),
     ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
     (f"{_AT}acceleration", "m s-2", "m2 s-4", _ABSOLUTE, _OF_SEVERAL["<point>"], _is_several),
 )  # fmt: skip
@@ -272,7 +264,10 @@ CATALOGUE = (
     Quantity("<part>_voltage_mean_square", "V2", "mean square voltage of the circuit", r"\langle V^2\rangle",
              "of each circuit, without thermal noise", **_CIRCUITS),
     Quantity("<part>_current_mean_square", "A2", "mean square current of the circuit's coil", r"\langle I^2\rangle",
-             "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _is_resonant}),
+             "of each circuit with a coil, without thermal noise", **_CIRCUITS | {"of": _is_a(ResonantCircuit)}),
+    Quantity("<part>_current_of_one_mean_square", "A2", "mean square current of one of several equal coils",
+             r"\langle I^2\rangle / n^2", "of each circuit with a coil and `count=`, without thermal noise",
+             **_CIRCUITS | {"of": _is_one_of_coils}),
     Quantity("harvested_power", "W", "power that all circuits deliver", r"\sum\langle V^2\rangle / R",
              "with circuits, without thermal noise", **_CIRCUITS),
     Quantity("contact_share", "1", "share of the time in which a contact is touched", **_SOFT),
@@ -292,10 +287,10 @@ CATALOGUE = (
              **_END_OF_SEVERAL),
     Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"{of}counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
-               when=f"`slowest_counted_impact=`{when}", where=where, **_COUNTED)
+               when=f"`slowest_counted_impact=`{when}", **_COUNTED)
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
                                ("impact_speed_mean_square", "m2 s-2", "mean square speed"))
-      for of, where, when in (("", _is_any, ""), (_OF, _is_several, ", of each wall, with several masses"))),
+      for of, when in (("", ""), (_OF, ", of each wall and contact"))),
     *(entry
       for name, unit, said in (("x", "m", "the displacement"), ("v", "m s-1", "the velocity"),
                                ("amplitude", "m", "the amplitude"),
@@ -336,7 +331,7 @@ CATALOGUE = (
                when=f"`forces=`{more}", dimensions=dimensions, of=has, **_ASKED)
       for what, unit, said, has in (
           ("peak_force", "N", "the largest force of each touch of a soft contact", _is_soft),
-          ("impulse", "N s", "the impulse of each impact on a rigid wall; of one mass a lone wall", _is_rigid))
+          ("impulse", "N s", "the impulse of each impact on a rigid wall", _is_a(Barrier)))
       for ending, power, words, more, dimensions in (
           ("mean", 1, "mean of", "", ()), ("mean_square", 2, "mean square of", "", ()),
           ("density", -1, "probability density of", " with `distributions=`", (f"{_OF}{what}_bin",)),
@@ -352,7 +347,7 @@ CATALOGUE = (
           (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)", _OF_SEVERAL["<point>"], _is_several),
           (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
     *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", "",
-               f"`profile=`{_OF_SEVERAL.get(of.partition('_')[0], '')}", _with("stop") if "impact" in of else _is_part,
+               f"`profile=`{_OF_SEVERAL.get(of.partition('_')[0], '')}", _with("stop") if "impact" in of else _always,
                where, dimensions=("time_bin",), **_ASKED)
       for of, unit, said, where in (
           ("x_mean", "m", "mean displacement", _is_single),
@@ -361,9 +356,9 @@ CATALOGUE = (
           ("impact_rate", "s-1", "impacts per unit time", _is_single),
           ("impact_speed_mean", "m s-1", "mean speed before an impact", _is_single),
           ("impact_power", "W", "power that rigid walls take, if all have one constant restitution", _is_single),
-          ("damping_power", "W", "power that dampers and memory take", _is_any),
+          ("damping_power", "W", "power that dampers and memory take", _always),
           ("input_power", "W", "power that excitations feed in; of white noise and impulses its mean, known beforehand",
-           _is_any),
+           _always),
           (f"{_AT}x_mean", "m", "mean displacement of the mass", _is_several),
           (f"{_AT}x_mean_square", "m2", "mean square displacement of the mass", _is_several),
           (f"{_AT}v_mean_square", "m2 s-2", "mean square velocity of the mass", _is_several),

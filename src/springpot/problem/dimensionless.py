@@ -26,19 +26,32 @@ from springpot.problem.parts import (
     Springpot,
     WhiteNoise,
 )
-from springpot.problem.parts.checks import Checked, plain
+from springpot.problem.parts.checks import Checked, plain, put
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import restitution_at
 
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-__all__ = ["Dimensionless"]
+__all__ = ["Dimensionless", "checked_frequency"]
 
 _CANONICAL = (
     "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall whose restitution "
     "is a number, and white noise"
 )
+
+
+def checked_frequency(natural_frequency: object, springpot: object, barrier: object, excitation: object) -> float:
+    """The frequency of an oscillator that is made of these: a number, and its parts of the right kinds."""
+    frequency = finite_number(
+        natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."
+    )
+    for name, part, kind in (("springpot", springpot, Springpot), ("excitation", excitation, WhiteNoise)):
+        if not isinstance(part, kind):
+            raise TypeError(f"{name} must be a {kind.__name__}, not {shown(part)}.")
+    if not isinstance(barrier, Barrier | None):
+        raise TypeError(f"barrier must be a Barrier or None, not {shown(barrier)}.")
+    return frequency
 
 
 @dataclass(frozen=True)
@@ -72,18 +85,9 @@ class Dimensionless(Checked):
     excitation: WhiteNoise = field(default_factory=WhiteNoise)
 
     def __post_init__(self) -> None:
-        frequency = finite_number(
-            self.natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."
-        )
-        object.__setattr__(self, "natural_frequency", frequency)
-        if not isinstance(self.springpot, Springpot):
-            raise TypeError(f"springpot must be a Springpot, not {shown(self.springpot)}.")
-        if not isinstance(self.barrier, Barrier | None):
-            raise TypeError(f"barrier must be a Barrier or None, not {shown(self.barrier)}.")
+        put(self, natural_frequency=checked_frequency(**vars(self)))
         if self.barrier is not None and callable(self.barrier.restitution):
             raise ValueError("barrier must have a number as restitution: a System takes a law of the speed.")
-        if not isinstance(self.excitation, WhiteNoise):
-            raise TypeError(f"excitation must be a WhiteNoise, not {shown(self.excitation)}.")
         if self.excitation.envelope is not None:
             raise ValueError("excitation must be stationary: a System takes noise with an envelope.")
         if self.excitation.on != "mass":
@@ -123,9 +127,7 @@ class Dimensionless(Checked):
             if isinstance(part, Barrier) and callable(part.restitution):
                 raise NotCoveredError(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
-            raise NotCoveredError(
-                f"{unit.names[unit.parts.index(unit.of(Barrier)[1])]} is a second wall: {_CANONICAL}."
-            )
+            raise NotCoveredError(f"{unit.name_of(unit.of(Barrier)[1])} is a second wall: {_CANONICAL}.")
         pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
         orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
         if len(orders) > 1:
@@ -222,9 +224,7 @@ class Dimensionless(Checked):
     @property
     def direction(self) -> float:
         """1 where the mass moves above its wall, -1 below it, 0 without a wall."""
-        if self.barrier is None:
-            return 0.0
-        return 1.0 if self.barrier.side == "above" else -1.0
+        return 0.0 if self.barrier is None else self.barrier.inwards
 
     @property
     def dissipates(self) -> bool:

@@ -8,13 +8,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import Free, finite_number
 from springpot.machine.faults import listed, meant, shown
+from springpot.problem.parts.checks import real
 from springpot.problem.system import System
 
 __all__ = ["Free", "free", "free_numbers", "restarted", "with_values"]
 
 Model = TypeVar("Model")
+_ENDS = "low", "high"
 
 
 def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
@@ -63,8 +65,7 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
         raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}.")
     if any(isinstance(number, Free) for number in (start, *bounds)):
         raise TypeError(f"start and bounds must be plain numbers, not free ones, in the free number {name}.")
-    low = finite_number(bounds[0], "low", low=-LARGEST, high=LARGEST, hint=f"It is a bound of {name}.")
-    high = finite_number(bounds[1], "high", low=-LARGEST, high=LARGEST, hint=f"It is a bound of {name}.")
+    low, high = (real(bound, end, f"It is a bound of {name}.") for bound, end in zip(bounds, _ENDS, strict=True))
     if not low < high:
         raise ValueError(f"bounds must be in ascending order, not ({low:g}, {high:g}), in the free number {name}.")
     begin = finite_number(start, "start", low=low, high=high, hint=f"These are the bounds of {name}.")

@@ -130,6 +130,12 @@ MESSAGES: dict[str, Kind] = {
         "stationary values.",
         "Use a longer run and a later window, or rtol=.",
     ),
+    "window_from_rest": Kind(
+        _STATIONARY,
+        "the window is the whole run, because {asked} begins at rest, so that means over it include the transient: for "
+        "stationary means leave {asked} out, or give window=({begin:.3g}, {end:.3g}), where {asked} then begins.",
+        "Have stationary means and what happens from rest in two runs.",
+    ),
     "no_stationary_state": Kind(
         _STATIONARY, "there is no stationary state: {reason}.",
         "Read the averages as those of a transient, or add what dissipates energy.",

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Literal, Never
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
+from springpot.problem.dimensionless import checked_frequency
 from springpot.problem.parts import Barrier, Mass, Spring, Springpot, WhiteNoise
-from springpot.problem.parts.checks import check_names
+from springpot.problem.parts.checks import check_names, real
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides, check_excited
 from springpot.problem.system import System
 
@@ -64,14 +65,7 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         **others: Never,
     ) -> System:
         check_names("Oscillator", others, ["natural_frequency", "springpot", "barrier", "excitation"])
-        frequency = finite_number(
-            natural_frequency, "natural_frequency", low=1.0 / LARGEST, high=LARGEST, hint="It is Omega in rad/s."
-        )
-        for name, part, kind in (("springpot", springpot, Springpot), ("excitation", excitation, WhiteNoise)):
-            if not isinstance(part, kind):
-                raise TypeError(f"{name} must be a {kind.__name__}, not {shown(part)}.")
-        if not isinstance(barrier, Barrier | None):
-            raise TypeError(f"barrier must be a Barrier or None, not {shown(barrier)}.")
+        frequency = checked_frequency(natural_frequency, springpot, barrier, excitation)
         # sqrt(fl(w^2)) = w in binary arithmetic: the frequency comes back without a rounding error
         return System(Spring(frequency**2), springpot, *([] if barrier is None else [barrier]), excitation)
 
@@ -152,10 +146,8 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         order = finite_number(
             springpot[0], "springpot's order", low=0.0, high=1.0, hint="It runs from 0 (a spring) to 1 (a dashpot)."
         )
-        k_alpha = finite_number(
-            springpot[1], "springpot's k_alpha", low=0.0, high=LARGEST,
-            hint="It is in N s^order/m, per device, not per kg.",
-        )  # fmt: skip
+        hint = "It is in N s^order/m, per device, not per kg."
+        k_alpha = finite_number(springpot[1], "springpot's k_alpha", low=0.0, high=LARGEST, hint=hint)
         noise = WhiteNoise.from_psd(psd, psd_unit, sides=sides)
         check_excited(of, psd_unit)
         stop = _stop(gap, restitution, side)
@@ -214,12 +206,6 @@ def _stop(gap: float | None, restitution: float, side: Literal["above", "below"]
         if Barrier(restitution=restitution, side=side) != Barrier():
             raise ValueError("gap must be given with restitution or side: without a gap there is no wall.")
         return None
-    distance = finite_number(
-        gap,
-        "gap",
-        low=-LARGEST,
-        high=LARGEST,
-        hint="It is the distance from equilibrium to the wall in m; a negative gap is a preload.",
-    )
+    distance = real(gap, "gap", "It is the distance from equilibrium to the wall in m; a negative gap is a preload.")
     position = distance if side == "below" else -distance
     return Barrier(position=position + 0.0, restitution=restitution, side=side)  # + 0.0: no negative zero

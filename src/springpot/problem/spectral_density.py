@@ -181,7 +181,7 @@ def along_slopes(frequency: Sequence[float], slopes: Sequence[float], psd: float
 
 
 def read_densities(path: str | Path) -> tuple[tuple[float, ...], tuple[float, ...], DensityUnit]:
-    """Frequencies in Hz, densities and their unit, from a CSV file with the units in its header.
+    """Frequencies in Hz, densities per Hz and their unit, from a CSV file with the units in its header.
 
     Raises
     ------
@@ -211,8 +211,10 @@ def densities_in(file: TextIO, title: str) -> tuple[tuple[float, ...], tuple[flo
     """
     from springpot.machine.rows import column_of, numbers_of, rows_of  # slow to import, as NumPy is
 
-    units = {"frequency": FREQUENCY_UNITS, "psd": dict.fromkeys(get_args(DensityUnit), 1.0)}
-    units["density"] = units["psd"]
+    per_hertz = {unit: unit for unit in get_args(DensityUnit)}
+    per_radian = {unit.replace("Hz", "(rad/s)"): unit for unit in per_hertz}  # 2 pi of these are 1 Hz
+    sizes = dict.fromkeys(per_hertz, 1.0) | dict.fromkeys(per_radian, 2.0 * math.pi)
+    units = {"frequency": FREQUENCY_UNITS, "psd": sizes, "density": sizes}
     rows = rows_of(file, title, lambda line, number: None)
     line, cells = next(rows)
     heads = [" ".join(cell.split()) for cell in cells]
@@ -227,5 +229,6 @@ def densities_in(file: TextIO, title: str) -> tuple[tuple[float, ...], tuple[flo
     if not len(values):
         raise FileError(f"{title} is empty below its header: a density needs two points or more.")
     at, of = kinds.index("frequency"), kinds.index("psd")
-    size = FREQUENCY_UNITS[known[at][1]]
-    return tuple((size * values[:, at]).tolist()), tuple(values[:, of].tolist()), known[of][1]  # type: ignore[return-value]
+    size, unit = FREQUENCY_UNITS[known[at][1]], known[of][1]
+    frequency, psd = size * values[:, at], sizes[unit] * values[:, of]
+    return tuple(frequency.tolist()), tuple(psd.tolist()), {**per_hertz, **per_radian}[unit]

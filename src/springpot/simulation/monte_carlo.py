@@ -43,6 +43,7 @@ from springpot.simulation.watch.requested import Requested, requested
 
 __all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 
+_SAID_BY = {"no_stationary_state": "starts_from_rest", "transient_in_window": "window_from_rest"}
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
 _OF_RTOL = ("quantities", "max_time")
 _WATCHED = (
@@ -76,8 +77,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    over_time = "profile" in wishes or wishes.get("first_passage")
-    plan = from_the_start(plan_of(system, **options), over_time, options.get("window"))
+    over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * bool(wishes.get("first_passage"))
+    plan, moved = from_the_start(plan_of(system, **options), over_time, options.get("window"))
     wanted = requested(plan, **wishes)
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))
@@ -88,16 +89,17 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     values, errors = estimates_of(simulation, ensemble.rows, seen)
     observed = wanted.read(simulation, ensemble)
     for name, samples in observed.means.items():
-        values[name], errors[name] = float(samples.mean()), standard_error(samples)
+        values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
     for name, (value, samples) in observed.counted_impacts.items():
-        values[name], errors[name] = value, standard_error(samples)
+        values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
     errors |= _errors_of_own(wanted, values, seen)
     speeds = observed.distributions.get("impact_speed")
     biases = step_biases(
         plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
     )
-    chosen = about_options(plan, options)
-    said = ["no_stationary_state"] if any(message.name == "starts_from_rest" for message in chosen) else []
+    chosen = [*about_options(plan, options), *moved]
+    names = {message.name for message in chosen}
+    said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
     counted = bool(wanted.counted)
     doubtful = (
         *chosen,
@@ -248,8 +250,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
-        faster, with several masses also of each wall, ``stop_counted_impact_rate``.  They exist also where the rate of
-        all impacts is infinite.
+        faster, ``stop_counted_impact_rate`` those of one wall or contact.  They exist also where
+        the rate of all impacts is infinite.
     profile : int or array_like
         A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
         square of v, impact rate and mean impact speed, the powers of excitations, dampers and rigid walls, and mean and

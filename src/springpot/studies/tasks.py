@@ -195,10 +195,9 @@ def check_some(study: Study, most: int) -> int:
                 motion.seen_by_name(name, "monte_carlo.forces", forces_only=True)
             wanted_cycles(motion, _curves_of(given))
             if "rtol" in given:
-                impacts = [name for name in study.quantities if "impact_" in name]
-                if impacts and motion.uncountable:
-                    reason = motion.uncountable
-                    raise ValueError(f"quantities must not have {impacts[0]}, which has no value: {reason}.")
+                for name in study.quantities:
+                    if reason := motion.uncounted_because(name):
+                        raise ValueError(f"quantities must not have {name}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
             if given:
                 plan_of(system, **_started(system, explicit or {"start": "stationary"}))

@@ -1,4 +1,4 @@
-"""Mean squares in time of linear systems from rest, with noise that may have an envelope.
+"""Mean squares in time of systems from rest, with noise that may have an envelope.
 
 The system and the filters of its noise are a state, dX = A X dt + e(t) b dW with the modes of springpots' memory
 (`springpot.theory.methods.systems.states`), and its covariance grows by
@@ -9,13 +9,18 @@ which is exact for an envelope that is constant in the step, however long that i
 has no state: each of its frequencies drives the system by e(t) exp(i w t), with e a straight line in each step, and
 
     <x^2> = int S(w) |int_0^t h(t - s) e(s) exp(i w s) ds|^2 dw.
+
+Nonlinear springs and dampers are replaced at each time by the linear ones whose force differs least in mean square, for
+Gaussian x and v with the covariance of that time (`springpot.theory.methods.systems.linearization`).  Half of what
+these have beyond constant ones acts as an impulse before each step of the constant system, and half after it, so that
+the error is of second order in the step.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,26 +31,33 @@ from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.linear import companion_of
+from springpot.theory.methods.systems.linearization import NearestLinear, nearest_in_time
 from springpot.theory.methods.systems.states import States, states_of
 
 __all__ = ["Transient", "transient"]
 
 FloatArray = npt.NDArray[np.float64]
 
-_REACH = "The transient covers linear systems from rest"
+_REACH = "The transient covers systems from rest"
 _STEPS = 800  # of the time that is asked for, and of an envelope
 _MOST_STEPS = 50_000
-_TURN = 0.1  # radians in a step in which a filter changes
+_TURN = 0.1  # radians in a step in which a filter or a spring changes
+_TRIES = 8  # of steps and memory that resolve the fastest motion, which nonlinear springs decide
 _SLOWEST, _FASTEST = 0.02, 300.0  # of one over the time, and of the fastest rate: the range of the memory
 _NODES, _WIDE, _FADED = 8, 6.0, 8.0  # of an interval of frequencies; times its width, and the decay of what it resolves
 _NEAR, _APART = 20.0, 3.0
 _MOST_FREQUENCIES = 60_000
 _SMALL = 1e-3
+_FADING = (
+    "When the noise has died away nonlinear dampers leave more motion than is computed: <x^2> and <v^2> came out up to "
+    "19 % too small."
+)
+_GAUSSIAN = "x and v are Gaussian at each time, and springs and dampers the linear ones that are then nearest to them."
 
 
 @dataclass(frozen=True, eq=False)
 class Transient:
-    """Mean squares of a linear system at times since its start from rest.
+    """Mean squares of a system at times since its start from rest.
 
     Attributes
     ----------
@@ -54,10 +66,17 @@ class Transient:
     numbers : dict of ndarray
         ``x_mean_square`` and ``v_mean_square``, in m^2 and m^2/s^2; of several masses ``box_x_mean_square``,
         ``box_v_mean_square`` and ``panel_box_elongation_mean_square``.  Each is an attribute too.
+    is_exact : bool
+        Whether the system is linear; otherwise it is replaced by the nearest linear one of each time.
+    assumptions, warnings : tuple of str
+        What was assumed, and where that is far from true.
     """
 
     time: FloatArray
     numbers: dict[str, FloatArray] = field(repr=False)
+    is_exact: bool = True
+    assumptions: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __getattr__(self, name: str) -> FloatArray:
         try:
@@ -67,20 +86,21 @@ class Transient:
 
 
 def transient(system: System, time: npt.ArrayLike) -> Transient:
-    """The exact mean squares in time of a linear system that starts from rest.
+    """The mean squares in time of a system that starts from rest: exact if it is linear, else by linearization in time.
 
     Parameters
     ----------
     system : System
         One mass or several with linear springs, dashpots, springpots, arms and circuits; noise of any kind, with or
-        without an envelope, but thermal noise and noise that multiplies x.  A filter starts from silence.
+        without an envelope, but thermal noise and noise that multiplies x.  A filter starts from silence.  Nonlinear
+        springs and dampers without mean forces too, with noise of any kind but a given spectral density.
     time : array_like
         In s, none below 0.
 
     Returns
     -------
     Transient
-        To about 1e-4 of the largest value.
+        Of linear systems to about 1e-4 of the largest value.
 
     Raises
     ------
@@ -89,6 +109,14 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     TypeError, ValueError
         If it is not a System, or a time is below 0.
 
+    Notes
+    -----
+    Of a nonlinear system this is a Gaussian closure: x and v are taken as Gaussian at each time, and springs and
+    dampers as the linear ones that differ least from them in mean square, as in `linearization`.  Of a cubic spring,
+    with a dashpot or a springpot, <x^2> came out up to 10 % too small where it holds less than the linear one, 16 %
+    where it holds more and 19 % where it is alone; <v^2> was within 6 %.  A warning says where the variance is off by
+    more than 5 %.  It stops being true for two wells and dampers that feed small motions, which are refused.
+
     Examples
     --------
     >>> import springpot as sp
@@ -96,15 +124,22 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     >>> shaken = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0, envelope=envelope))
     >>> transient(shaken, [4.0, 10.0]).x_mean_square.round(3).tolist()
     [0.983, 0.778]
+    >>> stiffer = sp.System(*shaken.parts, sp.PolynomialSpring((0.0, 0.0, 0.5)))
+    >>> found = transient(stiffer, [4.0, 10.0])
+    >>> found.x_mean_square.round(3).tolist(), found.is_exact
+    ([0.584, 0.529], False)
     """
     system = checked_system(system)
-    own = companion_of(system, over=True)
+    nearest = nearest_in_time(system)
+    own = companion_of(system, over=True) if nearest is None else nearest.companion
     if own.temperature > 0.0 or own.harmonics or own.parametric or own.force.any():
         raise NotCoveredError(f"{_REACH}, not constant or harmonic forces, thermal noise or noise that multiplies x.")
     times = real_array(time, "time")
     if (times < 0.0).any():
         raise ValueError("time must not be below 0.")
     end = float(times.max(initial=0.0))
+    if nearest is not None:
+        return _linearized(system, nearest, times, end)
     fastest = max([*own.scales, 1.0 / end if end > 0.0 else 1.0])
     states = states_of(own, _SLOWEST / max(end, 1.0 / fastest), _FASTEST * fastest, "a transient")
     rows = _rows(system, states)
@@ -121,6 +156,85 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     return Transient(times, {name: found[:, n].reshape(times.shape) for n, name in enumerate(rows)})
 
 
+def _linearized(system: System, nearest: NearestLinear, times: FloatArray, end: float) -> Transient:
+    """By the linear system of each time, with steps and memory for the fastest of them."""
+    own, still = nearest.companion, np.zeros(len(nearest.force))
+    if any(isinstance(noise, SpectralExcitation) for noise in own.noises):
+        raise NotCoveredError(f"{_REACH}; with nonlinear parts not a noise of a given spectral density.")
+    stiffness, damping, _ = nearest.equivalents(still, np.zeros((len(nearest.bent), 2)))
+    span = end if end > 0.0 else 1.0
+    if not np.linalg.eigvalsh(stiffness)[0] > 0.0:  # the springs then differ from any other
+        stiffness = stiffness + own.mass / span**2
+    own = replace(own, stiffness=stiffness, damping=np.zeros_like(damping))
+    asked, place = np.unique(times.ravel(), return_inverse=True)
+    fastest = 2.0 * _fastest(own.mass, stiffness)
+    for _ in range(_TRIES):
+        states = states_of(own, _SLOWEST / span, _FASTEST * max([*own.scales, fastest, 1.0 / span]), "a transient")
+        rows, beyond = _rows(system, states), _Beyond(nearest, states)
+        steps = [*_steps(states, asked, _TURN / fastest)] if end > 0.0 else [(0.0, 0.0, True)]
+        found = _driven_white(states, np.array([*rows.values()]), steps, beyond)
+        if beyond.fastest <= fastest:
+            break
+        fastest = 1.1 * beyond.fastest
+    else:
+        raise NotCoveredError(f"{_REACH}, whose springs do not grow so stiff that no step resolves them.")
+    warnings: tuple[str, ...] = ()
+    if beyond.most > 0.0:
+        here = replace(own, stiffness=beyond.stiffness, damping=beyond.damping)
+        warnings = tuple(nearest.doubts(system, here, nearest.joined(still, *beyond.spreads.T)))
+        bent = any(not damper.is_linear for row in nearest.bent for damper in row.dampers)
+        warnings += (_FADING,) if bent and any(noise.envelope is not None for noise in own.noises) else ()
+    return Transient(
+        times, {name: found[place, n].reshape(times.shape) for n, name in enumerate(rows)},
+        is_exact=False, assumptions=(_GAUSSIAN,), warnings=warnings,
+    )  # fmt: skip
+
+
+def _fastest(mass: FloatArray, stiffness: FloatArray) -> float:
+    """The highest natural frequency, in rad/s."""
+    return math.sqrt(float(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max()))
+
+
+class _Beyond:
+    """What the linear system of each time has beyond the constant one, as impulses; and the fastest of them."""
+
+    def __init__(self, nearest: NearestLinear, states: States) -> None:
+        self.nearest, self.states, self.fastest, self.most = nearest, states, 0.0, -1.0
+        self.still = np.zeros(len(states.light))
+        self.x = np.array([states.x(row.g) for row in nearest.bent])
+        self.v = np.array([states.v(row.g) for row in nearest.bent])
+        self.back = np.linalg.inv(states.root).T  # from states to displacements
+        self.spreads, self.stiffness, self.damping = self.equivalents(np.zeros_like(states.rates))
+
+    def equivalents(self, covariance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Spreads of the bent rows, stiffness and damping."""
+        squares = [np.einsum("ri,ij,rj->r", rows, covariance, rows) for rows in (self.x, self.v)]
+        spreads = np.sqrt(np.maximum(squares, 0.0)).T
+        return spreads, *self.nearest.equivalents(self.still, spreads)[:2]
+
+    def act(self, covariance: FloatArray, time: float) -> FloatArray:
+        """What an impulse over a time leaves of a covariance; dampers see the middle of it."""
+        if time == 0.0:
+            return covariance
+        middle = self._moved(covariance, 0.5 * time, *self.equivalents(covariance)[1:])
+        spreads, stiffness, damping = self.equivalents(middle)
+        if (size := float((spreads[:, 0] ** 2).sum())) > self.most:
+            self.most, self.spreads, self.stiffness, self.damping = size, spreads, stiffness, damping
+            self.fastest = max(self.fastest, _fastest(self.states.companion.mass, stiffness))
+        return self._moved(covariance, time, stiffness, damping)
+
+    def _moved(self, covariance: FloatArray, time: float, stiffness: FloatArray, damping: FloatArray) -> FloatArray:
+        own, light, many = self.states.companion, self.states.light, len(self.still)
+        damps = 0.5 * time * light @ (damping - own.damping) @ light.T
+        taken: Any = np.linalg.solve(
+            np.eye(many) + damps,
+            np.hstack([-time * light @ (stiffness - own.stiffness) @ self.back, np.eye(many) - damps]),
+        )
+        step = np.eye(len(covariance))
+        step[many : 2 * many, : 2 * many] = taken
+        return np.asarray(step @ covariance @ step.T)
+
+
 def _rows(system: System, states: States) -> dict[str, FloatArray]:
     """The state's rows of all results, by name."""
     at, found = system.coordinates, dict[str, FloatArray]()
@@ -132,8 +246,10 @@ def _rows(system: System, states: States) -> dict[str, FloatArray]:
     return found
 
 
-def _steps(states: States, asked: FloatArray) -> Iterator[tuple[float, float, bool]]:
+def _steps(states: States, asked: FloatArray, most: float = math.inf) -> Iterator[tuple[float, float, bool]]:
     """Begin and length of each step, and whether a time that was asked for is its end; one of no length is time 0.
+
+    None is longer than ``most``.
 
     Raises
     ------
@@ -141,7 +257,7 @@ def _steps(states: States, asked: FloatArray) -> Iterator[tuple[float, float, bo
         If there are too many.
     """
     noises, end = [noise for noise, _, _ in states.inputs], float(asked[-1])
-    longest = min([end, *(noise.duration for noise in noises if noise.duration)]) / _STEPS
+    longest = min([end, most * _STEPS, *(noise.duration for noise in noises if noise.duration)]) / _STEPS
     for noise in noises:
         if getattr(noise, "frequency_rate", 0.0):
             longest = min(longest, _TURN / max(*states.companion.scales, noise.frequency_at(end, "the noise")))
@@ -166,7 +282,9 @@ def _mean_square(noise: Any, begin: float, length: float) -> float:
     return float(np.array([1.0, 4.0, 1.0]) @ noise.envelope.at(inside) ** 2) / 6.0
 
 
-def _driven_white(states: States, seen: FloatArray, steps: list[tuple[float, float, bool]]) -> FloatArray:
+def _driven_white(
+    states: States, seen: FloatArray, steps: list[tuple[float, float, bool]], beyond: _Beyond | None = None
+) -> FloatArray:
     """Mean squares under the noises that white noise drives, at the times that were asked for."""
     from scipy import linalg  # slow to import
 
@@ -182,9 +300,11 @@ def _driven_white(states: States, seen: FloatArray, steps: list[tuple[float, flo
             gathered = [_simpson(half, b, length) if changing else _gathered(rates, b, length) for b in vectors]
             known = {length: (half @ half, gathered)} if changing else {**known, length: (half @ half, gathered)}
         moved, gathered = known[length]
+        covariance = beyond.act(covariance, 0.5 * length) if beyond else covariance
         covariance = moved @ covariance @ moved.T
         for (noise, _), more in zip(noises, gathered, strict=True):
             covariance += _mean_square(noise, begin, length) * more
+        covariance = beyond.act(covariance, 0.5 * length) if beyond else covariance
         if is_asked:
             found.append(np.einsum("ri,ij,rj->r", seen, covariance, seen))
     return np.array(found)

@@ -183,6 +183,30 @@ def test_the_time_is_over() -> None:
     assert found["x"].high < 0.2
 
 
+def test_a_level_out_of_reach_has_a_bound_after_the_first_repetitions() -> None:
+    with pytest.warns(sp.RareEventWarning, match=r"no path exceeded x of 27 m: its probability is at most"):
+        found = sp.exceedance(LIGHT, {"x": [3.2, 27.0]}, **SHORT, rtol=0.3)["x"]
+    assert found.paths * found.repetitions == 32 * 256
+    assert found.high[1] < 1e-12
+    assert abs(found.probability[0] - 2.3635e-3) < 4.0 * found.error[0] < 1e-3
+
+
+def test_the_time_that_is_left_is_told_before_it_passes() -> None:
+    """From the steps of a path and a usual speed at first, then as measured."""
+    told = list[Any]()
+
+    def progress(fraction: float) -> None:
+        told.append(fraction)
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        sp.exceedance(LIGHT, {"x": 12.0}, duration=4e5, step=0.05, start="rest", threads=1, progress=progress)
+    estimate = told[0].estimate
+    assert estimate.path_steps == 2048 * 8e6
+    assert 50.0 < estimate.seconds < 100.0
+    assert estimate.sentence.endswith("32 repetitions of 64 paths")
+
+
 def test_time_that_is_over_for_one_quantity_leaves_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     module = importlib.import_module("springpot.simulation.rare.exceedance")
     search = module.search
@@ -208,15 +232,16 @@ def test_a_run_goes_on_from_what_it_has_saved(tmp_path: Path, monkeypatch: pytes
         whole.probability["x"].tolist()
     )
     lines = place.read_bytes().splitlines(keepends=True)
-    assert len(lines) == 1 + whole["x"].repetitions  # the plain paths first
-    place.write_bytes(b"".join(lines[:9]) + lines[9][:40])  # killed while it wrote
+    assert len(lines) == 32 + whole["x"].repetitions  # the plain paths first
     computed, of = list[int](), search.repetitions
     monkeypatch.setattr(search, "repetitions", lambda *a, **k: computed.append(k["first"]) or of(*a, **k))
-    again = sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, threads=1, save=place)
-    assert again.probability["x"].tolist() == whole.probability["x"].tolist()
-    assert computed == [*range(8, 32)]
-    assert sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, save=place)["x"].error.tolist() == whole["x"].error.tolist()
-    assert len(computed) == 24
+    for ended, missing in ((29, [29, 30, 31, *range(32)]), (40, [*range(8, 32)]), (64, [])):
+        place.write_bytes(b"".join(lines[:ended]) + b"".join(lines[ended : ended + 1])[:40])  # killed while it wrote
+        again = sp.exceedance(WALL, {"x": [2.0, 3.2]}, **given, threads=1, save=place)["x"]
+        assert again.probability.tolist() == whole.probability["x"].tolist()
+        assert again.error.tolist() == whole["x"].error.tolist()
+        assert computed == missing
+        computed.clear()
     place.write_text("something else\n")
     with pytest.raises(ValueError, match="save must be a file of exceedance or a new one"):
         sp.exceedance(WALL, {"x": 2.0}, **given, save=place)

@@ -13,9 +13,12 @@ import springpot as sp
 from springpot import cli
 from springpot.simulation import PassageTimes, simulate
 from tests.simulation.problems import oscillator, values_of
+from tests.simulation.systems import NEARLY_LINEAR
+from tests.simulation.test_modulated import of_pair
 from tests.sizes import validation
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
+BRIEF = sp.JenningsHousnerEnvelope(rise=2.0, fall=3.0, decay=1.0)
 
 
 def through(kind: str, path: Floats, step: float, level: float, intensity: float) -> float:
@@ -117,6 +120,25 @@ def test_the_step_hardly_shows() -> None:
         (first, error), (second, its_error) = coarse[name].restricted_mean, fine[name].restricted_mean
         assert math.hypot(error, its_error) < 0.02 * second
         assert abs(first - second) < 3.0 * math.hypot(error, its_error) + 0.01 * second, name
+
+
+def test_the_step_hardly_shows_under_an_envelope() -> None:
+    """What noise does between two observations is that of the time: before, v was passed 8 % too often."""
+    system = of_pair(sp.WhiteNoise(1.0, on="a", envelope=BRIEF), damping=0.5)
+    levels = {"a_v": 1.1, "dashpot_force": 0.4}
+    (coarse, error), (fine, other) = (
+        np.array([passage.survival(5.9)[:2] for passage in found.first_passages.values()]).T
+        for found in (
+            simulate(system, paths=60_000, duration=6.0, step=step, seed=seed, first_passage=levels)
+            for step, seed in ((0.05, 1), (0.01, 2))
+        )
+    )
+    assert (np.hypot(error, other) < 0.02 * np.minimum(fine, 1.0 - fine)).all()
+    assert (np.abs(coarse - fine) < 3.0 * np.hypot(error, other)).all()
+    split = sp.exceedance(system, levels, duration=6.0, step=0.05, rtol=0.01)
+    for name, p, error in zip(levels, 1.0 - fine, other, strict=True):
+        assert split.error[name] < 0.011 * p
+        assert abs(split.probability[name] - p) < 3.0 * np.hypot(split.error[name], error), name
 
 
 def test_the_first_impact_is_the_passage_of_x_to_the_wall() -> None:
@@ -249,7 +271,7 @@ def test_the_envelope_knows_when_x_passes_on_one_side_or_both(order: float, c: f
 
 def test_between_two_walls_an_impact_on_one_is_no_passage_at_the_other() -> None:
     """Mirror images alike, and a distance from a wall is a place: impacts were read as on the lower wall at 0."""
-    parts = sp.Spring(1.0), sp.Dashpot(0.2)
+    parts = sp.Spring(1.0), sp.Dashpot(0.2), NEARLY_LINEAR
     even = sp.System(*parts, sp.WhiteNoise(0.4), sp.Barrier(-0.3, 0.3), sp.Barrier(0.3, 0.3, side="below"))
     (down, its), (up, error) = (
         simulate(even, paths=4000, duration=60.0, start="rest", seed=5, first_passage={"v": v})

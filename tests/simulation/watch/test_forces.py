@@ -12,7 +12,7 @@ import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import linear
-from tests.simulation.systems import of_many_kinds
+from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
 
 SHAKING = sp.WhiteNoise(1.0, on="ground")
 
@@ -433,11 +433,43 @@ def test_impulses_of_a_rigid_wall_are_its_momentum() -> None:
     fast = run.distributions["impact_speed"].quantile(0.9)[0]
     assert run.distributions["stop_impulse"].quantile(0.9)[0] == pytest.approx(3.6 * fast, rel=1e-3)
     assert run.to_xarray()["stop_impulse_largest_quantile"].units == "N s"
-    slot = device(0.5, low=sp.Barrier(-0.1, 0.8), high=sp.Barrier(0.1, 0.8, side="below"))
-    with pytest.raises(ValueError, match="forces has 'low_impulse', which is no force or acceleration"):
-        simulated(slot, **given, forces=("low_impulse",))
-    with pytest.raises(NotCoveredError, match=r"high_force cannot be seen: a rigid wall gives .* high_force_mean"):
-        simulated(slot, **given, forces=("high_force",))
+    with pytest.raises(NotCoveredError, match=r"stop_force cannot be seen: a rigid wall gives .* stop_force_mean"):
+        simulated(system, **given, forces=("stop_force",))
+
+
+def test_each_of_two_stops_has_its_impulses_and_its_rate() -> None:
+    """The impulses of both balance the spring but for the noise's, whose mean over all paths is known."""
+    stops = {"low": sp.Barrier(-0.3, 0.8), "high": sp.Barrier(0.5, 0.6, side="below")}
+    slot = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(0.5), NEARLY_LINEAR, sp.WhiteNoise(1.0), **stops)
+    run = simulated(slot, paths=6400, duration=40.0, window=(10.0, 40.0), step=0.04, start="rest",
+                    forces=("low_impulse", "high_impulse"), slowest_counted_impact=0.2)  # fmt: skip
+    for stop in stops:
+        per_time = run[f"{stop}_impulse_mean"].value * run[f"{stop}_impact_rate"].value
+        assert per_time == pytest.approx(run[f"{stop}_force_mean"].value, rel=1e-6)
+        assert 0.3 < run[f"{stop}_counted_impact_rate"].value / run[f"{stop}_impact_rate"].value < 1.0
+    left = 2.0 * run["x_mean"].value - run["low_force_mean"].value + run["high_force_mean"].value
+    error = (1.0 / 30.0 / 6400.0) ** 0.5
+    assert error < 0.02 / 3.0 * run["high_force_mean"].value
+    assert abs(left) < 3.0 * error
+    for name in ("counted_impact_rate", "impact_rate"):
+        assert run[name].value == pytest.approx(run[f"low_{name}"].value + run[f"high_{name}"].value, rel=1e-12)
+    by_wall = run.to_xarray()["barrier_counted_impact_rate"]
+    assert [*by_wall.values] == [run[f"{stop}_counted_impact_rate"].value for stop in stops]
+
+
+def test_a_soft_stop_has_a_rate_beside_a_wall_that_has_none() -> None:
+    """It is that with which the recorded paths enter the contact."""
+    device = of_many_kinds(
+        sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), sp.Contact(0.4, 100.0, side="below"),
+        sp.Barrier(-0.3, 0.1),
+    )  # fmt: skip
+    run = simulated(device, paths=256, duration=40.0, window=(10.0, 40.0), step=0.02, start="rest", record=256)
+    for name in ("impact_rate", "barrier_impact_rate", "barrier_impact_speed_mean"):
+        assert np.isnan(run[name].value)
+    assert run["contact_impact_speed_mean"].value > 0.0
+    inside = run.record[:, 501:, 0] > 0.4
+    entered = (inside[:, 1:] > inside[:, :-1]).sum(axis=1) / 30.0
+    assert run["contact_impact_rate"].value == pytest.approx(entered.mean(), rel=0.015)
 
 
 def test_impulses_between_masses_are_those_of_the_reduced_mass() -> None:

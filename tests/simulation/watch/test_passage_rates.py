@@ -115,7 +115,7 @@ def test_a_rate_that_is_not_known_says_why(times: Floats, settling: float, sente
 
 def test_noise_that_ends_has_no_constant_rate() -> None:
     ending = sp.WhiteNoise(1.0, envelope=sp.JenningsHousnerEnvelope(2.0, 10.0, 0.5))
-    shaken = sp.Oscillator(springpot=sp.Springpot(1.0, 0.3), barrier=None, excitation=ending)
+    shaken = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.3), ending, sp.Barrier(-1e3, 0.8))  # with a kernel of others
     run = simulate(shaken, paths=64, duration=60.0, start="rest", step=0.05, first_passage={"x": [1.5, 9.0]})
     for passage in run.first_passages["x"]:
         assert math.isnan(passage.rate.value)

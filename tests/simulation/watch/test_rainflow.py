@@ -278,8 +278,10 @@ def test_the_shares_of_longer_ranges() -> None:
     assert 1.03 < 0.159155 * math.exp(-2.0) / rate < 1.09
     assert error[1] < 0.02 * share[1]
     drawn = sp.figures.plot_rainflow(run, "x", theory=sp.theory.fatigue(LIGHT, CURVES[0], "x"))
-    sp.figures.plot_rainflow(run, "x", drawn, label="again")
-    assert len(drawn.get_legend_handles_labels()[1]) == 3
+    sp.figures.plot_rainflow(run, "x", drawn, theory=sp.theory.fatigue(LIGHT, CURVES[0], "x"), label="again")
+    lines, labels = drawn.get_legend_handles_labels()
+    assert labels[:2] == ["narrow band", "again, narrow band"]
+    assert lines[0].get_color() != lines[1].get_color()
     with pytest.raises(ValueError, match=r"^run holds no cycles of 'v': it has those of x\.$"):
         sp.figures.plot_rainflow(run, "v")
     with pytest.raises(TypeError, match=r"^run must be a Run with counted cycles, not 3\.$"):

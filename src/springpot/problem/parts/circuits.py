@@ -116,7 +116,7 @@ class PiezoelectricCircuit(Circuit):
         )
 
     def load_square(self, w: float) -> float:
-        """|V / x|^2 at a frequency."""
+        """The square of V / x, at a frequency."""
         return (self.coupling / self.capacitance * w) ** 2 / (w * w + 1.0 / self.time**2)
 
     @property
@@ -199,7 +199,7 @@ class ResonantCircuit(Circuit):
         ]
 
     def load_square(self, w: float) -> float:
-        """|I / x|^2 at a frequency."""
+        """The square of I / x, at a frequency."""
         return float(abs(self.coupling * w / self._closed(1j * w)) ** 2)
 
     @property

@@ -57,6 +57,7 @@ _A_DENSITY = "It is a density, not a level in dB, which is 10 log10 of it."
 class Excitation(Part, abstract=True):
     """What is on the right-hand side of the equation of motion."""
 
+    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True  # where a kind says no other
     envelope = cast(Any, None)  # a field of the noises that can have one
 
     def __post_init__(self) -> None:
@@ -93,6 +94,10 @@ class Excitation(Part, abstract=True):
         """The largest value of the square of its envelope; 1 without one."""
         return 1.0 if self.envelope is None else self.envelope.largest**2
 
+    def square_at(self, time: Any) -> Any:
+        """The square of its envelope at times in s; 1 without one."""
+        return 1.0 if self.envelope is None else self.envelope.at(time) ** 2
+
     def factor(self, heavy: bool) -> str:
         """What stands before its symbol in the equation, with a mass or per unit mass."""
         return ("-m " if heavy else "-") if self.of_ground else ""
@@ -124,7 +129,6 @@ class WhiteNoise(Excitation):
     """
 
     said, glyph, powers = "white noise", "rough", ("input",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s", "unsigned", "It is q = sigma^2 of the white noise.")
@@ -200,7 +204,6 @@ class ColoredNoise(Excitation):
     """
 
     said, glyph, powers = "colored noise", "smooth", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     variance: Annotated[float, Number("s²", "variance", "N2", "positive", "It is the mean square of the noise.")]
     correlation_time: Annotated[float, Number("τ", "correlation time", "s", "positive", "It is in s.")]
@@ -229,7 +232,6 @@ class GroundNoise(Excitation, abstract=True):
     """White noise filtered by the ground, whose frequency may change in time."""
 
     said, glyph, powers = "ground noise", "smooth", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     frequency: Annotated[float, Number("ω", "filter at", "rad s-1", "positive", "It is the filter's, in rad/s.")]
     damping: Annotated[float, Number("ζ", "damping ratio", "1", "share", "It is the filter's damping ratio.")]
@@ -406,7 +408,7 @@ class Constant(Excitation):
     """
 
     said, glyph, powers = "constant", "flat", ("stored",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
+    is_odd = False
 
     force: Annotated[float, Number("F", "force", "N", "signed", "It is constant, in N.")]
     on: On = field(default="mass", repr=False, kw_only=True)
@@ -449,7 +451,6 @@ class Harmonic(Excitation):
     """
 
     said, glyph, powers = "harmonic", "sine", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     amplitude: Annotated[float, Number("F", "amplitude", "N", "unsigned", "It is that of the force.")]
     frequency: Annotated[float, Number("ν", "frequency", "rad s-1", "positive", "It is in rad/s.")]
@@ -506,7 +507,6 @@ class SpectralExcitation(Excitation):
             lambda own, rms: own.scale * (rms / own.rms) ** 2,
         ),
     }
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     frequency: Annotated[tuple[float, ...], Number("f", "frequency", "Hz", own=True)]
     psd: Annotated[tuple[float, ...], Number("G", "spectral density", "N2 s", own=True)]
@@ -525,8 +525,9 @@ class SpectralExcitation(Excitation):
             raise ValueError(f"frequency must have at most {MOST_POINTS} points, not {len(self.psd)}: thin the table.")
         for low, high in zip(self.frequency, self.frequency[1:], strict=False):
             if not low < high:
+                step = ": a step must be two points some 3 % apart, which filters can follow." if low == high else "."
                 raise ValueError(
-                    f"frequency must increase from each point to the next, but {high:g} Hz follows {low:g} Hz."
+                    f"frequency must increase from each point to the next, but {high:g} Hz follows {low:g} Hz{step}"
                 )
         super().__post_init__()
 
@@ -628,7 +629,7 @@ class SpectralExcitation(Excitation):
         path : str or Path
             A header with the units, such as ``frequency_Hz,psd_g2/Hz``, then a row for each point, separated by commas,
             semicolons or tabs.  Units of the frequency are ``Hz``, ``kHz`` and ``rad/s``, of the one-sided density
-            ``g2/Hz``, ``m2/s4/Hz`` and ``N2/Hz``.  Lines that begin with ``#`` are comments.
+            ``g2/Hz``, ``m2/s4/Hz`` and ``N2/Hz``, or per ``(rad/s)``.  Lines that begin with ``#`` are comments.
         scale, on
             As of `from_psd`.
 
@@ -791,7 +792,7 @@ class Force(Excitation):
     """
 
     said, glyph, powers = "force", "sine", ("work",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, False, False, False
+    is_linear, is_thermal, is_odd = False, False, False
 
     function: Callable[[float, float, float], float]
     share: Annotated[
@@ -848,7 +849,6 @@ class PoissonImpulses(Excitation):
     """
 
     said, glyph, powers = "poisson impulses", "spikes", ("input",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     rate: Annotated[float, Number("λ", "rate", "s-1", "positive", "It is the number of impulses per second.")]
     mean_square: Annotated[float, Number("y²", "mean square", "N2 s2", "positive", "It is that of an impulse.")]
@@ -895,7 +895,7 @@ class ParametricNoise(Element, Excitation):
     """
 
     said, glyph, powers = "parametric noise", "rough", ("input",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = False, False, False, True, True
+    is_linear = False
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
@@ -938,7 +938,6 @@ class ThermalNoise(Excitation):
     """
 
     said, glyph, powers = "thermal noise", "rough", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True
 
     temperature: Annotated[float, Number("kT", "temperature", "J", "positive", "It is kT, an energy.")]
 

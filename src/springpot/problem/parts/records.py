@@ -51,6 +51,8 @@ class RecordedExcitation(Excitation):
         Factor on the values, above 0.
     taken : {"in turn", "at random"}
         Of several records path n has number n modulo how many there are, or one that the run's seed draws for it.
+        With noise, results are means over these records, which count equally; standard errors say how well these means
+        are known, and nothing of other records.  Without noise they are those over the records, as a sample of others.
 
     Raises
     ------
@@ -67,7 +69,7 @@ class RecordedExcitation(Excitation):
     """
 
     said, glyph, powers = "recorded excitation", "rough", ("fed",)
-    is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, False
+    is_odd = False
 
     time: Annotated[Columns, Number("t", "time", "s", own=True)]
     values: Annotated[Columns, Number("a", "values", "N", turns=True, own=True)]
@@ -141,9 +143,8 @@ class RecordedExcitation(Excitation):
         """
         places = [path] if isinstance(path, str | Path) else [*path]
         if rate is not None:
-            rate = finite_number(
-                rate, "rate", low=0.0, high=LARGEST, open_low=True, hint="It is in samples per second."
-            )
+            hint = "It is in samples per second."
+            rate = finite_number(rate, "rate", low=0.0, high=LARGEST, open_low=True, hint=hint)
         if not places:
             raise ValueError("path must be a file, or a list of at least one.")
         read = [_read(place, rate) for place in places]

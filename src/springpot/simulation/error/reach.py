@@ -291,8 +291,8 @@ def _why_not(motion: Motion, name: str) -> str:
     """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
     if name in motion.zeros:
         return ": it is 0."
-    uncounted = "impact_" in name and motion.uncounted and name.startswith(motion.uncounted)
-    return f": {motion.uncountable}." if uncounted and name in possible_results(motion.system) else ""
+    reason = motion.uncounted_because(name)
+    return f": {reason}." if reason and name in possible_results(motion.system) else ""
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:
@@ -307,7 +307,7 @@ def controllable(motion: Motion) -> tuple[str, ...]:
     return tuple(
         name
         for name in filter(is_controlled, possible_results(motion.system))
-        if not (motion.uncounted and "impact_" in name and name.startswith(motion.uncounted))
+        if not motion.uncounted_because(name)
         and name not in motion.zeros
         and (name != "amplitude_mean_square" or motion.system.stiffness > 0.0)
         and (not name.startswith("damping_") or has_damping(motion.system))

@@ -60,7 +60,11 @@ def estimates_of(simulation: Simulation, rows: Floats, seen: Watched) -> tuple[d
     samples = samples_of(simulation, rows)
     values = {name: value for name, (value, _) in samples.items()}
     start = errors_of_the_start(simulation.plan, values)
-    errors = {name: math.hypot(standard_error(per_path), start[name]) for name, (_, per_path) in samples.items()}
+    strata = simulation.motion.strata
+    errors = {
+        name: math.hypot(standard_error(per_path, strata=strata), start[name])
+        for name, (_, per_path) in samples.items()
+    }
     if simulation.motion.different_paths == 1 and len(rows) == 1:  # there is no other
         errors = {name: 0.0 if math.isfinite(value) else math.nan for name, value in values.items()}
     return values, errors | errors_of_unseen(values, seen)
@@ -129,10 +133,10 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
 
 def _possible(simulation: Simulation, samples: Samples) -> Samples:
     """In the order of the catalogue; those of impacts that cannot be counted are NaN."""
-    if uncounted := simulation.motion.uncounted:
-        undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
-        samples |= {name: undefined for name in samples if "impact_" in name and name.startswith(uncounted)}
-    return {name: samples[name] for name in possible_results(simulation.motion.system) if name in samples}
+    motion = simulation.motion
+    undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
+    samples |= {name: undefined for name in samples if motion.uncounted_because(name)}
+    return {name: samples[name] for name in possible_results(motion.system) if name in samples}
 
 
 def _read(simulation: Simulation, rows: Floats) -> Samples:
@@ -259,6 +263,8 @@ def _of_circuits(system: System, column: dict[str, Floats], settings: Settings) 
             for what in ("voltage", "current"):
                 if (tapped := f"{what} of {name}") in column:
                     found[f"{name}_{what}_mean_square"] = column[tapped] / instants * system.inertia
+            if part.of_load == "current" and (count := system.counts.get(name)):
+                found[f"{name}_current_of_one_mean_square"] = found[f"{name}_current_mean_square"] / count**2
             harvested = harvested + found[f"{name}_{part.of_load}_mean_square"] / part.load
     return {**found, "harvested_power": harvested} if found else {}
 

@@ -207,12 +207,13 @@ def block(
             energy_first[lane] = energy_last[lane] = energy
             x_end[lane] = v_end[lane] = np.nan
         wake(load, 0, who, stream, k0, k1, forcing)
-        for n in range(n_0, steps, GROUP):
+        for group in range(n_0 // GROUP, (steps + GROUP - 1) // GROUP):
+            n = GROUP * group  # which tells the compiler the number of a step in its group
             births = birth(branches, n, births, row, steps, lanes)
             if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            draw_for_steps(n // GROUP, who, stream, 0, k0, k1, halved, g, fine)
-            supply(load, 0, n // GROUP, who, stream, k0, k1, forcing)
+            draw_for_steps(group, who, stream, 0, k0, k1, halved, g, fine)
+            supply(load, 0, group, who, stream, k0, k1, forcing)
             if drive.size > 0:
                 p = (drive[n], drive[n + 1], drive[n + 2], drive[n + 3])
             within = low <= n and n + GROUP <= high

@@ -268,11 +268,16 @@ def _push_nothing(force, slot, n, x, v, g, forcing, at, lane, weight):
     return typed(0.0, x), typed(0.0, x)
 
 
-def register_damper(kind: type, wakes: Callable[..., Any] = _wake_nothing) -> None:
-    """Register everything but `damp` of a damper, and how its state begins: its work is summed, it does not push."""
+def register_damper(
+    kind: type, wakes: Callable[..., Any] = _wake_nothing, supplies: Callable[..., Any] = _supply_nothing
+) -> None:
+    """Register everything but `damp` of a damper, and what becomes of its state at time 0 and before each group.
+
+    Its work is summed, and it does not push.
+    """
     answers(slots, kind)(_one_named)
     answers(wake, kind)(wakes)
-    answers(supply, kind)(_supply_nothing)
+    answers(supply, kind)(supplies)
     answers(push, kind)(_push_nothing)
 
 

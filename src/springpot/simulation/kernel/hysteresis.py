@@ -16,12 +16,12 @@ from springpot.simulation.kernel.forces import register_damper
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, greater, lesser, typed
 from springpot.simulation.kernel.questions import answers, damp
 
-__all__ = ["STATES", "AnyPower", "FirstPower", "Hysteresis", "Plastic"]
+__all__ = ["STATES", "AnyPower", "Hysteresis", "Plastic", "WholePower"]
 
 STATES = 6 + GROUP
-"""Of a part: slider, x and velocity after the last kick, of even groups and of odd ones; z in the four steps.
+"""Of a part: slider, x and velocity after the last kick before the group, and after the last kick; z in the four steps.
 
-A group begins from what the other one before it left, so that a lane that is advanced again begins from the same.
+A lane that is advanced again begins from the first three.
 """
 
 
@@ -31,11 +31,12 @@ class Plastic(NamedTuple):
     limit: float  # of z
 
 
-class FirstPower(NamedTuple):
-    """The law of Bouc and Wen with the exponent 1."""
+class WholePower(NamedTuple):
+    """The law of Bouc and Wen with an exponent of 1, 2, ... 50: vector code."""
 
     limit: float  # of z in a long stroke
     beta: float
+    exponent: float
 
 
 class AnyPower(NamedTuple):
@@ -55,8 +56,8 @@ class Hysteresis(NamedTuple):
     law: Any
 
 
-def slip(law: Any, y: Any, length: Any) -> Any:
-    """Compiled code only: how far the slider goes in a stroke of this length from z = y, both along the stroke."""
+def stroke(law: Any, slider: Any, begin: Any, way: Any) -> Any:
+    """Compiled code only: the slider after a straight way of x from ``begin``."""
     raise NotImplementedError
 
 
@@ -65,9 +66,14 @@ def raised(law: Any, ratio: Any) -> Any:
     raise NotImplementedError
 
 
-@answers(raised, FirstPower)
-def _not_raised(law, ratio):
-    return typed(1.0, ratio)
+@answers(raised, WholePower)
+def _raised_to_a_whole_number(law, ratio):
+    """Product of those of the powers 1, 2, 4, ... 32 that the number has as binary digits."""
+    left, power, factor = int(law.exponent) - 1, typed(1.0, ratio), ratio
+    for _ in range(6):
+        power *= factor if (left & 1) == 1 else typed(1.0, ratio)
+        factor, left = factor * factor, left >> 1
+    return power
 
 
 @answers(raised, AnyPower)
@@ -75,45 +81,50 @@ def _raised(law, ratio):
     return ratio ** (law.exponent - typed(1.0, ratio))
 
 
-@answers(slip, Plastic)
-def _slip_plastic(law, y, length):
-    return greater(y + length - law.limit, typed(0.0, y))
+@answers(stroke, Plastic)
+def _stroke_plastic(law, slider, begin, way):
+    end = begin + way
+    return lesser(greater(slider, end - law.limit), end + law.limit)
 
 
-@answers(slip, FirstPower)
-def _slip_first_power(law, y, length):
-    return _slip_smooth(law, typed(1.0, y), y, length)
+@answers(stroke, WholePower)
+def _stroke_whole_power(law, slider, begin, way):
+    return _stroke_smooth(law, slider, begin, way)
 
 
-@answers(slip, AnyPower)
-def _slip_any_power(law, y, length):
-    return _slip_smooth(law, law.exponent, y, length)
+@answers(stroke, AnyPower)
+def _stroke_any_power(law, slider, begin, way):
+    return _stroke_smooth(law, slider, begin, way)
 
 
 @njit(**INLINE)
-def _slip_smooth(law, exponent, y, length):
-    """dz/dx = 1 - r^n where z has the sign of the stroke, and 1 + (2 beta - 1) r^n before it turns round.
+def _stroke_smooth(law, slider, begin, way):
+    sign = typed(1.0, way) if way > typed(0.0, way) else typed(-1.0, way)
+    return slider + sign * _slip(law, sign * (begin - slider), abs(way))
 
-    An exponential step of the second order in the length, and but for the exponential exact with n = 1.
+
+@njit(**INLINE)
+def _slip(law, y, length):
+    """How far the slider goes in a stroke of this length from z = y, both along the stroke.
+
+    dz/dx = 1 - r^n where z has the sign of the stroke, and 1 + (2 beta - 1) r^n before it turns round.
+
+    An exponential step of the second order in the length, and but for the exponential exact with n = 1.  Both cases are
+    worked out and one is chosen, which vector code can do.
     """
     one, nothing = typed(1.0, y), typed(0.0, y)
     turn = law.beta + law.beta - one
     ratio = abs(y) / law.limit
     bent = raised(law, ratio)  # r^(n - 1)
-    rate = exponent * bent / law.limit
-    power = bent * ratio
-    if y < nothing:
-        eased = _eased(turn * rate * length)
-        whole = length * (eased - (one - eased) * turn * power)
-        if y + length - whole > nothing:  # it passes z = 0
-            mean = typed(2.0, y) + turn * power
-            left = greater(length + (y + y) / mean, nothing)
-            start = exponent * raised(law, nothing) / law.limit
-            after = greater(left * _eased(start * left), left - law.limit)
-            whole = y * turn * power / mean + after
-        return whole
-    eased = _eased(rate * length)
-    return greater(length * (eased + (one - eased) * power), y + length - law.limit)
+    steep = one if y >= nothing else -turn
+    power = steep * bent * ratio
+    eased = _eased(abs(steep) * law.exponent * bent / law.limit * length)
+    whole = greater(length * (eased + (one - eased) * power), y + length - law.limit)
+    mean = typed(2.0, y) - power  # where it passes z = 0
+    left = greater(length + (y + y) / mean, nothing)
+    start = law.exponent * raised(law, nothing) / law.limit
+    passed = greater(left * _eased(start * left), left - law.limit) - y * power / mean
+    return passed if (y < nothing) & (y + length - whole > nothing) else whole
 
 
 @njit(**INLINE)
@@ -125,21 +136,14 @@ def _eased(s):
 
 
 @njit(**INLINE)
-def _stroke(law, slider, begin, way):
-    """The slider after a straight way of x from ``begin``."""
-    sign = typed(1.0, way) if way > typed(0.0, way) else typed(-1.0, way)
-    return slider + sign * slip(law, sign * (begin - slider), abs(way))
-
-
-@njit(**INLINE)
 def _followed(force, slider, x0, v0, x, v):
     """The slider at a kick, from what the last kick left."""
     way, nothing = x - x0, typed(0.0, x)
-    turned = v0 * v < nothing
     # as far as the first of two straight lines leads
-    reach = v0 * lesser(greater((way - v * force.step) / (v0 - v), nothing), force.step) if turned else way
-    slider = _stroke(force.law, slider, x0, reach)
-    return _stroke(force.law, slider, x0 + reach, way - reach) if turned else slider
+    reach = v0 * lesser(greater((way - v * force.step) / (v0 - v), nothing), force.step)
+    reach = reach if v0 * v < nothing else way
+    slider = stroke(force.law, slider, x0, reach)
+    return stroke(force.law, slider, x0 + reach, way - reach)
 
 
 def _wake(force, slot, who, stream, k0, k1, forcing):
@@ -147,21 +151,27 @@ def _wake(force, slot, who, stream, k0, k1, forcing):
         forcing.state[force.place * LANES + i] = 0.0
 
 
-register_damper(Hysteresis, _wake)
+def _supply(force, slot, group, who, stream, k0, k1, forcing):
+    begin = force.place * LANES
+    for i in range(3 * LANES):
+        forcing.state[begin + i] = forcing.state[begin + 3 * LANES + i]
+
+
+register_damper(Hysteresis, _wake, _supply)
 
 
 @answers(damp, Hysteresis)
 def _damp_hysteresis(force, slot, n, x, v, forcing, lane, weight, after):
-    state, odd, step = forcing.state, n // GROUP % 2, n % GROUP
-    own, before = (force.place + 3 - 3 * odd) * LANES + lane, (force.place + 3 * odd) * LANES + lane
+    state, step, begun = forcing.state, n & (GROUP - 1), force.place * LANES + lane
+    own = begun + 3 * LANES
     if not after:
-        old = before if step == 0 else own
+        old = begun if step == 0 else own
         state[own] = _followed(force, typed(state[old], x), state[old + LANES], state[old + 2 * LANES], x, v)
     z = x - typed(state[own], x)
     change = -force.impulse * z
     if after:
         state[own + LANES], state[own + 2 * LANES] = x, v + change
     else:
-        state[(force.place + 6 + step) * LANES + lane] = z
+        state[own + (3 + step) * LANES] = z
     forcing.works[slot * LANES + lane] += weight * change * (v + typed(0.5, v) * change)
     return change

@@ -26,7 +26,7 @@ from springpot.simulation.kernel.questions import (
 )  # fmt: skip
 from springpot.simulation.kernel.restitution import lossless, number_of, rebound, takings
 from springpot.simulation.kernel.single_impacts import LONGEST, flight
-from springpot.simulation.kernel.watching import add_impacts, in_window, show_impacts
+from springpot.simulation.kernel.watching import LOWER, add_impacts, in_window, show_impacts
 
 __all__ = ["SHORTEST_ELASTIC_HOP", "SHORTEST_HOP", "Rigid", "dip", "fly", "is_single", "leaves", "margin"]
 
@@ -128,7 +128,7 @@ def _gather_below(wall, struck, accumulators, clear, within, beyond):
         accumulators.impacts[lane] += count
         accumulators.speeds[lane] += speed
         accumulators.squares[lane] += square
-    show_impacts(accumulators.observers, struck.low, struck.low_speeds, clear, within, beyond)
+    show_impacts(accumulators.observers, LOWER, struck.low, struck.low_speeds, clear, within, beyond)
     return found
 
 
@@ -145,7 +145,7 @@ def _half_step(scheme, wall, x, v, accumulators, lane, weight):
         )
         if sure:
             if speed > 0.0:
-                add_impacts(accumulators, lane, weight, 1.0, speed)
+                add_impacts(accumulators, LOWER, lane, weight, 1.0, speed)
             return x + moved, v + change
     phase = 0.5 * scheme.frequency * scheme.step
     return fly(wall.position, wall.rule, scheme.frequency, x, v, phase, accumulators, lane, weight)
@@ -182,7 +182,7 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
     x = greater(x, position)
     while True:
         if arriving > 0.0:
-            add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
+            add_impacts(accumulators, LOWER, lane, weight, 1.0, frequency * arriving)
             struck = True
             x = position
             u = rebound(rule, arriving, frequency, accumulators, 0, lane, weight)
@@ -191,7 +191,7 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
             if lossless(rule) and hop > SHORTEST_ELASTIC_HOP * phase:
                 whole = np.floor(left / hop)
                 if whole > 0.0:
-                    add_impacts(accumulators, lane, weight, whole, frequency * u)
+                    add_impacts(accumulators, LOWER, lane, weight, whole, frequency * u)
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
                 accumulators.collapses[lane] += 1.0 if struck else 0.0
@@ -222,6 +222,6 @@ def _clearance_euler(scheme, wall, least, greatest):
 def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
     xn = x + scheme.step * v
     if clearance(scheme, wall, xn, xn) <= 0.0 and v < 0.0:
-        add_impacts(accumulators, lane, before, 1.0, -v)
+        add_impacts(accumulators, LOWER, lane, before, 1.0, -v)
         v = rebound(wall.rule, -v, 1.0, accumulators, 0, lane, before)
     return xn, v, xn, v

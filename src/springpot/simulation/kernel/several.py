@@ -40,7 +40,7 @@ from springpot.simulation.kernel.lanes import (
 )
 from springpot.simulation.kernel.questions import Forcing, push, supply, wake
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
-from springpot.simulation.kernel.several_dampers import damp_before, damp_later, press, touch, wake_dampers
+from springpot.simulation.kernel.several_dampers import FELT, damp_before, damp_later, press, touch, wake_dampers
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
     HITS,
@@ -455,8 +455,9 @@ def _feel(size, q, s, j, observers, given, state, shown):
         which = observers.feels[k]
         to = beyond(shown, (GROUP * (size.points + size.rows + which) + j) * LANES)
         feel(
-            observers, which, LANES, s.kicked, s.pull, s.middle, beyond(given, j * LANES), beyond(state, j * LANES), to
-        )
+            observers, which, LANES, s.kicked, s.pull, s.middle, beyond(given, j * LANES),
+            beyond(state, FELT * LANES), to,
+        )  # fmt: skip
 
 
 @njit(**INLINE)

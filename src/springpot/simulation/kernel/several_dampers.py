@@ -12,7 +12,7 @@ from typing import NamedTuple
 from numba import njit
 
 from springpot.simulation.kernel.forces import CoulombDamper, PowerDamper, VanDerPolDamper
-from springpot.simulation.kernel.hysteresis import STATES, AnyPower, FirstPower, Hysteresis, Plastic
+from springpot.simulation.kernel.hysteresis import STATES, AnyPower, Hysteresis, Plastic, WholePower
 from springpot.simulation.kernel.lanes import INLINE, LANES, f64, greater, typed
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.several_impacts import HITS
@@ -21,12 +21,13 @@ from springpot.simulation.kernel.soft_contacts import force_of_contact
 from springpot.simulation.kernel.watching import show_impact, show_peak
 
 __all__ = [
-    "BOUC_WEN", "CONTACT", "COULOMB", "DAMPER", "FORCE", "JENKINS", "POWERS", "VAN_DER_POL", "WEN", "damp_before",
-    "damp_later", "press", "touch", "wake_dampers",
+    "BOUC_WEN", "CONTACT", "COULOMB", "DAMPER", "FELT", "FORCE", "JENKINS", "POWERS", "VAN_DER_POL", "WEN",
+    "damp_before", "damp_later", "press", "touch", "wake_dampers",
 ]  # fmt: skip
 
-# kinds of dampers, WEN with the exponent 1; from FORCE on forces of the user, in the order of the chain
+# kinds of dampers, WEN with whole exponents; from FORCE on forces of the user, in the order of the chain
 COULOMB, POWERS, VAN_DER_POL, CONTACT, JENKINS, WEN, BOUC_WEN, FORCE = range(8)
+FELT = 1  # the step in which parts that yield always are here: no lane is advanced again from the first
 DAMPER = 6  # numbers of each: the last is its reduced mass
 
 
@@ -48,28 +49,44 @@ def _damp_contact(force, slot, n, x, v, forcing, lane, weight, after):
 
 
 @njit(**INLINE)
-def _change(size, q, k, n, u, w, forcing, lane, weight, after):
-    """The change of the elongation's velocity by damper k in half of step n."""
-    if q.damper_kind[k] >= FORCE:
-        return damp_by(q.forces, q.damper_kind[k] - FORCE, size.sources + k, n, u, w, forcing, lane, weight, after)
-    at = DAMPER * k
-    a, b, slot = q.damper[at], q.damper[at + 1], size.sources + k
-    if q.damper_kind[k] == COULOMB:
-        return damp(CoulombDamper(a), slot, 0, u, w, forcing, lane, weight, after)
-    if q.damper_kind[k] == POWERS:
-        return damp(PowerDamper(a, b), slot, 0, u, w, forcing, lane, weight, after)
-    if q.damper_kind[k] == VAN_DER_POL:
-        return damp(VanDerPolDamper(a, b), slot, 0, u, w, forcing, lane, weight, after)
-    if q.damper_kind[k] >= JENKINS:
-        place, c, d = int(b), q.damper[at + 2], q.damper[at + 3]
-        if q.damper_kind[k] == JENKINS:
-            return damp(Hysteresis(a, q.step, place, Plastic(c)), slot, n, u, w, forcing, lane, weight, after)
-        if q.damper_kind[k] == WEN:
-            return damp(Hysteresis(a, q.step, place, FirstPower(c, d)), slot, n, u, w, forcing, lane, weight, after)
-        law = AnyPower(c, d, q.damper[at + 4])
-        return damp(Hysteresis(a, q.step, place, law), slot, n, u, w, forcing, lane, weight, after)
-    _, force = force_of_contact(q.contact, int(a), u, typed(0.5, u) * q.step)
-    return damp(ContactDamper(typed(force * b, w)), slot, 0, u, w, forcing, lane, weight, after)
+def _all(law, slot, n, s, e, forcing, weight, after):
+    """The change of velocity in half of step n by one law, in all lanes; their elongations are in ``s.change``."""
+    for lane in range(LANES):
+        s.f[lane] = damp(law, slot, n, s.change[lane], s.w[e + lane], forcing, lane, weight, after)
+
+
+@njit(**INLINE)
+def _follow(size, q, k, n, s, forcing, weight, after):
+    """What damper k changes of the elongation's velocity in half of step n, to ``s.f``.
+
+    The kind is asked outside the loops over lanes: inside there would be no vector code.
+    """
+    at, kind, slot, e = DAMPER * k, q.damper_kind[k], size.sources + k, q.damper_at[k] * LANES
+    a, b, place, step = q.damper[at], q.damper[at + 1], int(q.damper[at + 1]), q.step
+    limit, beta, exponent = q.damper[at + 2], q.damper[at + 3], q.damper[at + 4]
+    if kind >= FORCE:
+        for lane in range(LANES):
+            u, w = s.change[lane], s.w[e + lane]
+            s.f[lane] = damp_by(q.forces, kind - FORCE, slot, n, u, w, forcing, lane, weight, after)
+    elif kind == COULOMB:
+        _all(CoulombDamper(a), slot, n, s, e, forcing, weight, after)
+    elif kind == POWERS:
+        _all(PowerDamper(a, b), slot, n, s, e, forcing, weight, after)
+    elif kind == VAN_DER_POL:
+        _all(VanDerPolDamper(a, b), slot, n, s, e, forcing, weight, after)
+    elif kind == JENKINS:
+        _all(Hysteresis(a, step, place, Plastic(limit)), slot, FELT, s, e, forcing, weight, after)
+    elif kind == WEN:
+        law = WholePower(limit, beta, exponent)
+        _all(Hysteresis(a, step, place, law), slot, FELT, s, e, forcing, weight, after)
+    elif kind == BOUC_WEN:
+        power = AnyPower(limit, beta, exponent)
+        _all(Hysteresis(a, step, place, power), slot, FELT, s, e, forcing, weight, after)
+    else:
+        for lane in range(LANES):
+            u, w = s.change[lane], s.w[e + lane]
+            _, force = force_of_contact(q.contact, int(a), u, typed(0.5, u) * step)
+            s.f[lane] = damp(ContactDamper(typed(force * b, w)), slot, n, u, w, forcing, lane, weight, after)
 
 
 @njit(**INLINE)
@@ -87,7 +104,8 @@ def damp_before(size, q, s, hits, forcing, n, weight, no):
     for k in range(size.dampers):
         e = q.damper_at[k] * LANES
         for lane in range(LANES):
-            s.f[lane] = _change(size, q, k, n, s.u[e + lane], s.w[e + lane], forcing, lane, weight, no)
+            s.change[lane] = s.u[e + lane]
+        _follow(size, q, k, n, s, forcing, weight, no)
         _turn(size, q, s, hits, k, weight)
 
 
@@ -98,8 +116,8 @@ def damp_later(size, q, s, d, j, hits, forcing, n, weight, yes):
     for k in range(size.dampers - 1, -1, -1):
         e, at = q.damper_at[k] * LANES, (6 * q.damper_at[k] + 2 + j) * LANES
         for lane in range(LANES):
-            u = s.u[e + lane] - d[at + lane]  # that of the kick
-            s.f[lane] = _change(size, q, k, n, u, s.w[e + lane], forcing, lane, weight, yes)
+            s.change[lane] = s.u[e + lane] - d[at + lane]  # that of the kick
+        _follow(size, q, k, n, s, forcing, weight, yes)
         _turn(size, q, s, hits, k, weight)
         for i in range(size.points):
             share, at = q.turn[k * size.points + i], i * LANES

@@ -21,7 +21,7 @@ from springpot.simulation.kernel.two_walls import (
     half_step_between,
     strike,
 )  # fmt: skip
-from springpot.simulation.kernel.watching import add_impacts, show_peak
+from springpot.simulation.kernel.watching import CONTACTS, add_impacts, show_peak
 
 __all__ = ["Soft", "force_of_contact"]
 
@@ -161,7 +161,7 @@ def _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weigh
             if away * (x - place) < 0.0 or (reached and away * arriving < 0.0 < away * v):
                 left = arriving * arriving + square * (before - place) * (before + place)
                 speed = math.sqrt(greater(left, 0.0))
-                add_impacts(accumulators, lane, weight, 1.0, speed)
+                add_impacts(accumulators, CONTACTS + n, lane, weight, 1.0, speed)
                 add_to(accumulators, extras(wall.rigid) + 3 + 5 * n, lane, weight, 1.0, speed)
 
 

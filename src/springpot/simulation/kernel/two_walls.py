@@ -25,7 +25,7 @@ from springpot.simulation.kernel.questions import (
 from springpot.simulation.kernel.restitution import lossless, number_of, rebound, takings
 from springpot.simulation.kernel.rigid_wall import SHORTEST_ELASTIC_HOP, SHORTEST_HOP, dip, is_single, leaves, margin
 from springpot.simulation.kernel.single_impacts import flight
-from springpot.simulation.kernel.watching import add_impacts, in_window, show_impacts
+from springpot.simulation.kernel.watching import LOWER, UPPER, add_impacts, in_window, show_impacts
 
 __all__ = ["Pair", "add_to", "bounce_between", "clearance_between", "fly_between", "half_step_between", "strike"]
 
@@ -142,8 +142,8 @@ def _gather_between(wall, struck, accumulators, clear, within, beyond):
         accumulators.extras[lane] += high_count
         accumulators.extras[LANES + lane] += high_speed
         accumulators.extras[2 * LANES + lane] += high_square
-    show_impacts(accumulators.observers, struck.low, struck.low_speeds, clear, within, beyond)
-    show_impacts(accumulators.observers, struck.high, struck.high_speeds, clear, within, beyond)
+    show_impacts(accumulators.observers, LOWER, struck.low, struck.low_speeds, clear, within, beyond)
+    show_impacts(accumulators.observers, UPPER, struck.high, struck.high_speeds, clear, within, beyond)
     return found
 
 
@@ -169,7 +169,7 @@ def _strike_pair(wall, scheme, x, v, accumulators, lane, weight):
         moved, change, down, up, sure = _meet_in_half_between(scheme, wall, x, v)
         if sure:
             if down + up > 0.0:
-                add_impacts(accumulators, lane, weight, 1.0, down + up)
+                add_impacts(accumulators, UPPER if up > 0.0 else LOWER, lane, weight, 1.0, down + up)
                 if up > 0.0:
                     add_to(accumulators, 0, lane, weight, 1.0, up)
             return x + moved, v + change
@@ -201,7 +201,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
     x = lesser(greater(x, wall.low), wall.high)
     while True:
         if struck != 0:
-            add_impacts(accumulators, lane, weight, 1.0, frequency * arriving)
+            add_impacts(accumulators, UPPER if struck > 0 else LOWER, lane, weight, 1.0, frequency * arriving)
             if struck > 0:
                 add_to(accumulators, 0, lane, weight, 1.0, frequency * arriving)
             x = wall.low if struck < 0 else wall.high
@@ -219,7 +219,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
                 other = wall.high if pressed_down else wall.low
                 whole = np.floor(left / hop) if u * u + x * x < other * other else 0.0
                 if whole > 0.0:
-                    add_impacts(accumulators, lane, weight, whole, frequency * abs(u))
+                    add_impacts(accumulators, LOWER if pressed_down else UPPER, lane, weight, whole, frequency * abs(u))
                     if not pressed_down:
                         add_to(accumulators, 0, lane, weight, whole, frequency * abs(u))
                 left -= whole * hop

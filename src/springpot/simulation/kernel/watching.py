@@ -7,6 +7,7 @@ block, that starts with a header (:data:`HEADER`) for the conversion of the kern
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,14 +20,16 @@ from numba.extending import intrinsic
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64, typed
 
 __all__ = [
-    "ALL", "BATCHES", "HEADER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "PEAKS", "Accumulators", "Observer",
-    "Observers", "add_impacts", "is_seen", "show_impact", "show_impacts", "show_peak", "show_steps",
+    "ALL", "BATCHES", "CONTACTS", "HEADER", "LOWER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "PEAKS", "UPPER",
+    "Accumulators", "Observer", "Observers", "add_impacts", "is_seen", "show_impact", "show_impacts", "show_peak",
+    "show_steps",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 
 BATCHES = 64  # groups of paths with separate counts, for standard errors
 ALL, PEAKS = -1, -2  # walls; less its number, the largest forces of a contact
+LOWER, UPPER, CONTACTS = 0, 1, 2  # the walls of one mass: a lone one is the lower; then contacts, one after another
 
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
@@ -78,6 +81,8 @@ class Observer:
         Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
     impulse : float
         By which speeds are multiplied if it is not 0.
+    behind : callable
+        From the kernel's arguments to numbers that are put behind the array.
     counts, forgotten : int
         Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
         not kept.
@@ -97,6 +102,7 @@ class Observer:
     impulse: float = 0.0
     counts: int = 0
     forgotten: int = 0
+    behind: Callable[[Any], Floats] = lambda parts: np.zeros(0)
 
     @property
     def own(self) -> int:
@@ -159,7 +165,7 @@ _call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
 
 
 @njit(**INLINE)
-def _sees(observers, i, n, low):
+def _is_due(observers, i, n, low):
     """Whether an observer is called with the group of step n; the first is that in which the window begins."""
     return observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0
 
@@ -169,7 +175,7 @@ def is_seen(observers, n, low, begin):
     """Whether any observer of what is shown before or at this place is called with the group of step n."""
     found = False
     for i in range(observers.on_steps.size):
-        found = found or (observers.begin[i] <= begin and _sees(observers, i, n, low))
+        found = found or (observers.begin[i] <= begin and _is_due(observers, i, n, low))
     return found
 
 
@@ -177,7 +183,7 @@ def is_seen(observers, n, low, begin):
 def show_steps(observers, x, v, step, n, low, high):
     """Call the observers with four steps of all lanes."""
     for i in range(observers.on_steps.size):
-        if _sees(observers, i, n, low):
+        if _is_due(observers, i, n, low):
             begin = observers.begin[i]
             _call_on_steps(
                 observers.on_steps[i], (beyond(x, begin), beyond(v, begin), step, n, low, high, observers.place[i])
@@ -202,14 +208,20 @@ def in_window(count, speeds, squares, by_half, clear, lane, within, beyond):
 
 
 @njit(**INLINE)
-def show_impacts(observers, speeds, sums, clear, within, beyond):
-    """Call the observers with the impacts of a group by half steps, of lanes that are clear; a speed of 0 is none.
+def _sees(observers, i, stop):
+    """Whether observer ``i`` sees the impacts on the wall of this number."""
+    return observers.on_impacts[i] != 0 and (observers.stop[i] == ALL or observers.stop[i] == stop)
+
+
+@njit(**INLINE)
+def show_impacts(observers, stop, speeds, sums, clear, within, beyond):
+    """Call the observers with the impacts of a group on a wall by half steps, of lanes that are clear; 0 is none.
 
     ``sums`` are those of the speeds of a lane; ``within`` and ``beyond`` are those of `in_window`.
     """
     first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
     for i in range(observers.on_impacts.size):
-        for lane in range(LANES if observers.on_impacts[i] != 0 else 0):
+        for lane in range(LANES if _sees(observers, i, stop) else 0):
             if clear[lane] * sums[lane] > 0.0:
                 for half in range(first, end):
                     speed = f64(speeds[half * LANES + lane])
@@ -221,7 +233,7 @@ def show_impacts(observers, speeds, sums, clear, within, beyond):
 def show_impact(observers, stop, count, speed, lane):
     """Call the observers of all walls, and of the wall of this number, with ``count`` impacts of a lane."""
     for i in range(observers.on_impacts.size):
-        if observers.on_impacts[i] != 0 and (observers.stop[i] == ALL or observers.stop[i] == stop):
+        if _sees(observers, i, stop):
             _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))
 
 
@@ -234,10 +246,10 @@ def show_peak(observers, contact, force, lane):
 
 
 @njit(**INLINE)
-def add_impacts(accumulators, lane, weight, count, speed):
-    """Add ``count`` impacts at one speed if they lie in the window (``weight`` 1, otherwise 0)."""
+def add_impacts(accumulators, stop, lane, weight, count, speed):
+    """Add ``count`` impacts on a wall at one speed if they lie in the window (``weight`` 1, otherwise 0)."""
     if weight > 0.0:
         accumulators.impacts[lane] += count
         accumulators.speeds[lane] += count * speed
         accumulators.squares[lane] += count * speed * speed
-        show_impact(accumulators.observers, ALL, count, speed, lane)
+        show_impact(accumulators.observers, stop, count, speed, lane)

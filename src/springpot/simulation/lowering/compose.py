@@ -206,6 +206,12 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
+    (low, high), modulated = settings.window_steps, list[tuple[Floats, Floats]]()
+    for noise in (each for each in total.modulated if each.intensity > 0.0 and not each.multiplies):
+        squares = noise.values(units, step, settings.steps)[1:] ** 2
+        mean = float(squares[low:high].mean())
+        own = np.array([[at_this_step.share * step * noise.intensity * mean]])
+        modulated += [(own, squares / mean)] if mean > 0.0 else []
     fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
 
     def expected_in(edges: Sequence[int]) -> Floats:
@@ -229,13 +235,20 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         tapped=np.array([tap.mode for tap in taps], np.int64),
         law=motion.law if total.temperature > 0.0 else None,
         mass=plan.system.inertia,
+        walls=_walls_of(total),
         contacts=tuple(name for name, _ in total.contacts),
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
             plan, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length, step,
-            named,
+            named, modulated,
         ),
     )  # fmt: skip
+
+
+def _walls_of(total: Lowered) -> tuple[str, ...]:
+    """The rigid wall below the motion, the one above it, and the contacts; a lone wall is below in the kernel."""
+    below, above = ([name for name, wall in total.barriers if wall.side == side] for side in ("above", "below"))
+    return *(below or [""]), *(above or [""]), *(name for name, _ in total.contacts)
 
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:

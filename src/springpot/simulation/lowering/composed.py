@@ -52,7 +52,7 @@ class Composed:
     wall : NoWall, Rigid, Pair, Soft or None
         Walls whose impacts are summed together; None where each has its own sums.
     walls : tuple of str
-        Walls and contacts of which observers see the impacts alone.
+        Walls and contacts by the numbers with which observers see their impacts; empty where there is none.
     contacts : tuple of str
         The soft ones, in the order of the kernel.
     struck : dict

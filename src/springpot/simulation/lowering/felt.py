@@ -17,8 +17,9 @@ from springpot.simulation.kernel.hysteresis import STATES
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.seen import Seen
 
-__all__ = ["FeltInKernel", "lowered_felt"]
+__all__ = ["FeltInKernel", "lowered_felt", "roughness_in_steps"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,6 +33,8 @@ class FeltInKernel:
     begin, row, numbers : ndarray
     lacking : dict of float
         What the mean square of each lacks by name, because the kernel sees the mean force of a step.
+    lacking_in_steps : dict of ndarray
+        The same in each step, where envelopes change it; otherwise one number.
     scale : float
         A power of two that brings what the kernel shows near 1.
     force, length : float
@@ -42,6 +45,7 @@ class FeltInKernel:
     row: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     numbers: Floats = field(default_factory=lambda: np.zeros(0))
     lacking: Mapping[str, float] = field(default_factory=dict)
+    lacking_in_steps: Mapping[str, Floats] = field(default_factory=dict)
     scale: float = 1.0
     force: float = 1.0
     length: float = 1.0
@@ -51,9 +55,23 @@ class FeltInKernel:
         return 2.0 * math.sqrt(max([*self.lacking.values()][number], 0.0)) / self.length
 
 
+def roughness_in_steps(plan: Plan, felt: FeltInKernel, seen: Seen) -> Floats:
+    """How rough noise makes what is seen in each step, over what it would be with the usual intensity.
+
+    That is, of a velocity, the intensity without envelopes, and of a force or an acceleration its mean over the window.
+    """
+    if seen.feels:
+        name = [*felt.lacking][seen.feels[0]]
+        own, usual = felt.lacking_in_steps[name], felt.lacking[name]
+    else:
+        own, usual = plan.motion.intensity_of(seen, plan.settings.middles), plan.motion.intensity_of(seen)
+    share = own / usual if usual > 0.0 else np.zeros(1)
+    return np.broadcast_to(np.sqrt(np.maximum(share, 0.0)), plan.settings.steps)
+
+
 def lowered_felt(
     plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
-    step: float, named: Sequence[Named],
+    step: float, named: Sequence[Named], modulated: Sequence[tuple[Floats, Floats]] = (),
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -71,12 +89,15 @@ def lowered_felt(
         In the kernel's units.
     named : sequence of Named
         The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
+    modulated : sequence of (ndarray, ndarray)
+        Of each noise with an envelope its part of ``jumps``, and by which factor that differs from it in each step.
     """
     felt, excitations = plan.motion.felt, dict(plan.system.named())
     lags = math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step))
     yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
     sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
-    begin, row, numbers, lacking = [0], list[int](), list[Floats](), {}
+    begin, row, numbers, lacking, in_steps = [0], list[int](), list[Floats](), {}, {}
+    low, high = plan.settings.window_steps
 
     def new_term(of_row: int) -> Floats:
         row.append(of_row)
@@ -110,12 +131,26 @@ def lowered_felt(
         for n, share in smooth.items():
             new_term(-1 - sources[n])[10] = unit * share / step
         begin.append(len(row))
-        lacking[name] = length**2 * sum(
-            float(one @ jumps @ other) * _lack(a, b, step, lags)
-            for (a, one), (b, other) in itertools.product(rough, rough)
-        ) + sum(share**2 * _lack_of(excitations[n], plan.settings.step) for n, share in smooth.items())
+
+        def lacks(jumps: Floats, rough: list[tuple[float, Floats]] = rough) -> float:
+            return length**2 * sum(
+                float(one @ jumps @ other) * _lack(a, b, step, lags)
+                for (a, one), (b, other) in itertools.product(rough, rough)
+            )
+
+        lacking[name] = lacks(jumps)
+        in_steps[name] = lacking[name] + sum((lacks(own) * (factor - 1.0) for own, factor in modulated), np.zeros(1))
+        for n, share in smooth.items():
+            own = (
+                share**2
+                * _lack_of(excitations[n], plan.settings.step)
+                * excitations[n].square_at(plan.settings.middles)
+            )
+            lacking[name] += float(np.mean(own if np.ndim(own) == 0 else own[low:high]))
+            in_steps[name] = in_steps[name] + own
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
-    return FeltInKernel(np.array(begin), np.array(row, np.int64), whole, lacking, scale, unit * length, length)
+    rows_of_terms = np.array(row, np.int64)
+    return FeltInKernel(np.array(begin), rows_of_terms, whole, lacking, in_steps, scale, unit * length, length)
 
 
 def _remembers(part: Lowered) -> bool:
@@ -129,7 +164,7 @@ def _dashpots(part: Lowered) -> float:
 def _lack_of(part: Excitation, step: float) -> float:
     """What the mean square of a force lacks by its mean over a step: of a density like r / (2 pi w^2), r h / 6."""
     density, far = getattr(part, "density", None), 1e3 / step
-    return 0.0 if density is None or part.envelope is not None else 2.0 * math.pi * far**2 * density(far) * step / 6.0
+    return 0.0 if density is None else 2.0 * math.pi * far**2 * density(far) * step / 6.0
 
 
 def _lack(one: float, other: float, step: float, lags: int) -> float:

@@ -231,8 +231,8 @@ def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
     impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
     law: Any = hysteresis.Plastic(limit)
     if isinstance(part, BoucWen):
-        first = hysteresis.FirstPower(limit, part.beta)
-        law = first if part.exponent == 1.0 else hysteresis.AnyPower(limit, part.beta, part.exponent)
+        kind = hysteresis.WholePower if part.exponent.is_integer() else hysteresis.AnyPower
+        law = kind(limit, part.beta, part.exponent)
     make = lambda word, place, parts: hysteresis.Hysteresis(impulse, step, place, law)  # noqa: E731
     return Lowered(forces=(Named(name, make, hysteresis.STATES, "dissipates"),))
 

@@ -24,7 +24,7 @@ from springpot.simulation.kernel.sources import (
     Poisson,
 )
 
-__all__ = ["single_of", "sweeps_in_single", "with_arrays"]
+__all__ = ["is_random", "single_of", "sweeps_in_single", "with_arrays"]
 
 _OURS = Splitting.__module__.rpartition(".")[0] + "."  # the kernel's own parts, which are written for it
 _f32 = np.float32
@@ -39,7 +39,7 @@ def sweeps_in_single(exact: Parts) -> bool:
     Not with the paper's scheme, nor with parts that are not of this package, which may need more; and not without
     noise: one path is the answer then, and its last digits may be wanted.
     """
-    return isinstance(exact.scheme, Splitting) and all(map(_is_ours, exact)) and _is_random(exact.load)
+    return isinstance(exact.scheme, Splitting) and all(map(_is_ours, exact)) and is_random(exact.load)
 
 
 def single_of(exact: Parts) -> Sweep:
@@ -72,10 +72,11 @@ def _is_ours(part: Any) -> bool:
     return not hasattr(part, "_make") or (type(part).__module__.startswith(_OURS) and all(map(_is_ours, part)))
 
 
-def _is_random(load: Any) -> bool:
+def is_random(load: Any) -> bool:
+    """Whether a load is drawn in each step."""
     match load:
         case Sum():
-            return _is_random(load.first) or _is_random(load.second)
+            return is_random(load.first) or is_random(load.second)
         case White():
             return load.strength > 0.0
         case _:

@@ -34,7 +34,7 @@ from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
 from springpot.simulation.lowering.parts import Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
-from springpot.simulation.lowering.precision import with_arrays
+from springpot.simulation.lowering.precision import is_random, with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
@@ -242,7 +242,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
     shaken = [*_shaken(frame, settings)]
     exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
-    random = bool(len(noises) or shaken) or any(_is_random(each.law) for each in given)
+    random = bool(len(noises) or shaken) or any(is_random(each.law) for each in given)
     own = any(each.law is not None for each in dampers)
     kind = np.dtype(_precision(settings, random and not own)).type
     fed = 0.5 * float((noises * frame.accelerations(noises)).sum())
@@ -291,8 +291,13 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
          * (at.rows @ frame.solve @ frame.rows[n]) * (at.rows @ frame.jumps[n] / frame.reduced[n]))
         for each in shaken for n in (each.row,)
     ]  # fmt: skip
+    modulated = [
+        (frame.accelerations(frame.solve @ (each.brought * np.outer(each.row, each.row))), each.course)
+        for each in given if each.course.size and each.brought > 0.0
+    ]  # fmt: skip
     felt = lowered_felt(
         plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, whole.named,
+        modulated,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -510,7 +515,7 @@ class _Damper:
 def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: int) -> Iterator[_Damper]:
     """With the first place of their states."""
     kinds = {
-        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.FirstPower: several_dampers.WEN,
+        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.WholePower: several_dampers.WEN,
         hysteresis.AnyPower: several_dampers.BOUC_WEN,
     }  # fmt: skip
     own = 0
@@ -543,7 +548,7 @@ class _Given:
     """A source of excitation: its law in the kernel, its name, and the row on which it acts.
 
     ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
-    steps are nearly alike.
+    steps are nearly alike.  ``course`` is that of each step over this, where an envelope changes it.
     """
 
     named: Named
@@ -551,6 +556,7 @@ class _Given:
     row: Floats
     brought: float
     is_smooth: bool
+    course: Floats
 
 
 def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, list[_Given], Floats]:
@@ -604,17 +610,18 @@ def _of_thermal_noise(plan: Plan, parts: PartsOfSeveral, frame: _Frame) -> Itera
         yield Reading(f"{name}_power", works, "time", frame.power * white)
 
 
-def _drawn(law: Any, window: tuple[int, int]) -> float:
-    """Variance of what a source draws anew for the impulse of each step, its mean over the window."""
-    if isinstance(law, sources.Poisson):
-        return float(law.size**2 * law.rate) * _mean_envelope(law, window)
-    if isinstance(law, sources.Modulated | sources.ModulatedWhite):
-        return float((law.roots[slice(*window)] ** 2).mean())
-    return float(law.newest[0]) ** 2 * _mean_envelope(law, window) if isinstance(law, sources.Filtered) else 0.0
-
-
-def _mean_envelope(law: Any, window: tuple[int, int]) -> float:
-    return float((law.envelope[slice(*window)] ** 2).mean()) if law.envelope.size else 1.0
+def _drawn(law: Any, window: tuple[int, int]) -> tuple[float, Floats]:
+    """Variance of what a source draws anew for the impulse of a step: its mean over the window, and that of each step
+    over this, which is empty without an envelope.
+    """
+    size, roots = {
+        sources.Modulated: lambda: (1.0, law.roots),
+        sources.ModulatedWhite: lambda: (1.0, law.roots),
+        sources.Poisson: lambda: (float(law.size**2 * law.rate), law.envelope),
+        sources.Filtered: lambda: (float(law.newest[0]) ** 2, law.envelope),
+    }.get(type(law), lambda: (0.0, np.zeros(0)))()
+    mean = float((roots[slice(*window)] ** 2).mean()) if roots.size else 1.0
+    return size * mean, np.asarray(roots**2 / mean if mean > 0.0 else np.zeros(0))
 
 
 def _placed(
@@ -624,11 +631,11 @@ def _placed(
     word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
         law = named.make(word, place, parts_of_step)
-        whole = brought
+        whole, course = brought, np.zeros(0)
         if whole is None:  # some laws take long to make
-            whole = _drawn(law if parts_of_step == 1 else named.make(word, place, 1), window)
+            whole, course = _drawn(law if parts_of_step == 1 else named.make(word, place, 1), window)
         rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
-        yield _Given(named, law, row, whole, brought is None and not rough)
+        yield _Given(named, law, row, whole, brought is None and not rough, course)
         word, place = word + sources.WORDS, place + named.states
 
 
@@ -693,10 +700,6 @@ def _wave_of(law: Any) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _is_random(law: Any) -> bool:
-    return isinstance(law, sources.Filtered | sources.Poisson | sources.Modulated | sources.ModulatedWhite)
-
-
 def _precision(settings: Settings, noisy: bool) -> str:
     """Of the sweep: double with forces of the user, which may need it, and without noise.
 
@@ -741,6 +744,8 @@ def _readings(
         for tap in parts.taps:
             square, _, name = tap.name.partition(" of ")
             yield Reading(f"{name}_{square}_mean_square", {tap.name: 1.0}, "groups")
+            if square == "current" and (count := system.counts.get(name)):
+                yield Reading(f"{name}_current_of_one_mean_square", {tap.name: 1.0 / count**2}, "groups")
         circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
         loads = {f"{part.of_load} of {name}": 1.0 / part.load for name, part in circuits}
         yield Reading("harvested_power", loads, "groups")

@@ -128,13 +128,14 @@ class Simulation:
         adding = threading.Lock()
 
         def work() -> None:
-            arrays = [np.concatenate([self.parts.header_of(each), each.initial]) for each in observers]
+            parts = self.parts
+            arrays = [np.concatenate([parts.header_of(o), o.initial, o.behind(parts)]) for o in observers]
             addresses = addresses_of(observers, arrays, self.parts)
             while not stop[0] and (number := together * next(next_call)) < blocks:
                 first, count = number * LANES, min(together, blocks - number)
                 some = slice(first, first + count * LANES)
                 for observer, array in zip(observers, arrays, strict=True):
-                    array[len(HEADER) :] = observer.initial
+                    array[len(HEADER) : len(HEADER) + observer.initial.size] = observer.initial
                     array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
                 kernel(
                     states[some] if len(states) > 1 else states, skipped + first, count, settings,

@@ -36,12 +36,18 @@ def ratio(above: Floats, below: Floats) -> tuple[float, Floats]:
     return value, value + (above - value * below) / float(below.mean())
 
 
-def standard_error(samples: Floats, fitted: int = 0) -> float:
+def standard_error(samples: Floats, fitted: int = 0, strata: int = 1) -> float:
     """Standard error of the mean of independent samples; NaN for a single one.
+
+    ``strata``: sample n is of the stratum n modulo this.  Strata have equal shares, and how they differ is no error;
+    with fewer than two samples of each it counts as one.
 
     ``fitted``: the number of control variates.  Each counts twice: their regression takes out spread by chance, and its
     slopes have errors.
     """
+    if strata > 1 and samples.size >= 2 * strata:
+        own = [samples[n::strata] for n in range(strata)]
+        return math.sqrt(math.fsum(each.size * each.var(ddof=1) for each in own)) / samples.size
     lost = 1 + 2 * fitted
     return float(samples.std(ddof=lost) / math.sqrt(samples.size)) if samples.size > lost else math.nan
 

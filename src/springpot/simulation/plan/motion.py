@@ -125,6 +125,11 @@ class Motion:
         own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
         return {name: (name, own) for name in LEVELS}
 
+    @property
+    def speeds(self) -> dict[str, Seen]:
+        """Speeds of impacts by name, each with what it is of."""
+        return {one.names["impact_speed"]: one for one in self.seen if "impact_speed" in one.names}
+
     @cached_property
     def felt(self) -> dict[str, Felt]:
         """Forces of parts and accelerations, in the order in which the kernel shows them."""
@@ -132,10 +137,7 @@ class Motion:
 
     @property
     def of_impacts(self) -> dict[str, Seen]:
-        """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name.
-
-        Impacts on one mass are seen without their wall: there are impulses of a lone one.
-        """
+        """The largest forces of the touches of soft contacts, and the impulses of impacts on rigid walls, by name."""
         found, at = dict[str, Seen](), self.system.coordinates
         for stop, part in self.touched.items():
             if isinstance(part, SoftStop):
@@ -143,9 +145,7 @@ class Motion:
                 found[name] = Seen({"impact_speed": name}, None, stop=stop, peaks=True)
             elif isinstance(part, Barrier) and not callable(part.restitution):
                 name, mass = f"{stop}_impulse", (1.0 + part.restitution) * at.reduced(at.elongations[stop])
-                own = stop if self.arguments else ""
-                if own or len(self.touched) == 1:
-                    found[name] = Seen({"impact_speed": name}, None, stop=own, place=part.position, impulse=mass)
+                found[name] = Seen({"impact_speed": name}, None, stop=stop, place=part.position, impulse=mass)
         return found
 
     def number_felt(self, name: str) -> int:
@@ -185,8 +185,8 @@ class Motion:
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
-            if touches[name].impulse and any(map(name.startswith, self.uncounted)):
-                raise NotCoveredError(f"{name} cannot be seen: {self.uncountable}.")
+            if touches[name].impulse and (reason := self.uncounted_because(f"{touches[name].stop}_impact_rate")):
+                raise NotCoveredError(f"{name} cannot be seen: {reason}.")
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             if isinstance(self.touched.get(wall := str(name).removesuffix("_force")), Barrier) and name != wall:
@@ -219,9 +219,16 @@ class Motion:
         """By which splitting tells how near several masses are to a large value; of one mass it is its energy."""
         return None
 
-    def intensity_of(self, seen: Seen) -> float:
-        """Of the white noise in the acceleration of a displacement, in m^2 s^-3."""
-        return self.intensity
+    def intensity_of(self, seen: Seen, time: Any = None) -> Any:
+        """Of the white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""
+        if time is None:
+            return self.intensity
+        return sum(noise.intensity * noise.square_at(time) for noise in self.unit.of(WhiteNoise))
+
+    @property
+    def is_modulated(self) -> bool:
+        """Whether an excitation has an envelope."""
+        return any(part.envelope is not None for part in self.system.of(Excitation))
 
     @property
     def from_rest(self) -> str:
@@ -330,7 +337,18 @@ class Motion:
     @property
     def different_paths(self) -> int:
         """How many paths differ where chance has no part in them: one for each record; 0 where it has."""
-        return 0 if self.is_random else math.lcm(*(record.count for record in self.system.of(RecordedExcitation)))
+        return 0 if self.is_random else self.turns
+
+    @property
+    def turns(self) -> int:
+        """Of how many paths the records that are taken in turn differ, before they come again; 1 without."""
+        records = self.system.of(RecordedExcitation)
+        return math.lcm(*(record.count for record in records if not record.is_drawn))
+
+    @property
+    def strata(self) -> int:
+        """The same where noise makes paths with the same record differ: each record is a stratum; otherwise 1."""
+        return self.turns if self.is_random else 1
 
     @property
     def is_noisy(self) -> bool:
@@ -404,9 +422,21 @@ class Motion:
         return {"": self.struck} if self.struck.crowded else {}
 
     @property
-    def uncounted(self) -> tuple[str, ...]:
-        """How the names of results begin that are of impacts which cannot be counted: any way, or no name does."""
-        return ("",) if self.uncountable else ()
+    def uncounted(self) -> dict[str, str]:
+        """How the names of results begin that are of impacts which cannot be counted, and why: of all walls together,
+        and of each lossy one.  Contacts have a rate: what rests on a wall behind touches them once.
+        """
+        if not self.uncountable:
+            return {}
+        lossy = (
+            name for name, wall in self.touched.items() if isinstance(wall, Barrier) and slow_restitution(wall) != 1.0
+        )
+        return dict.fromkeys(("", *(f"{name}_" for name in lossy)), self.uncountable)
+
+    def uncounted_because(self, name: str) -> str:
+        """Why a result is of impacts that cannot be counted; empty of any other."""
+        whose, of_impacts, _ = name.rpartition("impact_")
+        return self.uncounted.get(whose, "") if of_impacts else ""
 
     @property
     def struck_alone(self) -> dict[str, StruckWalls]:

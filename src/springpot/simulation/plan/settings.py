@@ -94,6 +94,11 @@ class Settings:
         return round(self.window[0] / self.step), round(self.window[1] / self.step)
 
     @property
+    def middles(self) -> npt.NDArray[np.float64]:
+        """Times of the middles of all steps, in s."""
+        return np.asarray(self.step * (np.arange(self.steps) + 0.5))
+
+    @property
     def recorded_points(self) -> int:
         """Points stored of each recorded path, that at time 0 included."""
         return self.steps // self.record_every + 1

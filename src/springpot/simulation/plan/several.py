@@ -303,9 +303,9 @@ class MotionOfSeveral(Motion):
         places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
         return float(seen.row @ places), float(seen.row @ speeds)
 
-    def intensity_of(self, seen: Seen) -> float:
+    def intensity_of(self, seen: Seen, time: Any = None) -> Any:
         """Of white noise and of that of dashpots at a temperature, along the row of the displacement."""
-        return self._intensity_along(seen.row)
+        return self._intensity_along(seen.row, time=time)
 
     @property
     def from_rest(self) -> str:
@@ -443,15 +443,19 @@ class MotionOfSeveral(Motion):
         ]
         return {f"{name}_": self.struck_alone[name] for name in numbers if self.struck_alone[name].crowded}
 
-    def _intensity_along(self, row: Floats, place: float | None = None) -> float:
+    def _intensity_along(self, row: Floats, place: float | None = None, time: Any = None) -> Any:
         """Of the acceleration of an elongation, where it is at a place, by white noise and by that of warm dashpots.
 
-        Noise that multiplies another elongation counts with the usual size of that.
+        Noise that multiplies another elongation counts with the usual size of that; at times in s, with envelopes.
         """
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         turned, thermal = coordinates.accelerations(row), self.system.of(ThermalNoise)
+
+        def over(part: WhiteNoise | ParametricNoise) -> Any:
+            return 1.0 if time is None else part.square_at(time)
+
         white = sum(
-            parts[name].intensity * float(turned @ force) ** 2
+            over(parts[name]) * parts[name].intensity * float(turned @ force) ** 2
             for name, force in coordinates.forces.items()
             if isinstance(parts[name], WhiteNoise)
         )
@@ -465,8 +469,8 @@ class MotionOfSeveral(Motion):
                 own = coordinates.elongations[name]
                 alike = np.array_equal(own, row) or np.array_equal(own, -row)
                 size = place if alike and place is not None else self.modes.spread(own)
-                shaken += part.intensity * (size * float(turned @ own)) ** 2
-        return float(white + warm + shaken)
+                shaken += over(part) * part.intensity * (size * float(turned @ own)) ** 2
+        return white + warm + shaken
 
     @cached_property
     def modes(self) -> Modes:
@@ -503,26 +507,22 @@ class MotionOfSeveral(Motion):
     @property
     def uncountable(self) -> str:
         """Why the impacts on some walls cannot be counted."""
-        return next(iter(self._uncounted.values()), "")
-
-    @property
-    def uncounted(self) -> tuple[str, ...]:
-        """How the names of results begin that are of impacts which cannot be counted."""
-        return tuple(f"{name}_" for name in self._uncounted)
+        return next(iter(self.uncounted.values()), "")
 
     @cached_property
-    def _uncounted(self) -> dict[str, str]:
+    def uncounted(self) -> dict[str, str]:
+        """How the names of results begin that are of impacts which cannot be counted, and why."""
         found = {}
         for name, wall in self.struck_alone.items():
             if wall.intensity > 0.0 and wall.restitution <= COLLAPSE_BELOW:
-                found[name] = (
+                found[f"{name}_"] = (
                     f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} "
                     "(= exp(-pi/sqrt 3)): white noise causes infinitely many impacts in a finite time"
                 )
             elif not wall.intensity > 0.0 and wall.restitution < 1.0 and self.modes.excited:
                 two = "ground" not in self.system.coordinates.ends[name]
                 alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
-                found[name] = (
+                found[f"{name}_"] = (
                     f"{name} is lossy, and no white noise drives its two ends apart"
                     f"{' (that of the ground moves both masses alike)' if two and alike else ''}: a smooth force lets "
                     "them come to rest on each other after infinitely many impacts"

@@ -1,14 +1,16 @@
 """What is asked of the paths, and the coordinate by which splitting tells which of them are near to it.
 
 The coordinate is the energy of mass and springs: how far a path could go if noise and losses stopped.  Where a wall
-behind the motion takes energy, a path that moves towards it counts with what the next impact will leave.  Of several
-masses it is the largest value of the quantity that the modes could make together if all of them came to be in phase; of
-impacts and functions of the user their energy.  Any coordinate gives the right mean; a good one a small spread.
+behind the motion takes all but the share r^2 of it, a path that moves towards it counts with what the next impact will
+leave, and one at its highest point, with no time left to rise further, with r.  Of several masses it is the largest
+value of the quantity that the modes could make together if all of them came to be in phase; of impacts and functions of
+the user their energy.  Any coordinate gives the right mean; a good one a small spread.
 
 Between two kicks one mass moves exactly as the linear spring makes it, so that the extremes of x are those of circular
 arcs, and several masses on straight lines, so that they are at the kicks.  Velocities jump at kicks: between two
 observations those of white noise of intensity q exceed the observed ones by 0.5826 sqrt(q h) on average, and forces of
-dashpots and memory their means over the steps (see `springpot.simulation.watch.first_passage`).
+dashpots and memory their means over the steps (see `springpot.simulation.watch.first_passage`); with an envelope by
+what belongs to the step.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
@@ -44,15 +47,16 @@ Floats = npt.NDArray[np.float64]
 
 SPACING = 0.05  # of kept states, in units of the mean square of v
 FLOOR = 0.25  # share of plain paths below the coordinate under which the first paths keep no states
+LEAST_RAISED = 0.8  # share of the potential energy beside a lossy wall: measured best for restitutions of 0.4 to 0.9
 
 _FIRST = len(HEADER)
 _FREQUENCY = HEADER.index("frequency")
 _TERMS = 12  # of the potential beside the quadratic one
 # constants; then arrays with a number for each lane: the marks, and room for what is found in a step
 (
-    _PLACED, _SIGN, _COSINE, _SINE, _TURNING, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _STRUCK,
-    _BEGIN, _HALF, _COUNT, _COEFFICIENTS,
-) = range(_FIRST, _FIRST + 17)  # fmt: skip
+    _PLACED, _SIGN, _COSINE, _SINE, _TURNING, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _RAISED,
+    _STRUCK, _BEGIN, _HALF, _IN_STEPS, _OVER, _COUNT, _COEFFICIENTS,
+) = range(_FIRST, _FIRST + 20)  # fmt: skip
 _MARKS = _COEFFICIENTS + _TERMS
 _MOST = _MARKS + LANES
 _BY_HALF = _MOST + LANES
@@ -105,10 +109,7 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
             raise ValueError(f"levels cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
         return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
-    known = dict(motion.levels)
-    known |= {
-        each.names["impact_speed"]: ("impact_speed", each) for each in motion.seen if "impact_speed" in each.names
-    }
+    known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
     if name not in known and name in motion.felt:
         return Quantity(
             name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, "levels")
@@ -199,23 +200,23 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     def put(at: int, value: Any) -> None:
         constants[at - _FIRST : at - _FIRST + np.size(value)] = value
 
-    def root() -> float:
-        """By which noise lets velocities exceed the observed ones."""
-        return SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
-
+    if kind == "force":
+        over = SHIFT_OF_FORCE * parts.felt.roughness(seen.feels[0])
+    else:  # by which noise lets velocities exceed the observed ones
+        over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
     put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
-    if kind == "force":
-        kernels = kernels - SHIFT_OF_FORCE * parts.felt.roughness(seen.feels[0])
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
-        kernels = kernels - root()
+    if kind in ("v", "speed", "force"):
+        put(_OVER, over if motion.is_modulated else 0.0)
+        kernels = kernels if motion.is_modulated else kernels - over
     if kind in ("energy", "amplitude"):
         frequency = motion.system.natural_frequency if kind == "energy" else motion.system.resonance
         put(_SQUARES, (frequency * units.time) ** 2)
-        put(_PUSH, root())
+        put(_PUSH, over)
         if kind == "amplitude":
             kernels = 0.5 * (frequency * units.time * kernels) ** 2
     put(_BEGIN, low)
@@ -227,13 +228,18 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
         _put_energy(put, motion, parts, quantity, sign)
         spacing *= motion.law.temperature / units.speed**2
         if kind not in ("force", "own"):
-            target = _target(plan, kind, float(levels[-1])) / units.speed**2
+            target = _target(plan, kind, float(levels[-1]), sign) / units.speed**2
     else:
         placed, moved, rest = modes
         rows = np.hstack([-(placed @ rest)[:, None], units.length * placed, units.speed * moved])
         shapes = np.concatenate([[rest.size, len(rows), float(not by_energy)], rows.ravel()])
         put(_STRUCK, -math.inf)
-    initial = np.concatenate([constants, np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
+    rooms = np.concatenate([np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
+    shares = np.zeros(0)
+    if motion.is_modulated and over > 0.0:
+        put(_IN_STEPS, _FIRST + constants.size + rooms.size)
+        shares = np.pad(roughness_in_steps(plan, parts.felt, seen), (0, GROUP), mode="edge")
+    initial = np.concatenate([constants, rooms, shares])
     on_energy, on_modes, on_steps, on_impacts = _compiled()
     nearness = Observer(on_energy if modes is None else on_modes, None, initial, per_path=True)
     own = observer_of(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
@@ -250,13 +256,11 @@ def _put_energy(
     ends = sorted(parts.units.sign * end / parts.units.length for end in (motion.low, motion.high))
     energy = _energy(motion, parts)
     put(_STIFFNESS, energy.stiffness)
-    put(_BEHIND, math.inf)
-    put(_LEFT, 1.0)
+    put(_LEFT, (1.0, 1.0))
     put(_STRUCK, min((energy(end) for end in ends if math.isfinite(end)), default=0.0))
-    behind = ends[0] if sign * parts.units.sign > 0.0 else ends[1]
-    if quantity.kind == "x" and math.isfinite(behind):
-        put(_BEHIND, energy(behind))
-        put(_LEFT, _share_left(motion, "above" if sign > 0.0 else "below"))
+    if quantity.kind == "x" and (loss := _loss(motion, sign)):
+        put(_BEHIND, energy(loss.place * parts.units.sign / parts.units.length))
+        put(_LEFT, (loss.left, loss.raised))
     put(_COUNT, len(energy.beyond))
     put(_COEFFICIENTS, energy.beyond)
 
@@ -288,13 +292,26 @@ def _energy(motion: Motion, parts: Composed) -> _Energy:
     return _Energy(stiffness, tuple(beyond))
 
 
-def _share_left(motion: Motion, side: str) -> float:
-    """Of the energy, by an impact at a usual speed on the wall with the motion on this side of it."""
-    wall = next(wall for wall in motion.unit.of(Barrier) if wall.side == side)
-    return restitution_at(wall, math.sqrt(motion.law.temperature)) ** 2
+@dataclass(frozen=True)
+class _Loss:
+    """At a wall, in m: the share of energy that an impact leaves, and that of potential energy which counts."""
+
+    place: float
+    left: float
+    raised: float
 
 
-def _target(plan: Plan, kind: str, level: float) -> float:
+def _loss(motion: Motion, sign: float) -> _Loss | None:
+    """That of a usual impact; None where there is no wall."""
+    side, place = ("above", motion.low) if sign > 0.0 else ("below", motion.high)
+    wall = next((wall for wall in motion.unit.of(Barrier) if wall.side == side), None)
+    if wall is None:
+        return None
+    restitution = restitution_at(wall, math.sqrt(motion.law.temperature))
+    return _Loss(place, restitution**2, max(restitution, LEAST_RAISED))
+
+
+def _target(plan: Plan, kind: str, level: float, sign: float) -> float:
     """The coordinate at a level, in m^2/s^2."""
     motion, system = plan.motion, plan.system
     more = system.resonance**2 - system.natural_frequency**2 if system.stiffness > 0.0 else 0.0
@@ -307,7 +324,9 @@ def _target(plan: Plan, kind: str, level: float) -> float:
 
     start, (mean, spread, _) = float(cast(float, plan.settings.initial_position)), motion.size_of(motion.seen[0])
     if kind == "x":
-        return height(level)
+        loss, top = _loss(motion, sign), height(level)
+        behind = math.inf if loss is None else float(potential(np.array(loss.place)))
+        return top if loss is None or top < behind else behind + loss.raised * (top - behind)
     if kind == "distance":
         return min(height(end) for end in (-level, level) if motion.low <= end <= motion.high)
     if kind == "amplitude":
@@ -328,7 +347,7 @@ def _compiled() -> tuple[Callable[..., None], ...]:
         if n < low:
             return
         sign, stiffness, behind, left = array[_SIGN], array[_STIFFNESS], array[_BEHIND], array[_LEFT]
-        terms = int(array[_COUNT])
+        raised, terms = array[_RAISED], int(array[_COUNT])
         for j in range(GROUP):
             at = j * LANES
             if terms > 0:
@@ -340,9 +359,11 @@ def _compiled() -> tuple[Callable[..., None], ...]:
                         array[_POTENTIAL + lane] = (array[_POTENTIAL + lane] + c) * x[at + lane]
             for lane in range(LANES):
                 here, speed = x[at + lane], v[at + lane]
-                energy = 0.5 * (speed * speed + stiffness * here * here) + array[_POTENTIAL + lane]
-                kept = behind + left * (energy - behind)
-                energy = kept if energy > behind and sign * speed < 0.0 else energy
+                above = 0.5 * stiffness * here * here + array[_POTENTIAL + lane] - behind
+                energy = 0.5 * speed * speed + above
+                above = above if above > 0.0 else 0.0
+                kept = (left if sign * speed < 0.0 else 1.0) * (energy - above) + raised * above
+                energy = behind + (kept if energy > 0.0 else energy)
                 top = array[_MARKS + lane]
                 array[_MARKS + lane] = energy if energy > top else top
 
@@ -378,8 +399,11 @@ def _compiled() -> tuple[Callable[..., None], ...]:
         sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
         cosine, sine, turning, slow = array[_COSINE], array[_SINE], array[_TURNING], 1.0 / array[_FREQUENCY]
         lowest, highest = array[_LOWEST], array[_HIGHEST]
+        in_steps = int(array[_IN_STEPS])
         for j in range(GROUP):
             at = j * LANES
+            share = array[in_steps + n + j] if in_steps > 0 else 1.0
+            over, pushed = array[_OVER] * share, push * share if squares > 0.0 else push
             if array[_PLACED] > 0.0:
                 for lane in range(LANES):
                     here, speed = x[at + lane], abs(v[at + lane]) * slow if sine > 0.0 else 0.0
@@ -389,14 +413,15 @@ def _compiled() -> tuple[Callable[..., None], ...]:
                     out = out if sign == 0.0 else sign * here
                     far = cosine * out + sine * speed
                     far = math.sqrt(out * out + speed * speed) if turning * out > cosine * speed else far
-                    far = far if far < end else end
+                    far = (far if far < end else end) + over
                     most = array[_MOST + lane]
                     array[_MOST + lane] = far if far > most else most
             elif array[_PLACED] == 0.0:
                 for lane in range(LANES):
                     here, speed = x[at + lane], v[at + lane]
                     out = abs(speed) if sign == 0.0 else sign * speed
-                    value = push * out + (0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0)
+                    energy = 0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0
+                    value = pushed * out + energy + over
                     most = array[_MOST + lane]
                     array[_MOST + lane] = value if value > most else most
         if n < array[_BEGIN]:  # what comes before the time that counts is forgotten

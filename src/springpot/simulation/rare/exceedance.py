@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import name_results, shown
-from springpot.machine.progress import Clock
+from springpot.machine.progress import Clock, FractionDone
 from springpot.problem.messages import Message
 from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
@@ -157,7 +157,8 @@ def exceedance(
         them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  Repetitions are then
         advanced one after another, which takes up to a quarter more time.
     progress : callable
-        Called with the fraction done, about.
+        Called with the fraction done, about; if it is a `springpot.machine.progress.FractionDone`, its ``estimate`` has
+        the seconds that are left.
 
     Returns
     -------
@@ -225,9 +226,10 @@ def stated(
 
 def exceeded(
     system: System, levels: object, *, rtol: float = 0.1, max_time: float | None = None,
-    save: str | Path | None = None, progress: Progress | None = None, **settings: Any,
+    save: str | Path | None = None, progress: Progress | None = None,
+    watch: Callable[[ExceedanceCurve], None] | None = None, **settings: Any,
 ) -> Exceedance:  # fmt: skip
-    """As `exceedance`, but its warnings are only in the result: no Python warnings are raised."""
+    """As `exceedance`, but its warnings are only in the result, and ``watch`` is called with curves as they grow."""
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
     plan, wanted = stated(system, levels, rtol=rtol, max_time=max_time, **settings)
@@ -244,8 +246,9 @@ def exceeded(
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
         content = () if path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, quantity.name)
         saved = Saved(path, [VERSION, *content, asked.given.tolist()])
+        arranged = _arranged(watch, np.argsort(order), given.shape)
         try:
-            found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved)
+            found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved, arranged)
         except TimeoutError:
             if not curves:
                 raise
@@ -255,13 +258,25 @@ def exceeded(
     return Exceedance(system, replace(plan.settings, paths=paths), curves)
 
 
-VERSION = 1  # of the numbers that repetitions give
+VERSION = 2  # of the numbers that repetitions give
 _STREAMS = 64  # of random numbers, for each quantity
 
 
 def _share(progress: Progress | None, number: int, count: int) -> Callable[[float], None]:
     """The progress of one quantity of several."""
-    return lambda fraction: None if progress is None else progress((number + fraction) / count)
+
+    def told(fraction: float) -> None:
+        if progress is not None:
+            progress(FractionDone((number + fraction) / count, getattr(fraction, "estimate", None)))
+
+    return told
+
+
+def _arranged(
+    watch: Callable[[ExceedanceCurve], None] | None, order: npt.NDArray[np.int64], shape: tuple[int, ...]
+) -> Callable[[ExceedanceCurve], None] | None:
+    """What is told of a curve whose levels are in the order of rarity."""
+    return None if watch is None else lambda curve: watch(curve.arranged(order, shape))
 
 
 def _checked(plan: Plan, levels: object) -> list[tuple[Quantity, Floats, float]]:

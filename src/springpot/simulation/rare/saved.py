@@ -19,7 +19,7 @@ from springpot.simulation.rare.splitting import Tally
 
 __all__ = ["Saved"]
 
-_NUMBERS = "exceeded", "weights", "iterations"
+_NUMBERS = "exceeded", "weights", "reached", "iterations"
 _BEGIN = b'{"key":'
 
 
@@ -51,16 +51,17 @@ class Saved:
             if not isinstance(own, dict) or "key" not in own:
                 raise FileError(f"save must be a file of exceedance or a new one, and {str(path)!r} is not.")
             if own["key"] == self._key:
-                exceeded, weights, iterations = (np.array(own[name]) for name in _NUMBERS)
+                exceeded, weights, reached, iterations = (np.array(own[name]) for name in _NUMBERS)
                 ends = np.array(own["ends"], float).reshape(-1, MARKS)
-                self._found[tuple(own["of"])] = Tally(exceeded, weights, iterations, own["path_steps"], True, ends)
+                tally = Tally(exceeded, weights, reached, iterations, own["path_steps"], True, ends)
+                self._found[tuple(own["of"])] = tally
 
     def find(self, *of: Any) -> Tally | None:
-        """Those of this stream, kind, number of paths, first number and count."""
+        """The one of this stream, kind, number of paths, and number."""
         return self._found.get(of)
 
     def add(self, tally: Tally, *of: Any) -> None:
-        """Write them."""
+        """Write it."""
         if self.path is None or not tally.complete:
             return
         own = {"key": self._key, "of": of} | {name: getattr(tally, name).tolist() for name in (*_NUMBERS, "ends")}

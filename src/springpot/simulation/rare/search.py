@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.plain import plain
-from springpot.machine.progress import Clock, OutOfTimeError
+from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, UPPER
@@ -26,6 +26,7 @@ __all__ = ["ExceedanceCurve", "search"]
 Floats = npt.NDArray[np.float64]
 
 REPETITIONS = 32  # first ones: fewer do not tell their own spread
+FEWEST = 8  # when the time is over
 PLAIN_PATHS, SPLIT_PATHS = 64, 256  # of a repetition
 MOST_PATHS = 4096
 FREQUENT = 0.01  # probability above which plain paths are cheaper
@@ -35,6 +36,10 @@ LARGEST_SHARE = 0.3
 CONFIDENCE = 1.96  # standard errors on either side of a return period
 PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
+FARTHER = 0.25  # power of the paths of a repetition with which the coordinate grows at which it dies out
+USUAL_LENGTH = 4.0  # of a path with its branches, in path lengths
+USUAL_RATE = 2e8  # path-steps per second of a thread, until MEASURED of them tell
+MEASURED = 1e8
 _ROUNDING = 1e-12  # of a probability of 1, which splitting has as a sum of shares
 
 
@@ -129,22 +134,26 @@ class ExceedanceCurve:
 
 def search(
     simulation: Simulation, asked: Asked, rtol: float, clock: Clock, told: Callable[[float], None], stream: int,
-    saved: Saved,
+    saved: Saved, watch: Callable[[ExceedanceCurve], None] | None = None,
 ) -> ExceedanceCurve:  # fmt: skip
     """The probability of each level, in the order of rarity, to a relative standard error.
 
     Plain paths come first.  If less than one in a hundred exceeds the last level, they are left for splitting; where
     its repetitions differ much, they begin again with more paths each, and where they cost more than plain paths for
-    the same error, these go on.  All this depends on what is found, and on time only when it is over.
+    the same error, these go on; where all die out so far below the last level that larger ones would too, it ends.
+    All this depends on what is found, and on time only when it is over.
 
     Parameters
     ----------
     told : callable
-        Called with the fraction done.
+        Called with the fraction done, which carries an `Estimate` of the repetitions that have begun.
     stream : int
         The first one of random numbers.
     saved : Saved
-        Where repetitions are read and written; if to a file, they are advanced one after another.
+        Where repetitions are read and written; if to a file, they are advanced one after another, and plain ones as
+        many at once as there are threads.
+    watch : callable
+        Called again and again with the curve so far: a level that no path has exceeded yet has probability 0.
 
     Raises
     ------
@@ -152,26 +161,28 @@ def search(
         If the time is over before the first paths have ended.
     """
     begun, reason = time.perf_counter(), ""
-    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told, saved)
+    clock.rate = USUAL_RATE * simulation.settings.threads
+    now = plain = _Repetitions(simulation, asked, PLAIN_PATHS, False, stream, clock, told, saved, rtol, watch)
     try:
         now.add(REPETITIONS)
         if now.last.mean() < FREQUENT and simulation.motion.is_noisy:
             now = now.again(SPLIT_PATHS)
             now = plain if now.is_dear else now
         while True:
-            more = now.lacking(rtol)
+            more = now.lacking()
             many = more >= 3 * REPETITIONS  # as many paths in larger repetitions have a smaller spread
-            if now.splits and now.paths < MOST_PATHS and now.spread > (EVEN if many else UNEVEN if more else DOUBTFUL):
+            uneven = now.spread > (EVEN if many else UNEVEN if more else DOUBTFUL)
+            if now.splits and uneven and now.paths < MOST_PATHS and not now.is_hopeless:
                 now = now.again(4 * now.paths)
             elif more:
                 now.add(more)
             else:
                 break
     except OutOfTimeError:
-        if not now.tallies:
+        if now.count < FEWEST:
             raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
         reason = f"max_time of {clock.limit:.3g} s is over"
-    return now.curve(rtol, reason, time.perf_counter() - begun)
+    return now.curve(reason, time.perf_counter() - begun)
 
 
 @dataclass(eq=False)
@@ -186,6 +197,8 @@ class _Repetitions:
     clock: Clock
     told: Callable[[float], None]
     saved: Saved
+    rtol: float
+    watch: Callable[[ExceedanceCurve], None] | None
     path_steps: float = 0.0
     most: float = 1.0  # probability of the last level, if no path exceeds it
 
@@ -194,49 +207,88 @@ class _Repetitions:
 
     def again(self, paths: int) -> _Repetitions:
         """Splitting of so many paths each."""
-        asked = self.asked if self.splits else self.asked.told_by(self.tallies[0].ends)
+        asked = self.asked
+        if not self.splits:
+            ends = np.concatenate([tally.ends for tally in self.tallies])
+            asked = asked.told_by(ends[: REPETITIONS * self.paths])
         own = replace(self, asked=asked, paths=paths, splits=True, stream=self.stream + 1, most=self._bound())
         try:
             own.add(REPETITIONS)
         except OutOfTimeError:
-            if self.splits or not own.tallies:
+            if self.splits or own.count < FEWEST:
                 raise
             own.clock = Clock(0.0)  # an unfinished iteration says more than plain paths
         return own
 
     def add(self, count: int) -> None:
         """So many more."""
-        done = len(self.last) if self.tallies else 0
+        done = self.count
         wanted = done + count
-        usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else 15.0)
         while done < wanted:
             self.clock.check()
-            now = min(wanted - done, 1 if self.saved.path and self.splits else PATHS_AT_ONCE // self.paths)
-            of = self.stream, self.splits, self.paths, done, now
+            found = self.saved.find(self.stream, self.splits, self.paths, done)
+            for tally in self._computed(done, wanted) if found is None else [found]:
+                self.path_steps += tally.path_steps
+                if tally.complete or not self.tallies:
+                    self.tallies.append(tally)
+                if not tally.complete:
+                    raise OutOfTimeError
+            done = self.count
+            self._show()
 
-            def tell(iterations: float, done: int = done, now: int = now) -> None:
-                self.told((done + now * min(1.0, iterations / usual)) / wanted)
+    def _computed(self, done: int, wanted: int) -> list[Tally]:
+        """Some more of those that are wanted, written as they end, with what is told meanwhile."""
+        threads, is_saved = self.simulation.settings.threads, self.saved.path is not None
+        count = min(wanted - done, (1 if self.splits else threads) if is_saved else PATHS_AT_ONCE // self.paths)
+        steps = sum(tally.path_steps for tally in self.tallies)
+        usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else 15.0)
+        each = steps / done if done else self.paths * self.simulation.settings.steps * (USUAL_LENGTH**self.splits)
+        reason = f"{wanted} repetitions of {self.paths} paths"
 
-            tally = self.saved.find(*of)
-            if tally is None:
-                tally = repetitions(
-                    self.simulation, self.asked, first=done, count=now, paths=self.paths, stream=self.stream,
-                    splits=self.splits, clock=self.clock, tell=tell,
-                )  # fmt: skip
-                self.saved.add(tally if done == 0 else replace(tally, ends=tally.ends[:0]), *of)
-            self.path_steps += tally.path_steps
-            if tally.complete or not self.tallies:
-                self.tallies.append(tally)
-            if not tally.complete:
-                raise OutOfTimeError
-            done += now
+        def tell(iterations: float) -> None:
+            ended = done + count * min(1.0, iterations / usual)
+            left = each * (wanted - ended)
+            estimate = Estimate(self.path_steps + each * (wanted - done), self.clock.seconds(left), reason, self.rtol)
+            self.told(FractionDone(ended / wanted, estimate))
 
-    def lacking(self, rtol: float) -> int:
+        begun = time.perf_counter()
+        tally = repetitions(
+            self.simulation, self.asked, first=done, count=count, paths=self.paths, stream=self.stream,
+            splits=self.splits, clock=self.clock, tell=tell, watch=self._show if self.watch else None,
+        )  # fmt: skip
+        if tally.path_steps > MEASURED:
+            self.clock.measure(tally.path_steps, time.perf_counter() - begun)
+        tallies = tally.apart() if is_saved and not self.splits else [tally]
+        for number, own in enumerate(tallies, done):
+            ends = own.ends if number < REPETITIONS else own.ends[:0]
+            self.saved.add(replace(own, ends=ends), self.stream, self.splits, self.paths, number)
+        return tallies
+
+    def _show(self, *tallies: Tally) -> None:
+        """The curve so far, with these."""
+        so_far = replace(self)
+        so_far.tallies = [*self.tallies, *tallies]
+        if self.watch is not None and so_far.count >= FEWEST:
+            self.watch(so_far.curve("", 0.0))
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return sum(len(tally.weights) for tally in self.tallies)
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether larger ones would die out too before the last level."""
+        reached, floor = max(float(tally.reached.max()) for tally in self.tallies), self.asked.floor
+        farther = (MOST_PATHS / self.paths) ** FARTHER
+        return not self.last.any() and floor < reached < floor + (self.asked.target - floor) / farther
+
+    def lacking(self) -> int:
         """How many more are needed."""
-        done, p = len(self.last), self.exceeded[:, 1].mean(axis=0)
+        done, p = self.count, self.exceeded[:, 1].mean(axis=0)
         if not p[-1] > 0.0:
             return 3 * done if not self.splits and self.paths * done < MOST_UNSEEN else 0
-        off = float(np.max(_error(self.exceeded[:, 1]) / p)) / rtol
+        off = float(np.max(_error(self.exceeded[:, 1]) / p)) / self.rtol
         return 0 if off <= 1.0 else min(max(math.ceil(done * (1.05 * off**2 - 1.0)), REPETITIONS // 4), 3 * done)
 
     @property
@@ -260,7 +312,7 @@ class _Repetitions:
         p, steps = float(self.last.mean()), self.path_steps / len(self.last)
         return float(self.last.var(ddof=1)) * steps > p * (1.0 - p) * self.simulation.settings.steps
 
-    def curve(self, rtol: float, reason: str, seconds: float) -> ExceedanceCurve:
+    def curve(self, reason: str, seconds: float) -> ExceedanceCurve:
         """What they say; ``reason`` is why there are no more."""
         from scipy import special  # slow to import
 
@@ -286,7 +338,7 @@ class _Repetitions:
             iterations=float(np.concatenate([tally.iterations for tally in self.tallies]).mean()),
             path_steps=self.path_steps,
             seconds=seconds,
-            warnings=tuple(self._doubts(p, error, high, rtol, reason)),
+            warnings=tuple(self._doubts(p, error, high, reason)),
         )  # fmt: skip
 
     def _bound(self) -> float:
@@ -295,8 +347,8 @@ class _Repetitions:
         own = float(weights.mean() + 2.0 * _error(weights)) if self.splits else UPPER / (self.paths * len(weights))
         return min(self.most, own) if not self.last.any() else 1.0
 
-    def _doubts(self, p: Floats, error: Floats, high: Floats, rtol: float, reason: str) -> list[Message]:
-        said, of = [], {"name": self.asked.name, "unit": self.asked.unit}
+    def _doubts(self, p: Floats, error: Floats, high: Floats, reason: str) -> list[Message]:
+        said, rtol, of = [], self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
         if not p.all():
             n = int(np.argmin(p))
             said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))

@@ -58,6 +58,8 @@ class Tally:
         Probability of exceeding each level by half time, and by the end.
     weights : ndarray, shape (repetitions,)
         Probability of having passed the last level of the coordinate at which paths survived.
+    reached : ndarray, shape (repetitions,)
+        That level of the coordinate.
     iterations : ndarray of int, shape (repetitions,)
     path_steps : float
     complete : bool
@@ -68,10 +70,20 @@ class Tally:
 
     exceeded: Floats
     weights: Floats
+    reached: Floats
     iterations: Numbers
     path_steps: float
     complete: bool
     ends: Floats
+
+    def apart(self) -> list[Tally]:
+        """Each repetition of plain paths alone."""
+        paths, steps = len(self.ends) // len(self.weights), self.path_steps / len(self.weights)
+        return [
+            Tally(self.exceeded[n], self.weights[n], self.reached[n], self.iterations[n], steps, self.complete,
+                  self.ends[n.start * paths : n.stop * paths])
+            for n in (slice(k, k + 1) for k in range(len(self.weights)))
+        ]  # fmt: skip
 
 
 def repetitions(
@@ -85,6 +97,7 @@ def repetitions(
     splits: bool,
     clock: Clock,
     tell: Callable[[float], None],
+    watch: Callable[[Tally], None] | None = None,
 ) -> Tally:
     """So many repetitions of so many paths each, from the one with the number ``first`` on.
 
@@ -100,6 +113,8 @@ def repetitions(
         When its time is over, the result is that of the iterations so far.
     tell : callable
         Called several times a second, with the iterations so far.
+    watch : callable
+        Called after each iteration with what is known by then of every level: most of those that are frequent.
 
     Raises
     ------
@@ -114,7 +129,7 @@ def repetitions(
     flat = ends.reshape(size, MARKS)
     head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0)
     work = float(size) * run.steps
-    weights, going = np.ones(count), np.full(count, splits)
+    weights, reached, going = np.ones(count), np.full(count, -np.inf), np.full(count, splits)
     gone, iterations = np.zeros((count, 2, levels.size)), np.zeros(count, np.int64)
     rank = int(REPLACED * paths) - 1
 
@@ -136,15 +151,19 @@ def repetitions(
         going &= at < asked.target
         if not going.any() or generation > MOST_ITERATIONS:
             marks = np.zeros((0, MARKS)) if splits else flat
-            return Tally(gone + counted(there, weights), weights, iterations, work, True, marks)
+            return Tally(gone + counted(there, weights), weights, reached, iterations, work, True, marks)
+        before = Tally(gone, weights.copy(), reached.copy(), iterations.copy(), work, False, flat[:0])
+        if watch is not None:
+            watch(replace(before, exceeded=gone + counted(there, weights)))
         replaced = (ends[:, :, 0] <= at[:, None]) & going[:, None]
         gone += counted(replaced, weights)
-        living_still, before = there & ~replaced, Tally(gone, weights.copy(), iterations.copy(), work, False, flat[:0])
+        living_still = there & ~replaced
         left = np.count_nonzero(replaced, axis=1)
         iterations += going
         going &= left < paths
         there &= (left < paths)[:, None]  # the others have died out
         weights[going] *= 1.0 - left[going] / paths
+        reached[going] = at[going]
         made, run.unused = choose_parents(
             ends, at, going, generation << 16 | stream, first * paths, *run.keys, head, run.kept, run.free, run.unused,
             living, branch, origin,

@@ -196,7 +196,9 @@ def _about_memory(simulation: Simulation, values: Values, errors: Values) -> Ite
 def _about_uncountable(motion: Motion) -> Iterator[Message]:
     """Of walls whose impacts have no rate, and what has one in their place."""
     if reason := motion.uncountable:
-        yield say("uncountable_impacts", of=_of([name.removesuffix("_") for name in motion.uncounted]), reason=reason)
+        walls = [name.removesuffix("_") for name in motion.uncounted if name]
+        every = len(motion.uncounted) > len(motion.touched)  # of one mass also all together
+        yield say("uncountable_impacts", of=_of([] if every else walls), reason=reason)
 
 
 def _about_slow_impacts(simulation: Simulation, values: Values) -> Iterator[Message]:

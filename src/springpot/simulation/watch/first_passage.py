@@ -10,7 +10,7 @@ States are observed at the ends of steps.  Passages between two of them are dete
 - v, speed, energy and amplitude are driven by white noise of intensity q: between two ends they exceed the observed
   values by 0.5826 s sqrt(h) on average near the level, where s^2 is the rate of their variance (Broadie, Glasserman and
   Kou, "A continuity correction for discrete barrier options", Math. Finance 7, 1997).  The level is lowered by that.
-  For an observable s comes from its difference in v.
+  For an observable s comes from its difference in v.  With an envelope q is that of the step.
 - A force or an acceleration is seen as its mean over each step.  What its mean square lacks by that tells how rough it
   is, and the level is lowered by a number times the root of it, which is right for a dashpot under white noise.
 - At an impact on the one rigid wall the state just before it is checked too: position of the wall, and the impact
@@ -23,7 +23,7 @@ import inspect
 import keyword
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -35,8 +35,10 @@ from numba.core.errors import NumbaError
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import cause_of, few, meant, shown
 from springpot.problem.catalogue import unit_of_result
+from springpot.problem.messages import Message, say
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
@@ -59,7 +61,8 @@ _LENGTH, _SPEED, _TIME, _, _WALL, _ = range(_FIRST)
 # for each lane, from _FIRST on: the number of the next level and this level, the state of the previous step, and how
 # near a group of steps comes to the level; then constants, the levels, and for each lane when it passed each of them
 _NEXT, _LEVEL, _SEEN, _X, _V, _STRUCK, _NEAR, _CONSTANTS, _LEVELS = (_FIRST + LANES * i for i in range(9))
-_COUNT, _TIMES, _SIGN, _REFERENCE, _ROOT, _OMEGA, _SIDE, _SLACK = range(_CONSTANTS, _CONSTANTS + 8)
+_COUNT, _TIMES, _SIGN, _REFERENCE, _ROOT, _OMEGA, _SIDE, _SLACK, _STEPS = range(_CONSTANTS, _CONSTANTS + 9)
+# _STEPS: behind all of it, where the shares of the root in each step are; 0 without an envelope
 
 
 _SIZES = {"x": "distance", "v": "speed", "force": "size of force"}
@@ -93,11 +96,19 @@ class Passage:
     observer: Observer
 
 
-def from_the_start(plan: Plan, wanted: object, window: object) -> Plan:
-    """The plan of a run with first passages or profiles: from rest the window is the whole run if none is given."""
-    if not wanted or window is not None or plan.settings.start != "rest":
-        return plan
-    return plan.but(window=(0.0, plan.settings.duration))
+def from_the_start(plan: Plan, wanted: Sequence[str], window: object) -> tuple[Plan, list[Message]]:
+    """The plan of a run with first passages or profiles: from rest the window is the whole run if none is given.
+
+    Where the motion becomes stationary, one sentence says so: the means of the run are then others.
+    """
+    settings = plan.settings
+    if not wanted or window is not None or settings.start != "rest" or settings.window[0] == 0.0:
+        return plan, []
+    whole = plan.but(window=(0.0, settings.duration))
+    if plan.motion.not_stationary:
+        return whole, []
+    begin, end = settings.window
+    return whole, [say("window_from_rest", asked=" and ".join(f"{name}=" for name in wanted), begin=begin, end=end)]
 
 
 def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
@@ -188,11 +199,13 @@ def _observer(
     root = SHIFT_OF_FORCE if seen.feels else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
     middle = 0.0 if math.isnan(reference) else reference
     slack = ROUNDED * (np.abs(kernels).max() + abs(middle))
-    constants = len(levels), first * LANES, sign, middle, root, frequency, seen.side, slack
+    in_steps = _FIRST + initial.size if motion.is_modulated else 0
+    constants = len(levels), first * LANES, sign, middle, root, frequency, seen.side, slack, in_steps
     initial[7, : len(constants)] = constants
     initial[8:first].flat[: len(levels)] = kernels
     on_steps, on_impacts = parts
-    return observer_of(seen, on_steps, on_impacts, initial.ravel())
+    made = observer_of(seen, on_steps, on_impacts, initial.ravel())
+    return replace(made, behind=lambda parts: roughness_in_steps(plan, parts.felt, seen)) if in_steps else made
 
 
 def _levels_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, float]:
@@ -421,13 +434,13 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
         """Look at each step of a group for one lane."""
         count, times = int(array[_COUNT]), _FIRST + int(array[_TIMES])
         sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
-        root = root * abs(array[_LENGTH] * array[_WALL]) if felt else root
-        last = min(high - n, GROUP) - 1
+        whole = root * abs(array[_LENGTH] * array[_WALL]) if felt else root
+        in_steps, last = int(array[_STEPS]), min(high - n, GROUP) - 1
         number, level = int(array[_NEXT + lane]), array[_LEVEL + lane]
         for j in range(GROUP):
             if not low <= n + j < high:
                 continue
-            t = h * (n + j + 1)
+            t, root = h * (n + j + 1), whole * array[in_steps + n + j] if in_steps > 0 else whole
             here, speed = array[_LENGTH] * x[j * LANES + lane], array[_SPEED] * v[j * LANES + lane]
             before, speed_before = array[_X + lane], array[_V + lane]
             seen = array[_SEEN + lane] > 0.0
@@ -470,8 +483,8 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
 
     @cfunc(ON_STEPS, **FAST)
     def on_steps(x, v, step, n, low, high, array):
-        h = array[_TIME] * step
-        if not (low < n and n + GROUP <= high):
+        h, in_steps = array[_TIME] * step, int(array[_STEPS])
+        if not (low < n and n + GROUP <= high) or (timed and in_steps > 0):
             for lane in range(LANES):
                 follow(x, v, h, n, low, high, array, lane)
             return
@@ -479,6 +492,9 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
         length, scale = array[_LENGTH], array[_SPEED]
         sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
         root = root * abs(length * array[_WALL]) if felt else root
+        if in_steps > 0:
+            begin = in_steps + n
+            root *= max(max(array[begin], array[begin + 1]), max(array[begin + 2], array[begin + 3]))
         slack, wall, away = -array[_SLACK], length * array[_WALL], array[_SIDE] * scale
         near = 0
         for lane in range(LANES):

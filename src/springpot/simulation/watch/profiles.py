@@ -299,7 +299,7 @@ def profiles_in(
         if kind in (_HITS, _SQUARES):
             unseen = sums[:, _HITS, 0] == 0.0
             error = np.where(unseen, _UNSEEN / settings.paths if kind == _HITS else np.nan, error)
-            if kind == _HITS and any(name.startswith(start) for start in motion.uncounted):
+            if kind == _HITS and motion.uncounted_because(name):
                 mean, error = np.full_like(mean, np.nan), np.full_like(mean, np.nan)
         per_bin = np.asarray(factor / over[kind], float)
         profiles[f"{name}_profile"] = times, np.asarray(mean * per_bin), np.asarray(error * per_bin)
@@ -327,8 +327,8 @@ def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
     if "impact_speed" in seen.names and motion.touched:
         start = seen.names["impact_speed"].removesuffix("impact_speed")
         found.append((f"{start}impact_rate", _HITS, 1.0))
-        if not any(start.startswith(name) for name in motion.uncounted):
-            found.append((f"{start}impact_speed_mean", _SPEEDS, 1.0))
+        if not motion.uncounted_because(mean := f"{start}impact_speed_mean"):
+            found.append((mean, _SPEEDS, 1.0))
         if not math.isnan(taken := _taken(motion, seen)):
             found.append((f"{start}impact_power", _SQUARES, taken))
     return found

@@ -47,7 +47,7 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import BINS, Distribution, bin_of, distribution_of
 
-__all__ = ["Counted", "cycles_of", "fatigue_in", "wanted_cycles"]
+__all__ = ["Counted", "cycles_of", "fatigue_in", "longer_cycles", "wanted_cycles"]
 
 Floats = npt.NDArray[np.float64]
 Counted = tuple[Seen, tuple[Basquin, ...], Observer]
@@ -73,6 +73,29 @@ _MOST_WAITING = (DEPTH + GROUP) * LANES  # all that may be closed in four steps
 _RANGE, _WEIGHT, _WHOSE = (_WAITING + 1 + i * _MOST_WAITING for i in range(3))
 _END = _WHOSE + _MOST_WAITING
 _REMEMBERED = 2.0  # groups in which an impact may show
+
+
+def longer_cycles(ranges: Distribution, rate: float, bars: int = 30) -> tuple[Floats, Floats, Floats]:
+    """Some ranges, and the rate of the cycles that are longer, with its standard error.
+
+    Most cycles of rough motion are tiny, so that a density of the ranges shows little else; these do no damage.
+
+    Parameters
+    ----------
+    ranges : Distribution
+    rate : float
+        Of all cycles.
+
+    Examples
+    --------
+    >>> place, longer, _ = longer_cycles(Distribution("m", "m-1", np.arange(3.0), np.array([[30.0, 10.0]])), 8.0, 4)
+    >>> place, longer
+    (array([0.5, 1. , 1.5]), array([5., 2., 1.]))
+    """
+    place = np.linspace(0.0, ranges.edges[-1], bars + 1)[1:-1]
+    share, error = ranges.share_above(place)
+    seen = share > 0.0
+    return place[seen], rate * share[seen], rate * error[seen]
 
 
 def wanted_cycles(motion: Motion, given: Any) -> tuple[Counted, ...]:

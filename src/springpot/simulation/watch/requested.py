@@ -59,7 +59,7 @@ class Requested:
     passages : tuple of Passage
         Levels whose first passage is wanted.
     counted : dict of Observer
-        Of the impacts that are not slow, by the wall; by an empty name on all walls of one mass; or nothing.
+        Of the impacts that are not slow, by the wall; by an empty name on several walls of one mass; or nothing.
     edges : ndarray of int
         Ends of the bins of the profiles, in steps; empty without them.
     profiles : tuple of (Seen, Observer)
@@ -186,8 +186,8 @@ class Observed:
     first_passages : dict
         As in `springpot.simulation.Run`.
     counted_impacts : dict
-        Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, with several masses also of each
-        wall, and of the moments of forces and accelerations, and of cycles and damage, if they were asked for.
+        Value and samples of each of `springpot.simulation.watch.observables.COUNTED`, also of each wall,
+        and of the moments of forces and accelerations, and of cycles and damage, if they were asked for.
     profiles, forces : dict
         As in `springpot.simulation.Run`.
     """
@@ -278,4 +278,6 @@ def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:
     if not plan.motion.touched:
         raise ValueError("slowest_counted_impact needs a wall or a contact: there are no impacts to count.")
     speed = finite_number(slowest, "slowest_counted_impact", low=0.0, hint="It is a speed in m/s.")
-    return {wall: faster_than(speed, wall) for wall in (plan.motion.touched if plan.motion.arguments else [""])}
+    # of all walls of one mass together they are added in the order of the impacts
+    together = [""] if len(plan.motion.touched) > 1 and not plan.motion.arguments else []
+    return {wall: faster_than(speed, wall) for wall in (*together, *plan.motion.touched)}

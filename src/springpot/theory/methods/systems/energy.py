@@ -219,7 +219,7 @@ def exact_law(system: System) -> ExactLaw:
         places = [wall.position - law.origin for wall in system.stops.values()]
         law = replace(law, walls=np.array([float(law.above_least(place)) for place in places]))
         stationary = _moments(system, law)
-        warnings = _rounding(law)
+        warnings = _rounding_warnings(law)
     return ExactLaw(
         method="exact",
         system=system,
@@ -345,11 +345,16 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
 
 
 def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places and weights of panels, halved until the integrals of the density and of its kinetic energy stay."""
+    """Places and weights of panels, halved until the integrals of the density and of its kinetic energy stay.
+
+    Panels whose integrals change by no more than the rounding of the energies does are not halved.
+    """
 
     def integrals(places: FloatArray, weights: FloatArray) -> FloatArray:
         u = law.above_least(places)
-        return np.stack([np.sum(weights * law.speed_integral(p, u.ravel()).reshape(u.shape), axis=1) for p in (0, 2)])
+        density, kinetic = (law.speed_integral(p, u.ravel()).reshape(u.shape) for p in (0, 2))
+        each = density, kinetic, density * _rounding(law, places)
+        return np.stack([np.sum(weights * values, axis=1) for values in each])
 
     places, weights = on_panels(low, high, _NODES)
     found = integrals(places, weights)
@@ -360,8 +365,9 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
         halves = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
         half_places, half_weights = on_panels(*halves, _NODES)
         finer = integrals(half_places, half_weights)
-        error = np.abs(finer.reshape(2, -1, 2).sum(axis=2) - found)
-        open_ = np.any(error > _SETTLED * total, axis=0) & (middle > low) & (middle < high)
+        error = np.abs(finer.reshape(3, -1, 2).sum(axis=2) - found)[:2]
+        least = np.fmax(_SETTLED, 4.0 * found[2] / total[0]) * total[:2]
+        open_ = np.any(error > least, axis=0) & (middle > low) & (middle < high)
         grids.append((places[~open_].ravel(), weights[~open_].ravel(), found[:, ~open_].sum(axis=1, keepdims=True)))
         if not np.any(open_):
             break
@@ -375,12 +381,17 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
     return np.concatenate([grid[0] for grid in grids]), np.concatenate([grid[1] for grid in grids])
 
 
-def _rounding(law: _EnergyLaw) -> tuple[str, ...]:
+def _rounding(law: _EnergyLaw, places: FloatArray) -> FloatArray:
+    """Relative error of the density by rounding of the energies."""
+    if law.square:
+        return np.zeros_like(places)
+    return np.asarray(1e-16 * abs(law.linear) * law.potential.size(places))
+
+
+def _rounding_warnings(law: _EnergyLaw) -> tuple[str, ...]:
     """What rounding of the energies leaves of the answer, if that is worth a warning."""
     density = law.weights * law.speed_integral(0, law.above_least(law.places))
-    slope = abs(law.linear) + 2.0 * law.square * _highest(law.linear, law.square)
-    sizes = law.potential.size(law.places) if law.square == 0.0 else np.zeros_like(density)
-    left = 1e-16 * slope * float(density @ sizes) / float(density.sum())
+    left = float(density @ _rounding(law, law.places)) / float(density.sum())
     if not left < _TOO_MUCH:
         raise NoConvergenceError(
             "the exact law needs energies of the springs that double precision can tell apart: they are more than 1e14 "

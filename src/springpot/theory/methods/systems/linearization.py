@@ -37,7 +37,7 @@ from springpot.theory.methods.systems.linear import Companion, companion_of, lin
 from springpot.theory.methods.systems.yielding import with_arms
 from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
 
-__all__ = ["Linearization", "check_covered", "linearization"]
+__all__ = ["Linearization", "NearestLinear", "check_covered", "linearization", "nearest_in_time"]
 
 FloatArray = NDArray[np.float64]
 
@@ -123,7 +123,7 @@ def linearization(system: System) -> Linearization:
     0.346
     """
     system = checked_system(system)
-    own = _Nearest(check_covered(system), _rows(system), system.constant_force)
+    own = NearestLinear(check_covered(system), _rows(system), system.constant_force)
     yielding = {name: part for name, part in system.named() if isinstance(part, BoucWen)}
     companion, stationary, warnings = own.solved(system, yielding)
     one = len(own.force) == 1
@@ -140,14 +140,35 @@ def linearization(system: System) -> Linearization:
     )
 
 
-def check_covered(system: System) -> Companion:
-    """The linear part of a system that is covered; otherwise `NotCoveredError`."""
+def nearest_in_time(system: System) -> NearestLinear | None:
+    """How a system is replaced by a linear one at each time, from the motion at that time; None if it is linear.
+
+    Raises
+    ------
+    NotCoveredError
+        If the system has a part that is not covered, or its mean moves.
+    """
+    rows, force = _rows(system), system.constant_force
+    if not any(row.is_bent for row in rows):
+        return None
+    companion = check_covered(system, over=True)
+    if yielding := system.of(BoucWen):
+        raise NotCoveredError(f"{_REACH}; in time not {system.name_of(yielding[0])}.")
+    if force.any() or any(any(row.forces[::2]) for row in rows):
+        raise NotCoveredError(f"{_REACH}; in time only where the mean of x stays 0 by symmetry.")
+    if any(row.damping(0.0, 0.0, 0.0) < 0.0 for row in rows):
+        raise NotCoveredError(f"{_REACH}; in time none that feed small motions.")
+    return NearestLinear(companion, rows, force)
+
+
+def check_covered(system: System, *, over: bool = False) -> Companion:
+    """The linear part of a system that is covered; otherwise `NotCoveredError`; ``over`` time, with envelopes."""
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise):
             raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
         if isinstance(part, Jenkins):
             raise NotCoveredError(f"{_REACH}, not {name}: of the parts that yield a BoucWen.")
-    companion = companion_of(_without_nonlinear(system))
+    companion = companion_of(_without_nonlinear(system), over=over)
     rows, force = _rows(system), system.constant_force
     stiffness = sum((row.along(row.forces[1]) for row in rows), np.zeros((len(force), len(force))))
     for row in rows:
@@ -248,7 +269,7 @@ def _without_nonlinear(system: System) -> System:
 
 
 @dataclass(frozen=True, eq=False)
-class _Nearest:
+class NearestLinear:
     """The search for the linear system whose own moments give its stiffness, damping and means.
 
     Its state is the means of x, unless all are 0 by symmetry, and for each row that is bent the logarithms of the
@@ -324,8 +345,13 @@ class _Nearest:
 
     def at(self, state: FloatArray) -> tuple[Companion, FloatArray]:
         """The linear system at a state, and how far its means are from the balance of forces."""
-        size, (mean, found) = len(self.force), self.split(state)
-        spreads = dict(zip(map(id, self.bent), found, strict=True))
+        stiffness, damping, left = self.equivalents(*self.split(state))
+        here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(len(left)))
+        return here, np.asarray(np.linalg.solve(stiffness, left))
+
+    def equivalents(self, mean: FloatArray, found: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Stiffness, damping and what is missing of the forces, at the means and the spreads of each bent row."""
+        size, spreads = len(self.force), dict(zip(map(id, self.bent), found, strict=True))
         stiffness, damping, left = np.zeros((size, size)), np.zeros((size, size)), -self.force
         for row in self.rows:
             place, (x_spread, v_spread) = float(row.g @ mean), spreads.get(id(row), (0.0, 0.0))
@@ -333,8 +359,7 @@ class _Nearest:
             stiffness += row.along(stiff)
             damping += row.along(row.damping(place, x_spread, v_spread))
             left = left + pushed * row.g
-        here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(size))
-        return here, np.asarray(np.linalg.solve(stiffness, left))
+        return stiffness, damping, left
 
     def missing(self, state: FloatArray) -> FloatArray:
         """What the linear system has beyond what the state says."""
