@@ -33,7 +33,7 @@ _ASKED: dict[str, dict[str, Any]] = {
 
 def observers(quick: bool) -> list[Row]:
     """Rows of the section on observers; the cases are run by turns, and each has its least time."""
-    paths, steps, turns = (64, 400, 1) if quick else (256, 10_000, 11)
+    paths, steps, turns = (64, 400, 1) if quick else (256, 10_000, 41)
     system = Oscillator(1.0, Springpot(0.5, 0.5), Barrier(-0.5, 0.9), WhiteNoise(1.0))
     asked: Any = {"paths": paths, "duration": _STEP * steps, "step": _STEP, "threads": 1, "start": "rest"}
     plan = plan_of(system, **asked, window=(0.0, _STEP * steps)).but(initial_position=0.0)
