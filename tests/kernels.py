@@ -21,16 +21,17 @@ PAIR = sp.System(
 )  # fmt: skip
 KINDS = (
     # the longest first
+    (PAIR, "default", SINGLE), (PAIR, "default", DOUBLE),
     (of_many_kinds(*FEW), "default", SINGLE),
     (sp.System(*FEW, NEARLY_LINEAR, *AWAY, sp.ColoredNoise(1.0, 0.5)), "default", SINGLE),
     (sp.System(*FEW, NEARLY_LINEAR, *AWAY), "default", SINGLE),
     (sp.Oscillator(), "default", SINGLE), (sp.Oscillator(), "default", DOUBLE),
     (sp.Oscillator(), "grunwald", SINGLE), (FREE, "grunwald", DOUBLE),
-    (FREE, "default", SINGLE), (FREE, "default", DOUBLE), (PAIR, "default", SINGLE), (PAIR, "default", DOUBLE),
+    (FREE, "default", SINGLE), (FREE, "default", DOUBLE),
 )  # fmt: skip
 
 
-BRANCHED = (sp.Oscillator(), "distance"), (of_many_kinds(*FEW), "distance"), (PAIR, "a_distance")
+BRANCHED = (PAIR, "a_distance"), (of_many_kinds(*FEW), "distance"), (sp.Oscillator(), "distance")
 
 
 def branched(problem: sp.System, name: str) -> None:

@@ -141,6 +141,8 @@ class Core(PathFinder):
 sys.meta_path[sys.meta_path.index(PathFinder)] = Core
 import springpot as sp
 from springpot import cli
+sp.simulate(sp.Oscillator(), paths=64, duration=1.0)
+assert not {"scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special"} & sys.modules.keys()  # slow to import
 assert cli.main(["theory", "--restitution", "0.8"]) == cli.main(["atlas"]) == 0
 words = ["simulate", "--paths", "64", "--duration", "1", "--out"]
 assert cli.main([*words, "run.json"]) == cli.main([*words, "run.csv"]) == 0

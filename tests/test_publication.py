@@ -26,11 +26,16 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert project["project"]["dynamic"] == ["version"]
     assert Path(versions.__file__).samefile(ROOT / project["tool"]["hatch"]["version"]["path"])
     version = springpot.__version__
-    for place, written in (("CITATION.cff", f"\nversion: {version}\n"), ("docs/citing.md", f"version = {{{version}}}")):
-        assert written in (ROOT / place).read_text(encoding="utf-8"), place
     changes = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.M)
     assert changes[0] == "Unreleased"
-    assert re.fullmatch(rf"\[{re.escape(version)}\] - \d{{4}}-\d\d-\d\d", changes[1])
+    day = changes[1].removeprefix(f"[{version}] - ")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", day)
+    written = {
+        "CITATION.cff": f"\nversion: {version}\ndate-released: {day}\n",
+        "docs/citing.md": f"version = {{{version}}}",
+    }
+    for place, words in written.items():
+        assert words in (ROOT / place).read_text(encoding="utf-8"), place
 
 
 def test_the_paper_cites_what_it_lists() -> None:

@@ -144,3 +144,28 @@ def test_monte_carlo_is_chosen_where_no_method_is_recommended() -> None:
     lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=sp.Barrier(-9.0, 0.7))
     assert chosen_method(lossy, None)[0] == "monte_carlo"
     assert "is a guess" in chosen_method(lossy, "theory")[1]
+
+
+def test_a_force_changes_with_the_order_of_its_mount() -> None:
+    """By linear theory, against its own difference, and by Monte Carlo."""
+
+    def device(order: Any) -> sp.System:
+        mount = sp.Springpot(order, 2.0)
+        return sp.System(sp.Mass(2.0), sp.Spring(8.0), mount=mount, shaking=sp.WhiteNoise(1.0, on="ground"))
+
+    names = ["mount_force_mean_square", "acceleration_mean_square", "x_mean_square"]
+    model = device(sp.free("order", 0.5, (0.1, 1.0)))
+    found = sp.sensitivity(model, names)
+    assert found.method == "linear"
+    low, high = (sp.theory.linear(device(order)) for order in (0.499, 0.501))
+    for name in names[:2]:
+        square = name.removesuffix("_mean_square")
+        ratio = math.log(high.mean_square(square) / low.mean_square(square)) / math.log(0.501 / 0.499)
+        assert found.values[name]["order"] == pytest.approx(ratio, rel=1e-4)
+    run = sp.sensitivity(model, names, method="monte_carlo", paths=2000, duration=40.0, step=0.05)
+    for name in names[:2]:
+        error = run.errors[name]["order"]
+        assert error < 0.02
+        assert abs(run.values[name]["order"] - found.values[name]["order"]) < 3.5 * error + 0.005
+    with pytest.raises(ValueError, match="rtol does not see forces, so give paths"):
+        sp.simulate(model, rtol=0.1, quantities=names)

@@ -367,3 +367,12 @@ def test_explain_has_every_part_and_every_method() -> None:
     assert "analytical methods with an answer: averaging_printed, averaging" in sp.explain(sp.Oscillator())
     with pytest.raises(TypeError, match="system must be a System"):
         sp.explain(3)
+    ground = sp.KanaiTajimiNoise(6.0, 0.4, 1.0, envelope=sp.ExponentialEnvelope(0.2, 0.6))
+    for more, ends in (
+        ((), "\nmean squares in time: theory.transient"),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)),), "theory.transient, by linearization at each time"),
+        ((sp.Friction(0.1),), "not friction."),
+    ):
+        shaken = sp.explain(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), ground, *more))
+        assert shaken.endswith(ends)
+        assert "w(t): Kanai-Tajimi noise (kanai_tajimi_noise), filter at 6 rad/s" in shaken

@@ -138,7 +138,7 @@ def test_the_same_bits_for_any_threads() -> None:
         (lambda: sp.simulate(sp.System(*SMOOTH[1:])), "with parts that yield alone the mass drifts without end"),
         (lambda: sp.simulate(sp.System(*SMOOTH), scheme="grunwald"), "scheme must be 'default': bouc_wen cannot be"),
         (lambda: sp.simulate(sp.System(sp.Spring(1.0), sp.WhiteNoise(1.0), *[sp.Jenkins(1.0, 1.0)] * 9)), "at most 8"),
-        (lambda: sp.theory.linearization(sp.System(*BILINEAR)), "not jenkins: of the parts that yield a BoucWen"),
+        (lambda: sp.theory.linearization(sp.System(*SMOOTH, sp.Barrier(-1.0, 0.5))), "without walls.*, not barrier"),
         (lambda: sp.theory.envelope(sp.System(*SMOOTH)), "with stationary noise, not bouc_wen"),
         (lambda: sp.theory.linear(sp.System(*BILINEAR)), "not jenkins"),
     ],
@@ -151,7 +151,13 @@ def test_what_cannot_be_is_one_sentence(make: Any, sentence: str) -> None:
 def test_without_a_spring_it_is_said_that_it_drifts() -> None:
     system = sp.System(*SMOOTH[1:])
     assert "it drifts without end: only parts that yield hold the mass" in sp.explain(system)
-    assert "no spring pulls the mass back" in sp.theory.linearization(system).stationary
+    found = sp.theory.linearization(system)
+    assert math.isnan(found.x_mean_square)
+    assert (
+        found.warnings[0] == "The mass drifts, since only parts that yield hold it: x has no stationary law, v has one."
+    )
+    loose = sp.theory.linearization(sp.System(sp.Dashpot(0.1), sp.WhiteNoise(0.1)))
+    assert "no spring pulls the mass back" in loose.stationary
 
 
 # --- one mass ---------------------------------------------------------------------------------------------------------

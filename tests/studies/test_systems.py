@@ -280,7 +280,7 @@ def test_what_only_the_settings_know_is_told_before_work_with_its_point() -> Non
     coarse = given(STOPS, monte_carlo={"paths": 2, "duration": 5.0, "step": 1.0})
     with pytest.raises(ValueError, match=r"^at parts\.lower\.restitution = 1, parts\.magnet.* step is 1 s, too coarse"):
         tasks.check_some(coarse, 4)
-    axes = {"parts.lower.restitution": [0.1, 0.9]}
+    axes = {"parts.upper.restitution": [0.1, 0.9]}
     crowded = given(STOPS, axes=axes, zipped={}, monte_carlo={"rtol": 0.1})
     with pytest.raises(ValueError, match=r"^at .* = 0\.1: quantities must not have upper_impact_rate, which has"):
         tasks.check_some(crowded, 4)

@@ -150,10 +150,11 @@ def _formulas(system: System, levels: Sequence[tuple[str, float]], curves: Seque
 
     found: dict[str, Any] = {}
     if levels:
+        asked = {name: [level for other, level in levels if other == name] for name, _ in levels}
         found["exceedance_rate"] = {
-            f"{name} {level:g}": {formula: float(rate) for formula, rate in of_name.rate.items()}
-            for name, level in levels
-            for of_name in exceedance(system, {name: level}).values()
+            f"{name} {level:g}": {formula: float(rate[place]) for formula, rate in of_name.rate.items()}
+            for name, of_name in exceedance(system, asked).items()
+            for place, level in enumerate(of_name.levels)
         }
     if curves:
         found["damage_rate"] = {

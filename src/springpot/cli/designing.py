@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
@@ -138,15 +137,5 @@ def design(
         plot_design_curve(found.curve(), found, axes)
         save(figure, Path(plot))
     units = found.units
-    table = [
-        ["by Monte Carlo", "value +- error"],
-        *(
-            [name, with_error(_known(value), _known(found.errors[name]), units[name])]
-            for name, value in found.quantities.items()
-        ),
-    ]
-    return tell(found, json_, place, plot, table=table)
-
-
-def _known(number: float) -> float | None:
-    return number if math.isfinite(number) else None
+    rows = [[name, with_error(value, found.errors[name], units[name])] for name, value in found.quantities.items()]
+    return tell(found, json_, place, plot, table=[["by Monte Carlo", "value +- error"], *rows])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, moved_numbers
-from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, theory_values
+from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, squares_felt, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
@@ -52,7 +52,8 @@ def sensitivity(
     model : System
         With a stationary state.  Its free numbers are moved (`springpot.free`), or all of its numbers if none is free.
     quantities : str or sequence of str
-        Names of results, such as ``"impact_rate"``.
+        Names of results, such as ``"impact_rate"``, and mean squares of forces and absolute accelerations, such as
+        ``"force_on_ground_mean_square"``, by linear theory or Monte Carlo.
     method : {"theory", "monte_carlo", None} or str
         ``"theory"`` is the recommended method or the best guess, a name that method (``"envelope"``).  If left out, the
         recommended method, or Monte Carlo where none is.
@@ -100,6 +101,9 @@ def sensitivity(
     if not numbers.values:
         raise ValueError("model must have a number that is not 0.")
     chosen, doubt = chosen_method(system, method)
+    forces = [of for square, of in squares_felt(system).items() if square in names]
+    if forces and method is None and chosen != MONTE_CARLO:  # of theory linear theory has them
+        chosen, doubt = "linear" if {*names} <= {*theory_values(system, "linear", names)[0]} else MONTE_CARLO, ""
     said = [doubt] if doubt else []
     said += [f"{name} is 0: it has no relative change." for name, value in numbers.values.items() if value == 0.0]
     moved = replace(numbers, values={name: value for name, value in numbers.values.items() if value != 0.0})
@@ -108,7 +112,7 @@ def sensitivity(
     settings = None
     if chosen == MONTE_CARLO:
         settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
-        base, found, more = _by_monte_carlo(moved, names, settings, math.log1p(change), progress)
+        base, found, more = _by_monte_carlo(moved, names, forces, settings, math.log1p(change), progress)
     else:
         base, found, more = _by_theory(moved, names, chosen, progress)
     values, errors, gains = (
@@ -136,7 +140,7 @@ Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]
 
 
 def _by_theory(numbers: Numbers, names: tuple[str, ...], method: str, progress: Progress | None) -> Found:
-    base, statement = theory_values(numbers.system, method)
+    base, statement = theory_values(numbers.system, method, names)
     if not base:
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
     for name in names:
@@ -145,7 +149,7 @@ def _by_theory(numbers: Numbers, names: tuple[str, ...], method: str, progress: 
     for done, name in enumerate(numbers.values, start=1):
 
         def logarithms(distance: float, name: str = name) -> Floats | None:
-            if not (found := if_allowed(lambda: theory_values(numbers.moved(name, distance), method)[0])):
+            if not (found := if_allowed(lambda: theory_values(numbers.moved(name, distance), method, names)[0])):
                 return None
             return np.array([_logarithm(found.get(quantity, math.nan), base[quantity]) for quantity in names])
 
@@ -171,8 +175,9 @@ def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None
 
 
 def _by_monte_carlo(
-    numbers: Numbers, names: tuple[str, ...], settings: Settings, step: float, progress: Progress | None
-) -> Found:
+    numbers: Numbers, names: tuple[str, ...], forces: Sequence[str], settings: Settings, step: float,
+    progress: Progress | None,
+) -> Found:  # fmt: skip
     said: list[str] = []
     stencils: dict[str, Stencil] = {}
     for name, value in numbers.values.items():
@@ -186,7 +191,7 @@ def _by_monte_carlo(
 
     def simulated(system: System) -> dict[str, tuple[float, Floats, float]]:
         nonlocal done
-        found = samples_of(system, settings, progress, done, runs)
+        found = samples_of(system, settings, progress, done, runs, forces)
         done += 1
         return found
 

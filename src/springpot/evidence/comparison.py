@@ -11,6 +11,7 @@ import numpy as np
 
 from springpot.evidence.recommendation import Recommendation, recommended
 from springpot.evidence.reliability import warnings_of
+from springpot.machine.plain import plain
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.simulation import Budget, Run
@@ -134,10 +135,8 @@ class Comparison:
                 method: {
                     **answer.to_dict(),
                     "warnings": list(warnings_of(answer)),
-                    "gap_percent": {name: _number(gap.percent) for name, gap in self.gaps(method).items()},
-                    "gap_standard_errors": {
-                        name: _number(gap.standard_errors) for name, gap in self.gaps(method).items()
-                    },
+                    "gap_percent": plain({name: gap.percent for name, gap in self.gaps(method).items()}),
+                    "gap_standard_errors": {name: gap.standard_errors for name, gap in self.gaps(method).items()},
                 }
                 for method, answer in self.answers.items()
             },
@@ -260,7 +259,3 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
         threads=threads,
         progress=progress,
     )
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from springpot.machine.faults import few, per_cent
+from springpot.machine.faults import NotCoveredError, few, per_cent
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.excitations import Excitation
@@ -17,7 +17,7 @@ from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
-from springpot.theory import modes, solve_all
+from springpot.theory import modes, solve_all, transient
 from springpot.theory.solve import grouped
 
 __all__ = ["equation", "explain"]
@@ -209,3 +209,10 @@ def _coverage(system: System) -> Iterator[str]:
     answers, statements = solve_all(system)
     yield f"analytical methods with an answer: {', '.join(answers) or 'none'}"
     yield from (f"  {sentence}" for sentence in grouped(statements))
+    if any(part.envelope is not None for part in system.of(Excitation)):
+        try:
+            exact = transient(system, 0.0).is_exact
+        except NotCoveredError as reason:
+            yield f"  transient: {reason}"
+        else:
+            yield f"mean squares in time: theory.transient{'' if exact else ', by linearization at each time'}"

@@ -132,8 +132,7 @@ def _numbers(run: Run) -> Iterator[tuple[str, str]]:
             error, unit, name = error / (2.0 * value) if value else error, _unit(run.system, name), f"{name}, rms"
         elif name.endswith("_mean"):
             name = f"{name.removesuffix('_mean')}, mean"
-        known, spread = (one if math.isfinite(one) else None for one in (value, error))
-        yield titled(name), text_of(with_error(known, spread, unit or "1"))
+        yield titled(name), text_of(with_error(value, error, unit or "1"))
 
 
 def text_of(words: str) -> str:

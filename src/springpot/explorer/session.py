@@ -8,14 +8,11 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
 import threading
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from springpot.explorer import frames
 from springpot.explorer.engine import Engine
@@ -36,6 +33,7 @@ from springpot.explorer.protocol import (
     StopRare,
 )
 from springpot.explorer.question import Question, question_of
+from springpot.machine.plain import plain
 
 if TYPE_CHECKING:
     from springpot.explorer.gathering import Gathering
@@ -367,8 +365,8 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
         "of": settings.paths,
         "complete": growing.complete,
         "seconds": growing.seconds,
-        "values": _finite(values),
-        "errors": _finite(errors),
+        "values": plain(values),
+        "errors": plain(errors),
         "warnings": growing.warnings() if growing.complete else (),
         "settings": {name: getattr(settings, name) for name in SHOWN_SETTINGS},
         "stationary": growing.stationary,
@@ -381,7 +379,3 @@ def _grown(growing: Gathering) -> tuple[dict[str, Any], list[Any], list[Any]]:
         found = distributions.get(name)
         densities += ([], []) if found is None else found.density(HISTOGRAM_BINS)[:2]
     return report, densities, [one for both in zip(*growing.growth(), strict=True) for one in both]
-
-
-def _finite(numbers: dict[str, float]) -> dict[str, float | None]:
-    return {name: float(value) if math.isfinite(np.float64(value)) else None for name, value in numbers.items()}

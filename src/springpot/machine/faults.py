@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import reprlib
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
@@ -191,9 +192,9 @@ def with_error(value: float | None, error: float | None, unit: str = "1") -> str
     ('0.2590 +- 0.0021 m', '(1.500 +- 0.015)e-09 m', '0.5 (no error known)')
     """
     unit = "" if unit == "1" else f" {unit}"
-    if value is None:
+    if value is None or not math.isfinite(value):
         return "none"
-    if error is None:
+    if error is None or not math.isfinite(error):
         return f"{value:.5g}{unit} (no error known)"
     if error == 0.0:
         return f"{value:.5g} +- 0{unit}"

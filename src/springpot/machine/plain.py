@@ -10,7 +10,7 @@ __all__ = ["plain"]
 
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The same with None for NaN and infinity, and lists for tuples, also inside dicts and lists.
+    """The same with None for NaN and infinity, and lists for tuples and arrays, also inside dicts and lists.
 
     Examples
     --------
@@ -23,6 +23,8 @@ def plain(values: Mapping[str, Any]) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return plain(value)
+    if hasattr(value, "tolist"):  # of NumPy
+        return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -228,8 +228,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         them, half a step before x and v, and then ``t``, ``x`` and ``v`` of one mass are named too.
     impact_observables : dict
         Names and functions f(speed) of the speed just before an impact: each is summed over the impacts in the window
-        and comes back per second.  With several masses the argument is ``speed``, on any wall, or
-        ``stop_impact_speed``, on that one.
+        and comes back per second.  The argument is called ``speed``, on any wall, or ``stop_impact_speed``, on that
+        one.
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
         and the extremes of each path in it; with several masses of x and v of each, of the elongation of each pair and

@@ -154,6 +154,32 @@ def test_the_rate_is_that_after_the_start() -> None:
         assert abs(found.rate - rate) < 4.0 * math.hypot(found.rate_error, 0.01 * rate)
 
 
+@pytest.mark.parametrize("rtol", [0.4, validation(0.03)])
+def test_very_light_damping_from_rest(rtol: float) -> None:
+    """Damping ratio 0.001.  The amplitude is the radius of a diffusing point, whose equation was solved on a grid."""
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.002), sp.WhiteNoise(0.02))
+    found = sp.exceedance(system, {"amplitude": [2.0, 4.0, 5.2]}, duration=100.0, step=0.2, start="rest", rtol=rtol)
+    for n, value in enumerate((0.2156, 3.135e-4, 7.22e-7)):
+        assert off(found, n, value, 0.01, "amplitude") < 3.5
+    assert found["amplitude"].spread < 1.0
+    assert not found.warnings
+
+
+@pytest.mark.validation
+def test_very_light_damping_in_the_steady_state() -> None:
+    """Within two relaxation times: the rates are those of the envelope, and the errors are as large as they say."""
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.002), sp.WhiteNoise(0.004))
+    levels = [3.0, 4.0, 5.0]
+    rates = sp.theory.exceedance(system, {"x": levels})["x"].rate["envelope"]
+    runs = [sp.exceedance(system, {"x": levels}, duration=2000.0, step=0.2, rtol=0.2, seed=s)["x"] for s in range(16)]
+    found, said = np.mean([run.rate for run in runs], axis=0), np.array([run.rate_error for run in runs])
+    error = np.sqrt((said**2).sum(axis=0)) / len(runs)
+    assert (error < 0.03 * rates).all()
+    assert (np.abs(found - rates) < 3.5 * np.hypot(error, 0.01 * rates)).all()
+    off_by = np.array([run.probability for run in runs]) - np.mean([run.probability for run in runs], axis=0)
+    assert (np.abs(off_by / [run.error for run in runs]) < 4.0).all()
+
+
 SHOTS = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.02), sp.PoissonImpulses(0.01, 9.0))
 
 

@@ -314,7 +314,7 @@ class KanaiTajimiNoise(GroundNoise):
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         return self.modulated(
-            f"filtered noise ({name}), filter at {self.frequency:.6g} rad/s with damping ratio {self.damping:.6g}, "
+            f"Kanai-Tajimi noise ({name}), filter at {self.frequency:.6g} rad/s with damping ratio {self.damping:.6g}, "
             f"intensity {self.intensity:.6g} {unit('intensity')}"
         )
 
@@ -379,7 +379,7 @@ class CloughPenzienNoise(GroundNoise):
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         return self.modulated(
-            f"filtered noise ({name}), filters at {self.frequency:.6g} and {self.base_frequency:.6g} rad/s with "
+            f"Clough-Penzien noise ({name}), filters at {self.frequency:.6g} and {self.base_frequency:.6g} rad/s with "
             f"damping ratios {self.damping:.6g} and {self.base_damping:.6g}, intensity {self.intensity:.6g} "
             f"{unit('intensity')}"
         )

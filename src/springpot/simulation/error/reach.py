@@ -291,6 +291,10 @@ def _why_not(motion: Motion, name: str) -> str:
     """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
     if name in motion.zeros:
         return ": it is 0."
+    if name.removesuffix("_square").removesuffix("_mean") in motion.felt and name not in possible_results(
+        motion.system
+    ):
+        return ": rtol does not see forces, so give paths, duration, step and forces= in its place."
     reason = motion.uncounted_because(name)
     return f": {reason}." if reason and name in possible_results(motion.system) else ""
 

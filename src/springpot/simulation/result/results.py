@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
+from springpot.machine.plain import plain
 from springpot.problem.catalogue import possible_results, results_on_request, unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
@@ -60,6 +61,8 @@ class Estimate:
     >>> print(Estimate(0.25904, 0.00213, "m")), f"{Estimate(2.0, 0.1):.1f}", float(Estimate(2.0, 0.1))
     0.2590 +- 0.0021 m
     (None, '2.0', 2.0)
+    >>> Estimate(1.0, float("nan")) == Estimate(1.0, float("nan")), Estimate(1.0, 0.1) == Estimate(1.0, 0.2)
+    (True, False)
     """
 
     value: float
@@ -68,6 +71,19 @@ class Estimate:
     budget: Budget | None = None
     step_bias: float | None = None
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Estimate) and self._numbers == other._numbers
+
+    def __hash__(self) -> int:
+        return hash(self._numbers)
+
+    @property
+    def _numbers(self) -> tuple[object, ...]:
+        """All of it, with nothing where a number is NaN, so that estimates that are both unknown are equal."""
+        budget = () if self.budget is None else astuple(self.budget)
+        whole = self.value, self.error, self.unit, self.step_bias, *budget
+        return tuple(None if isinstance(each, float) and math.isnan(each) else each for each in whole)
+
     def __float__(self) -> float:
         return self.value
 
@@ -75,8 +91,8 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
-        value, error = _finite([self.value, self.error if self.budget is None else self.budget.total])
-        return with_error(value, error, self.unit or "1")
+        error = self.error if self.budget is None else self.budget.total
+        return with_error(self.value, error, self.unit or "1")
 
 
 def estimates_from(
@@ -205,17 +221,18 @@ class Run:
         >>> words["x_mean_se"] is None, words["settings"]["paths"]
         (True, 1)
         """
-        quantiles = {name: (at.tolist(), error.tolist()) for name, (at, error, _) in self._quantiles().items()}
-        biases = self.step_biases
-        return {
-            **{name: value if math.isfinite(value) else None for name, (value, _, _) in self._numbers().items()},
-            **({"probability": list(PROBABILITIES)} if quantiles or self.first_passages else {}),
-            **{name: _finite(at) for name, (at, _) in quantiles.items()},
-            **{f"{name}_se": _finite(error) for name, (_, error) in quantiles.items()},
-            **{f"{name}_step_bias": _finite(np.asarray(biases[name]).tolist()) for name in quantiles if name in biases},
-            **{name: _finite(column.tolist()) for name, (column, _) in self._spectral().items()},
-            **{name: _finite(np.asarray(values).tolist()) for name, (_, values, _) in self._passed().items()},
-            **{name: _finite(column.tolist()) for name, (column, _) in self._in_bins().items()},
+        quantiles, biases = self._quantiles(), self.step_biases
+        numbers = {
+            **{name: value for name, (value, _, _) in self._numbers().items()},
+            **({"probability": PROBABILITIES} if quantiles or self.first_passages else {}),
+            **{name: at for name, (at, _, _) in quantiles.items()},
+            **{f"{name}_se": error for name, (_, error, _) in quantiles.items()},
+            **{f"{name}_step_bias": biases[name] for name in quantiles if name in biases},
+            **{name: column for name, (column, _) in self._spectral().items()},
+            **{name: values for name, (_, values, _) in self._passed().items()},
+            **{name: column for name, (column, _) in self._in_bins().items()},
+        }
+        return plain(numbers) | {
             "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
             "diagnostics": self.diagnostics,
@@ -411,9 +428,3 @@ class Run:
         from springpot.simulation.result.save import save_run
 
         return save_run(self, path, overwrite=overwrite, path_sums=path_sums)
-
-
-def _finite(numbers: Any) -> Any:
-    if isinstance(numbers, list):
-        return [_finite(number) for number in numbers]
-    return numbers if math.isfinite(numbers) else None

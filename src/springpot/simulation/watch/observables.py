@@ -104,9 +104,11 @@ def mean_of(
         known = (motion.arguments or {word: (word, 0) for word in "txv"}) | felt
         words = _arguments(name, own, known)
         takes, feels = tuple(known[word] for word in words), tuple(motion.number_felt(w) for w in words if w in felt)
-    elif motion.arguments:
+    elif kind == "impact":
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
-        stop = stops[_arguments(name, own, stops, most=1)[0]]
+        words = [*inspect.signature(own).parameters]
+        if motion.arguments or any(word.endswith("_impact_speed") for word in words):  # else of one mass any name
+            stop = stops[_arguments(name, own, stops, most=1)[0]]
     try:
         compiled = _on_steps_of(own, takes, most or FIRST, most > 0) if kind == "state" else _on_impacts_of(own)
     except (NumbaError, TypeError) as reason:

@@ -1,4 +1,4 @@
-"""Bouc-Wen parts in statistical linearization: each is replaced by a spring and a dashpot in series."""
+"""Parts that yield in statistical linearization: each is replaced by a spring and a dashpot in series."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
-from springpot.problem.parts import BoucWen, Maxwell
+from springpot.problem.parts import BoucWen, Jenkins, Maxwell
+from springpot.problem.parts.hysteresis import Yielding
 from springpot.theory.methods.systems.linear import Companion, pulled
 from springpot.theory.result import NoConvergenceError, NoStationaryStateError
 
-__all__ = ["nearest_arm", "with_arms"]
+__all__ = ["nearest_arm", "nearest_arm_of_slider", "with_arms"]
 
 FloatArray = NDArray[np.float64]
 
 _ROUNDS = 40  # of halfway steps, before Newton's method
 _TOLERANCE = 1e-10
+_HARDLY = 7.0  # standard deviations beyond which it is no matter how seldom the slider slips
 
 
 def nearest_arm(part: BoucWen, speed: float, correlation: float) -> tuple[Maxwell, float]:
@@ -60,14 +62,74 @@ def nearest_arm(part: BoucWen, speed: float, correlation: float) -> tuple[Maxwel
     return Maxwell(stiffness, stiffness / rate, between=part.between), spread * part.yield_force
 
 
-def with_arms(companion: Companion, parts: Sequence[BoucWen], settled: Callable[[Companion], Companion]) -> Companion:
+def nearest_arm_of_slider(part: Jenkins, speed: float, reached: float) -> tuple[Maxwell, float]:
+    """The Maxwell element nearest to a Jenkins part in mean square, and the standard deviation of its force.
+
+    Not z is taken as Gaussian with v, as in [1]_, since it rests at its limits, but a variable g of which z is what
+    lies within the limits.  The slider slips where g is beyond them and v points outward.  Since z is stationary, the
+    work of the slip is that of the force, which gives the correlation of v and g; the moments of v and z of z' then
+    give z' = c v - d z.  So a part that hardly yields becomes a spring, and one that always does dry friction.
+
+    Parameters
+    ----------
+    part : Jenkins
+    speed : float
+        Standard deviation of v.
+    reached : float
+        That of g over the limit of z.
+
+    References
+    ----------
+    .. [1] K. Asano and W. D. Iwan, "An alternative approach to the random response of bilinear hysteretic systems",
+       Earthquake Engineering and Structural Dynamics 12 (1984).
+
+    Examples
+    --------
+    >>> arm, force = nearest_arm_of_slider(Jenkins(0.5, 0.5), 0.7, 1.0)
+    >>> round(arm.stiffness, 3), round(arm.coefficient, 3), round(force, 3)
+    (0.382, 1.751, 0.359)
+    """
+    h = min(1.0 / reached, _HARDLY)
+    within, beyond, density = math.erf(h * math.sqrt(0.5)), float(special.ndtr(-h)), _density(h)
+
+    def slipped(rho: float) -> float:
+        """E[abs(v)] over the slips, per the standard deviation of v."""
+        across = h / math.sqrt(1.0 - rho * rho)
+        return 2.0 * (_density(0.0) * float(special.ndtr(-across)) + rho * density * float(special.ndtr(rho * across)))
+
+    rho = float(optimize.brentq(lambda rho: rho * within / h - slipped(rho), 0.0, 1.0 - 1e-14, xtol=1e-300, rtol=1e-14))
+    rest = math.sqrt(1.0 - rho * rho)
+    square = (within - 2.0 * h * density) / (h * h) + 2.0 * beyond  # of z over its limit
+    both = rho * within / h  # E[v z], of unit v and limit
+    lost = beyond + 2.0 * float(special.owens_t(h, rho / rest))  # E[v^2] over the slips
+    lost += 2.0 * rho * density * rho * h * float(special.ndtr(rho * h / rest))
+    lost += 2.0 * rho * rest * _density(0.0) * _density(h / rest)
+    c = (1.0 - lost) / (1.0 - both * both / square)
+    stiffness, rate = part.stiffness * c, c * both / square * speed / part.yield_displacement
+    size = math.sqrt(square) * min(reached * _HARDLY, 1.0)
+    return Maxwell(stiffness, stiffness / rate, between=part.between), size * part.yield_force
+
+
+def _density(x: float) -> float:
+    return math.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
+
+
+def _arm(part: Yielding, speed: float, state: float) -> tuple[Maxwell, float]:
+    """By the unknown of the search, which may be any number."""
+    if isinstance(part, Jenkins):
+        return nearest_arm_of_slider(part, speed, math.exp(state))
+    assert isinstance(part, BoucWen)
+    return nearest_arm(part, speed, float(special.expit(state)))
+
+
+def with_arms(companion: Companion, parts: Sequence[Yielding], settled: Callable[[Companion], Companion]) -> Companion:
     """A linear system with Maxwell elements that agree with its motion, last among its elements.
 
     Parameters
     ----------
     companion : Companion
         The linear system without them.
-    parts : sequence of BoucWen
+    parts : sequence of BoucWen or Jenkins
     settled : callable
         What makes of a linear system with them one whose springs and dampers agree with its motion too.
 
@@ -79,8 +141,8 @@ def with_arms(companion: Companion, parts: Sequence[BoucWen], settled: Callable[
     count = len(parts)
 
     def arms(state: FloatArray) -> tuple[list[Maxwell], FloatArray]:
-        speeds, correlations = np.exp(state[:count]), special.expit(state[count:])
-        each = map(nearest_arm, parts, speeds.tolist(), correlations.tolist())
+        speeds = np.exp(state[:count])
+        each = map(_arm, parts, speeds.tolist(), state[count:].tolist())
         found, forces = zip(*each, strict=True)
         return [*found], np.concatenate([speeds, forces])
 
