@@ -19,7 +19,7 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.faults import cause_of, few, meant, shown
-from springpot.problem.catalogue import possible_results, results_on_request
+from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, greater, lesser
@@ -32,7 +32,6 @@ __all__ = [
     "COUNTED",
     "EXTREMES",
     "OF_A_POINT",
-    "OF_A_WALL",
     "PARTS_OF_ERROR",
     "extremes",
     "extremes_in",
@@ -59,9 +58,6 @@ COUNTED = {
     "counted_impact_rate": "s-1", "counted_impact_speed_mean": "m s-1", "counted_impact_speed_mean_square": "m2 s-2",
 }  # fmt: skip
 """Results of the impacts that are not slower than a speed, and their units."""
-
-OF_A_WALL = ("impact_rate", "impact_speed_mean", "power", "force_mean", *COUNTED)
-"""Results of each wall and contact, as ``barrier_impact_rate`` and so on over all of them in datasets."""
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign.
