@@ -131,7 +131,7 @@ def _cells(entry: Quantity) -> list[str]:
     return [
         f"`{entry.name}`", ", ".join(units), entry.meaning,
         f"${entry.formula}$".replace("|", r"\vert ") if entry.formula else "", entry.when,
-        "yes" if entry.controlled and not entry.asked else "", ", ".join(f"`{name}`" for name in entry.dimensions),
+        "yes" if entry.controlled and not entry.option else "", ", ".join(f"`{name}`" for name in entry.dimensions),
     ]  # fmt: skip
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import springpot as sp
+from springpot.studies.columns import columns_of
 from springpot.studies.question import Study, read_study
+from springpot.studies.tasks import Task
 
 __all__ = [
-    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "chunks", "content", "given", "orphans", "with_device",
+    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "chunks", "content", "given", "named", "orphans", "with_device",
     "write_toml",
 ]  # fmt: skip
 
@@ -97,3 +100,8 @@ def chunks(store: Path, array: str = "numbers") -> list[Path]:
 def orphans(store: Path) -> list[str]:
     """Names of what a killed writer would leave, in a store and beside it."""
     return [file.name for file in [*store.rglob(".*"), *store.parent.glob(f".{store.name}.*")]]
+
+
+def named(task: Task, numbers: Sequence[float]) -> Iterator[tuple[str, float]]:
+    """The numbers of a result with the names of their columns."""
+    return zip((column.name for column in columns_of(task.method, task.base, task.settings)), numbers, strict=True)

@@ -17,7 +17,7 @@ from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.store import Store, open_store
 from springpot.studies.tasks import compute
-from tests.studies.samples import RUNS, THEORY, given
+from tests.studies.samples import RUNS, THEORY, given, named
 
 ZIPPED: dict[str, Any] = {
     **RUNS,
@@ -42,7 +42,7 @@ def test_every_number_is_at_its_place(place: Path) -> None:
         at = {"order": task.point["order"], "case": case}
         part = tree["simulation"] if task.method == "monte_carlo" else tree["theory"].sel(theory=task.method)
         here = part.sel(at)
-        for name, number in zip(tasks.columns_of(task.method, task.base), answer.numbers, strict=True):
+        for name, number in named(task, answer.numbers):
             if name in here:
                 np.testing.assert_array_equal(here[name].item(), number)
             else:
@@ -139,7 +139,7 @@ def test_a_table_holds_the_same_digits(place: Path, tmp_path: Path) -> None:
         assert (row["method"], row["done"]) == (task.method, "1")
         assert float(row["order"]) == task.point["order"]
         assert float(row["position"]) == task.point["position"]
-        answer = dict(zip(tasks.columns_of(task.method, task.base), compute(task).numbers, strict=True))
+        answer = dict(named(task, compute(task).numbers))
         for name in ("x_mean", "impact_rate", "x_mean_se", "energy_residual"):
             number = answer.get(name, math.nan)
             assert row[name] == ("" if math.isnan(number) else repr(number))
@@ -195,18 +195,31 @@ def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
         sp.Mass(2.0), sp.Spring(8.0), mount=sp.Springpot(0.5, 2.0), shake=sp.WhiteNoise(1.0, on="ground")
     )
     study: dict[str, Any] = {
-        "name": "mounts", "system": device, "methods": ["monte_carlo"], "axes": {"parts.mount.coefficient": [1.0, 4.0]},
+        "name": "mounts", "system": device, "methods": ["monte_carlo", "linear", "envelope"],
+        "quantities": ["mount_force_mean_square"], "axes": {"parts.mount.coefficient": [1.0, 4.0]},
         "monte_carlo": {
-            "paths": 64, "duration": 20.0, "step": 0.05, "start": "rest", "forces": ["mount_force", "acceleration"],
+            "paths": 64, "duration": 20.0, "step": 0.05, "start": "rest", "window": [4.0, 20.0],
+            "forces": ["mount_force", "acceleration"],
         },
     }  # fmt: skip
     sp.study(study, tmp_path / "study.zarr", threads=1)
-    runs = sp.open_study(tmp_path / "study.zarr")["simulation"].to_dataset()
-    assert runs["mount_force_mean_square"].units == "N2"
+    tree = sp.open_study(tmp_path / "study.zarr")
+    runs, theory = tree["simulation"].to_dataset(), tree["theory"].to_dataset()
+    assert runs["mount_force_mean_square"].units == theory["mount_force_mean_square"].units == "N2"
+    of_linear = theory.sel(theory="linear")
+    for name in ("mount_force", "acceleration"):
+        right = [sp.theory.linear(task.system).mean_square(name) for task in tasks.tasks(given(study))][:2]
+        assert of_linear[f"{name}_mean_square"].values.tolist() == right
+        apart = runs[f"{name}_mean_square"].values - right
+        assert np.all(np.abs(apart) < 4.0 * runs[f"{name}_mean_square_se"].values)
+    assert theory["mount_force_mean_square"].sel(theory="envelope").isnull().all()
     assert runs["acceleration_mean_square_se"].units == "m2 s-4"
     weak, strong = runs["mount_force_mean_square"].values
     assert 0.0 < weak < strong
-    with pytest.raises(ValueError, match=r"monte_carlo\.forces has 'mount', which is no force or acceleration"):
+    study["quantities"] = ["x_mean_square"]
+    with pytest.raises(
+        ValueError, match=r"parts\.mount\.coefficient = 1: forces has 'mount', which is no force or acceleration"
+    ):
         sp.study({**study, "monte_carlo": {**study["monte_carlo"], "forces": ["mount"]}}, tmp_path / "other.zarr")
     with pytest.raises(ValueError, match="rtol chooses all settings, so forces cannot be given with it"):
         sp.study({**study, "monte_carlo": {"rtol": 0.1, "forces": ["mount_force"]}}, tmp_path / "other.zarr")

@@ -23,7 +23,7 @@ from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
 from springpot.studies.template import of_system
 from tests.struck import rates_of
-from tests.studies.samples import DEVICE, STOPS, chunks, content, given, orphans, with_device, write_toml
+from tests.studies.samples import DEVICE, STOPS, chunks, content, given, named, orphans, with_device, write_toml
 
 
 @pytest.fixture(scope="module")
@@ -369,7 +369,7 @@ def test_a_task_is_the_run_of_its_system() -> None:
     task = tasks.task_at(given(STOPS), "monte_carlo", 3)
     assert isinstance(task.system, sp.System)
     found = simulate(task.system, **task.settings, seed=task.seed)
-    numbers = dict(zip(tasks.columns_of("monte_carlo", task.base), tasks.compute(task).numbers, strict=True))
+    numbers = dict(named(task, tasks.compute(task).numbers))
     values = {name: estimate.value for name, estimate in found.estimates.items()}
     assert {name: numbers[name] for name in values} == pytest.approx(values, rel=0.0, abs=0.0, nan_ok=True)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.figures.style import COLORS, METHOD_LINES, bars, method_label, named, new_grid
+from springpot.figures.style import COLORS, CONFIDENCE, METHOD_LINES, bars, method_label, named, new_grid
 from springpot.figures.sweeps import MOMENTS, PARAMETER_LABELS
 from springpot.machine.faults import known_word
 
@@ -130,7 +130,7 @@ def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str,
     for dataset in parts.values():
         if name in dataset:
             if level := _level_of(dataset, name):
-                return [(name, f"{level} {value:g}") for value in dataset[level].values]
+                return [(name, words) for words in _each_level(dataset[level])]
             own = dataset["barrier"].values if "barrier" in dataset[name].dims else [""]
             return [(name, str(wall)) for wall in own]
     walls = next(map(str, dataset["barrier"].values) for dataset in parts.values())
@@ -140,10 +140,9 @@ def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str,
 
 def _at(dataset: xarray.Dataset, name: str, wall: str) -> xarray.Dataset:
     """What a panel needs of a group."""
-    kept = dataset[[part for part in (name, f"{name}_se") if part in dataset]]
+    kept = dataset[[part for part in (name, *(f"{name}_{end}" for end in ("se", "low", "high"))) if part in dataset]]
     if level := _level_of(dataset, name):
-        at = [f"{level} {value:g}" for value in dataset[level].values].index(wall)
-        return kept.isel({level: at}, drop=True)
+        return kept.isel({level: _each_level(dataset[level]).index(wall)}, drop=True)
     return kept.sel(barrier=wall, drop=True) if wall else kept
 
 
@@ -151,6 +150,12 @@ def _level_of(dataset: xarray.Dataset, name: str) -> str:
     """The dimension of a variable's levels, if it is of exceedance."""
     more = {*map(str, dataset[name].dims)} - {*map(str, dataset["done"].dims), "barrier"}
     return more.pop() if more else ""
+
+
+def _each_level(levels: xarray.DataArray) -> list[str]:
+    """The title of the panel of each level."""
+    unit = levels.attrs["units"]
+    return [f"{levels.attrs['long_name']} through {value:g} {unit}" for value in levels.values]
 
 
 def _title(some: xarray.Dataset, place: Mapping[str, int]) -> list[str]:
@@ -185,7 +190,11 @@ def _curves(ax: Axes, parts: Mapping[str, xarray.Dataset], name: str, along: str
         where = dataset[along].values
         if part != "theory":
             label = "Monte Carlo, 95 %" if part == "simulation" else "exceedance, 95 %"
-            bars(ax, where, dataset[name].values, dataset[f"{name}_se"].values, label=label)
+            value, error = dataset[name].where(np.isfinite(dataset[name])).values, dataset[f"{name}_se"].values
+            if f"{name}_low" in dataset:
+                low, high = dataset[f"{name}_low"].values, dataset[f"{name}_high"].values
+                error = np.stack([value - low, high - value]) / CONFIDENCE
+            bars(ax, where, value, error, label=label)
             continue
         for method in dataset["theory"].values:
             color, line = METHOD_LINES[str(method)]

@@ -140,7 +140,7 @@ def bars(
     ----------
     ax : matplotlib.axes.Axes
     place, value, standard_error : array_like, shape (n,)
-        The bars reach 1.96 standard errors up and down.
+        The bars reach 1.96 standard errors up and down; of shape (2, n) they are those down and those up.
     color, marker, size, hollow, label, gid
         Of the marks.
 

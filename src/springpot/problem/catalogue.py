@@ -6,7 +6,7 @@ Runs, data sets, columns of studies, the page and the docs read it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -17,7 +17,8 @@ from springpot.problem.parts.registration import Element, Part, per_unit_mass, u
 from springpot.problem.system import System
 
 __all__ = [
-    "CATALOGUE", "Quantity", "is_controlled", "possible_results", "results_on_request", "unit_of", "unit_of_result",
+    "CATALOGUE", "OF_A_WALL", "Quantity", "is_controlled", "numbers_on_request", "possible_results",
+    "results_on_request", "unit_of", "unit_of_result",
 ]  # fmt: skip
 
 _OF = "<part>_"
@@ -50,8 +51,8 @@ class Quantity:
         Whether a system of such parts can have it.
     controlled : bool
         Whether ``rtol`` controls its error.
-    asked : bool
-        Whether a run has it only with an argument that asks for it.
+    option : str
+        Argument of `springpot.simulate` without which a run does not have it; empty where every run has it.
     dimensions : tuple of str
         In the data set of `springpot.simulate`.
     numbered : bool
@@ -66,7 +67,7 @@ class Quantity:
     of: Callable[[Part], bool] = lambda part: True
     where: Callable[[System], bool] = lambda system: True
     controlled: bool = True
-    asked: bool = False
+    option: str = ""
     dimensions: tuple[str, ...] = ()
     numbered: bool = False
 
@@ -92,6 +93,10 @@ def _quantities(system: System) -> Iterator[str]:
     means = {f"{name}_mean" for name in ("x", f"{_AT}x", f"{_PAIRS}elongation", *(felt[0] for felt in _FELT))}
     yield from (name.removesuffix("_mean") for each in CATALOGUE if each.name in means for name in each.names(system))
     yield from (f"{name}_elongation" for name in system.elements if _is_several(system))
+
+
+def _on_request(option: str, more: str = "") -> dict[str, Any]:
+    return {"option": option, "when": f"`{option}=`{more}", "controlled": False}
 
 
 def _with(*powers: str) -> Callable[[Part], bool]:
@@ -157,9 +162,6 @@ _END: dict[str, Any] = {**_SINGLE, "controlled": False}
 _SEVERAL: dict[str, Any] = {"when": "of each of several masses", "where": _is_several}
 _PAIR: dict[str, Any] = {"when": "of each two masses with a part between them", "where": _is_several}
 _END_OF_SEVERAL: dict[str, Any] = {**_SEVERAL, "controlled": False}
-_ASKED: dict[str, Any] = {"asked": True, "controlled": False}
-_CYCLES: dict[str, Any] = {"when": "`rainflow=`", **_ASKED}
-_COUNTED: dict[str, Any] = {"of": _with("stop"), **_ASKED}
 _OF_SEVERAL = {
     "<point>": ", of each of several masses", "<pair>": ", of each two of them with a part between them",
     "<part>": ", of each wall, with several masses",
@@ -170,7 +172,7 @@ def _distribution(
     name: str, unit: str, said: str, when: str, where: Callable[[System], bool]
 ) -> tuple[Quantity, Quantity]:
     """Its density and its quantiles."""
-    given = {"when": f"`distributions=`{when}", "where": where, "of": _owner(name), **_ASKED}
+    given = {"where": where, "of": _owner(name), **_on_request("distributions", when)}
     return (
         Quantity(f"{name}_density", unit_times("1", unit, -1), f"probability density of {said} in the window",
                  dimensions=(f"{name}_bin",), **given),
@@ -182,7 +184,7 @@ def _extreme(name: str, unit: str, said: str, when: str, where: Callable[[System
     paths = "paths with an impact" if "impact" in name else "paths"
     return Quantity(
         f"{name}_quantile", unit, f"quantiles over the {paths} of {said} in the window",
-        when=f"`distributions=`{when}", where=where, dimensions=("probability",), of=_owner(name), **_ASKED,
+        where=where, dimensions=("probability",), of=_owner(name), **_on_request("distributions", when),
     )  # fmt: skip
 
 
@@ -205,7 +207,7 @@ def _felt(
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
     has = _is_counted if name.endswith("_of_one") else _has_force
-    given: dict[str, Any] = {"of": has, "where": where, "asked": True}
+    given: dict[str, Any] = {"of": has, "where": where, "option": "forces"}
     asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
     # the mean force of a stop is in every run, and ``rtol`` controls its error
     mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
@@ -287,7 +289,7 @@ CATALOGUE = (
              **_END_OF_SEVERAL),
     Quantity("amplitude_mean_square_end", "m2", "mean square amplitude at the end of the run", **_END | _SPRINGS),
     *(Quantity(f"{of}counted_{name}", unit, f"{said} of impacts that are not slower than a speed",
-               when=f"`slowest_counted_impact=`{when}", **_COUNTED)
+               of=_with("stop"), dimensions=("barrier",) * bool(when), **_on_request("slowest_counted_impact", when))
       for name, unit, said in (("impact_rate", "s-1", "rate"), ("impact_speed_mean", "m s-1", "mean speed"),
                                ("impact_speed_mean_square", "m2 s-2", "mean square speed"))
       for of, when in (("", ""), (_OF, ", of each wall and contact"))),
@@ -315,20 +317,20 @@ CATALOGUE = (
                                (f"{_OF}impact_speed_largest", "m s-1", "the largest speed before an impact on it"))),
     *(entry for each in _FELT for entry in _felt(*each)),
     Quantity("<quantity>_cycle_rate", "s-1", "rainflow cycles per unit time of the displacement, force or acceleration",
-             **_CYCLES),
+             **_on_request("rainflow")),
     Quantity("<quantity>_damage_rate", "h-1", "damage per hour, by Basquin's curve and Miner's sum; of several curves "
-             "`..._1`, `..._2`", r"\sum_i 1 / N(S_i)", numbered=True, **_CYCLES),
+             "`..._1`, `..._2`", r"\sum_i 1 / N(S_i)", numbered=True, **_on_request("rainflow")),
     Quantity("<quantity>_life", "h", "time to failure at this rate; of several curves `..._1`, `..._2`", numbered=True,
-             **_CYCLES),
+             **_on_request("rainflow")),
     *(entry
       for name, said in (("range", "the ranges of its cycles"), ("peak", "its maxima"), ("valley", "its minima"))
       for entry in (
           Quantity(f"<quantity>_{name}_density", "q-1", f"probability density of {said} in the window",
-                   dimensions=(f"<quantity>_{name}_bin",), **_CYCLES),
+                   dimensions=(f"<quantity>_{name}_bin",), **_on_request("rainflow")),
           Quantity(f"<quantity>_{name}_quantile", "q", f"quantiles of {said} in the window",
-                   dimensions=("probability",), **_CYCLES))),
+                   dimensions=("probability",), **_on_request("rainflow")))),
     *(Quantity(f"{_OF}{what}_{ending}", unit_times("1", unit, power), f"{words} {said}",
-               when=f"`forces=`{more}", dimensions=dimensions, of=has, **_ASKED)
+               dimensions=dimensions, of=has, **_on_request("forces", more))
       for what, unit, said, has in (
           ("peak_force", "N", "the largest force of each touch of a soft contact", _is_soft),
           ("impulse", "N s", "the impulse of each impact on a rigid wall", _is_a(Barrier)))
@@ -339,16 +341,16 @@ CATALOGUE = (
           ("largest_quantile", 1, "quantiles over the paths with an impact of the largest of", " with `distributions=`",
            ("probability",)))),
     Quantity("decay_rate", "s-1", "rate at which the amplitude decays without noise", when="of `theory.averaging`",
-             of=lambda part: False, **_ASKED),
-    *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, f"`spectrum=`{when}",
-               where=where, dimensions=("frequency",), **_ASKED)
+             of=lambda part: False, controlled=False),
+    *(Quantity(f"{of}_spectrum", "m2 s rad-1", f"two-sided spectral density of {said}", formula, where=where,
+               dimensions=("frequency",), **_on_request("spectrum", when))
       for of, said, formula, when, where in (
           ("x", "x", r"S_x(\omega)", "", _is_single),
           (f"{_AT}x", "the displacement of the mass", r"S_{x_i}(\omega)", _OF_SEVERAL["<point>"], _is_several),
           (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
-    *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", "",
-               f"`profile=`{_OF_SEVERAL.get(of.partition('_')[0], '')}", _with("stop") if "impact" in of else _always,
-               where, dimensions=("time_bin",), **_ASKED)
+    *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", of=_with("stop") if "impact" in of else _always,
+               where=where, dimensions=("time_bin",),
+               **_on_request("profile", _OF_SEVERAL.get(of.partition("_")[0], "")))
       for of, unit, said, where in (
           ("x_mean", "m", "mean displacement", _is_single),
           ("x_mean_square", "m2", "mean square displacement", _is_single),
@@ -368,10 +370,12 @@ CATALOGUE = (
           (f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact", _is_several),
           (f"{_OF}impact_speed_mean", "m s-1", "mean speed before an impact on it", _is_several),
           (f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution", _is_several))),
-    Quantity("x", "m", "displacement of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
-    Quantity("v", "m s-1", "velocity of the first paths", when="`record=`", dimensions=("path", "time"), **_ASKED),
+    Quantity("x", "m", "displacement of the first paths", dimensions=("path", "time"), **_on_request("record")),
+    Quantity("v", "m s-1", "velocity of the first paths", dimensions=("path", "time"), **_on_request("record")),
 )  # fmt: skip
 """The quantities of runs, in the order of their results; each has a twin ``_se``, its standard error."""
+OF_A_WALL = tuple(entry.name.removeprefix(_OF) for entry in CATALOGUE if entry.dimensions == ("barrier",))
+"""What there is of each wall and contact: in datasets ``barrier_impact_rate`` and so on over all of them."""
 
 
 @cache
@@ -432,7 +436,7 @@ def possible_results(system: System) -> tuple[str, ...]:
     >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
     ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
-    return _names(system, asked=False)
+    return _names(system, lambda entry: not entry.option)
 
 
 def results_on_request(system: System) -> tuple[str, ...]:
@@ -444,9 +448,26 @@ def results_on_request(system: System) -> tuple[str, ...]:
     >>> [name for name in results_on_request(System(Spring(1.0))) if name.endswith("density")][:4]
     ['x_density', 'v_density', 'amplitude_density', 'impact_speed_density']
     """
-    return _names(system, asked=True)
+    return _names(system, lambda entry: bool(entry.option))
 
 
-def _names(system: System, *, asked: bool) -> tuple[str, ...]:
-    entries = (entry for entry in CATALOGUE if entry.asked == asked)
+def numbers_on_request(system: System, option: str, of: Iterable[str] | None = None) -> tuple[str, ...]:
+    """Names of the single numbers that a run has with an option, of each quantity that the option names.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> numbers_on_request(System(Spring(1.0)), "rainflow", ["x", "spring_force"])[1:4]
+    ('x_damage_rate', 'x_life', 'spring_force_cycle_rate')
+    """
+    names = _names(system, lambda entry: entry.option == option and entry.dimensions in ((), ("barrier",)))
+    if of is None:
+        return names
+    known = {*_quantities(system), *of}
+    owners = {name: max((own for own in known if name.startswith(f"{own}_")), key=len, default="") for name in names}
+    return tuple(name for own in of for name in names if owners[name] == own and not name[-1].isdigit())
+
+
+def _names(system: System, are_wanted: Callable[[Quantity], bool]) -> tuple[str, ...]:
+    entries = filter(are_wanted, CATALOGUE)
     return tuple(dict.fromkeys(name for entry in entries for name in entry.names(system)))

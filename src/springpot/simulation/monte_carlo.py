@@ -347,10 +347,11 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
         ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
         ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
-        ``_first_passage_rate`` (from when it is constant) with ``_rate_low`` and ``_rate_high``,
-        ``_first_passage_return_period``, ``_first_passage_quantile`` over ``probability`` and
-        ``_first_passage_survival`` over ``..._first_passage_time``, all of them also over ``..._first_passage_level``
-        if there is a list. Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
+        ``_first_passage_probability`` (by the end of the run), ``_first_passage_rate`` (from when it is constant) and
+        ``_first_passage_return_period``, all three with ``_low`` and ``_high``,
+        ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
+        ``..._first_passage_time``, all of them also over ``..._first_passage_level`` if there is a list.
+        Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------

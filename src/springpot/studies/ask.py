@@ -32,7 +32,8 @@ def open_study(store: str | Path) -> xarray.DataTree:
     -------
     xarray.DataTree
         ``/theory`` has the dimension ``theory`` (the method) and the study's axes, ``/simulation`` the axes alone,
-        ``/exceedance`` the axes and ``<quantity>_level``.
+        ``/exceedance`` the axes and ``<quantity>_level``.  First passages in ``/simulation`` have the dimension
+        ``<quantity>_first_passage_level``.
         All have all quantities by name, with units, and NaN where there is none; ``done`` says whether there is a
         result, ``said`` has its warnings or the reason why there is none.  Results of Monte Carlo also have ``_se``
         (standard error) and, where ``rtol`` controls them, ``_error`` (half-width of the total 95 % interval).

@@ -3,167 +3,149 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.catalogue import OF_A_WALL, numbers_on_request, possible_results, unit_of_result
 from springpot.problem.system import System
+from springpot.simulation.watch.passage_times import OF_A_LEVEL
 from springpot.theory.result import names_of_results
 
 if TYPE_CHECKING:
-    from springpot.simulation import Estimate
+    from springpot.simulation import Run
     from springpot.simulation.rare.search import ExceedanceCurve
 
-__all__ = [
-    "ENDINGS",
-    "OF_LEVELS",
-    "OF_WALLS",
-    "asked_of",
-    "bare",
-    "column_of_level",
-    "columns_of",
-    "names_in_results",
-    "numbers_of_curves",
-    "numbers_of_run",
-    "per_level",
-    "results_of_run",
-    "scalars_of",
-    "unit_of_column",
-]
+__all__ = ["Column", "columns_of", "names_in_results", "numbers_of_curves", "numbers_of_run", "scalars_of"]
 
-ENDINGS = ("", "_se", "_error")
-"""Of a value, its standard error, and the half-width of its total 95 % interval."""
-OF_WALLS = ("impact_rate", "impact_speed_mean", "power", "force_mean")
-"""Quantities of each wall: in a data set they have the dimension ``barrier``."""
-OF_LEVELS = {
-    "probability": "1",
-    "probability_low": "1",
-    "probability_high": "1",
-    "exceedance_rate": "s-1",
-    "return_period": "s",
+SAID = {
+    "": "",
+    "_se": "standard error of ",
+    "_error": "half-width of the 95 % interval of ",
+    "_low": "low end of the 95 % interval of ",
+    "_high": "high end of the 95 % interval of ",
 }
-"""Units of the numbers of each level: in a data set they have the dimension ``<quantity>_level``."""
-NO_LEVELS: Mapping[str, Sequence[float]] = {}
-_WITHOUT_ERROR = "probability_low", "probability_high"
+"""Endings of names, in words."""
+_EXCEEDED = {
+    "probability": ("1", ("", "_se", "_low", "_high")),
+    "exceedance_rate": ("s-1", ("", "_se")),
+    "return_period": ("s", ("", "_se")),
+}
+_PASSED = {f"first_passage_{what}": (unit, endings) for what, (unit, _, endings) in OF_A_LEVEL.items()}
+"""The numbers of each level, with their units and endings."""
 
 
-def per_level() -> tuple[str, ...]:
-    """Names of the numbers of a level, each followed by its standard error, if it has one."""
-    return tuple(what + end for what in OF_LEVELS for end in ENDINGS[: 1 if what in _WITHOUT_ERROR else 2])
+@dataclass(frozen=True)
+class Column:
+    """One number of a method's result.
 
-
-def column_of_level(name: str, level: float, what: str) -> str:
-    """The column of a number of one level of a quantity.
-
-    Examples
-    --------
-    >>> column_of_level("x", 0.5, "return_period_se")
-    'x_0.5_return_period_se'
+    Attributes
+    ----------
+    name : str
+        In stores and tables.
+    unit : str
+    quantity, ending : str
+        Of a data set's variable; the ending is a key of `SAID`.
+    dimension : str
+        Over which the variable has one such column for each wall or level; empty if it has this one.
     """
-    return f"{name}_{level!r}_{what}"
+
+    name: str
+    unit: str
+    quantity: str
+    ending: str = ""
+    dimension: str = ""
+
+    @property
+    def variable(self) -> str:
+        """Its name in data sets."""
+        return self.quantity + self.ending
 
 
-def asked_of(settings: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the results that a run has because its settings ask for them: of forces, and of rainflow cycles.
-
-    Examples
-    --------
-    >>> asked_of({"forces": ["spring_force"], "rainflow": {"x": {"exponent": 5.0}}})
-    ('spring_force_mean', 'spring_force_mean_square', 'x_cycle_rate', 'x_damage_rate', 'x_life')
-    """
-    endings = {"forces": ("mean", "mean_square"), "rainflow": ("cycle_rate", "damage_rate", "life")}
-    return tuple(f"{name}_{end}" for kind, ends in endings.items() for name in settings.get(kind, ()) for end in ends)
+def _of_names(system: System, names: Iterable[str], endings: Sequence[str]) -> Iterator[Column]:
+    walls = {f"{wall}_{what}": f"barrier_{what}" for wall in system.stops for what in OF_A_WALL}
+    for name in names:
+        for ending in endings:
+            unit, dimension = unit_of_result(system, name), "barrier" if name in walls else ""
+            yield Column(name + ending, unit, walls.get(name, name), ending, dimension)
 
 
-def results_of_run(system: System, asked: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the results of a run, with those that it was asked for.
+def _of_levels(
+    levels: Mapping[str, Sequence[float]], numbers: Mapping[str, tuple[str, Sequence[str]]], dimension: str
+) -> Iterator[Column]:
+    for name, own in levels.items():
+        for level in own:
+            for what, (unit, endings) in numbers.items():
+                for ending in endings:
+                    column = f"{_at(name, level)}{what}{ending}"
+                    yield Column(column, unit, f"{name}_{what}", ending, f"{name}_{dimension}")
+
+
+def _at(name: str, level: float) -> str:
+    return f"{name}_{float(level)!r}_"
+
+
+def columns_of(method: str, system: System, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+    """The numbers in a method's result: they depend on the parts of the system and what its settings ask for.
 
     Examples
     --------
     >>> from springpot.problem.parts import Spring
-    >>> results_of_run(System(Spring(1.0)), ["spring_force_mean"])[-1]
-    'spring_force_mean'
+    >>> [column.name for column in columns_of("envelope", System(Spring(1.0)))][:2]
+    ['amplitude_mean_square', 'x_mean']
+    >>> columns_of("exceedance", System(Spring(1.0)), {"levels": {"x": [0.5]}})[-1]
+    Column(name='x_0.5_return_period_se', unit='s', quantity='x_return_period', ending='_se', dimension='x_level')
     """
-    return tuple(dict.fromkeys((*possible_results(system), *asked)))
-
-
-def columns_of(
-    method: str, system: System, asked: Sequence[str] = (), levels: Mapping[str, Sequence[float]] = NO_LEVELS
-) -> tuple[str, ...]:
-    """Names of the numbers in a method's result: they depend on the parts of the system and what is asked.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Spring
-    >>> columns_of("envelope", System(Spring(1.0)))[:2]
-    ('amplitude_mean_square', 'x_mean')
-    """
+    given = settings or {}
     if method == "exceedance":
-        return tuple(
-            column_of_level(name, level, what) for name, own in levels.items() for level in own for what in per_level()
-        )
+        return tuple(_of_levels(given.get("levels", {}), _EXCEEDED, "level"))
+    felt = numbers_on_request(system, "forces", given.get("forces", ()))
     if method != "monte_carlo":
-        return names_of_results(system)
-    return tuple(name + ending for name in results_of_run(system, asked) for ending in ENDINGS)
+        return tuple(_of_names(system, (*names_of_results(system), *felt), ("",)))
+    cycles = numbers_on_request(system, "rainflow", given.get("rainflow", ()))
+    counted = numbers_on_request(system, "slowest_counted_impact") if "slowest_counted_impact" in given else ()
+    names = dict.fromkeys((*possible_results(system), *felt, *cycles, *counted))
+    passed = _of_levels(given.get("first_passage", {}), _PASSED, "first_passage_level")
+    return (*_of_names(system, names, ("", "_se", "_error")), *passed)
 
 
 def scalars_of(system: System) -> tuple[str, ...]:
     """The quantities of a system that some method gives, by name."""
-    return tuple(dict.fromkeys((*columns_of("", system), *possible_results(system))))
+    return tuple(dict.fromkeys((*names_of_results(system), *possible_results(system))))
 
 
-def names_in_results(
-    system: System, asked: Sequence[str] = (), levels: Mapping[str, Sequence[float]] = NO_LEVELS
-) -> set[str]:
+def names_in_results(columns: Iterable[Column]) -> set[str]:
     """Names in data sets and tables that no axis may have."""
-    taken = {*columns_of("", system), *columns_of("monte_carlo", system, asked), "theory", "method", "done", "said"}
-    taken |= {f"{name}_{what}" for name in levels for what in ("level", *per_level())}
-    return taken | {"barrier", *(f"barrier_{name}{ending}" for name in OF_WALLS for ending in ENDINGS)}
+    own = {name for each in columns for name in (each.name, each.variable, each.dimension)}
+    return own | {"barrier", "theory", "method", "done", "said"}
 
 
-def bare(column: str) -> str:
-    """The quantity of a column.
-
-    Examples
-    --------
-    >>> bare("x_mean_se")
-    'x_mean'
-    """
-    return column.removesuffix("_se").removesuffix("_error")
-
-
-def unit_of_column(method: str, system: System, column: str) -> str:
-    """The unit of a method's number.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Spring
-    >>> unit_of_column("exceedance", System(Spring(1.0)), "x_0.5_return_period_se")
-    's'
-    """
-    if method != "exceedance":
-        return unit_of_result(system, bare(column))
-    return next(unit for what, unit in OF_LEVELS.items() if bare(column).endswith(f"_{what}"))
-
-
-def numbers_of_curves(curves: Mapping[str, ExceedanceCurve]) -> tuple[float, ...]:
-    """The numbers of exceedance, by `columns_of`."""
-    found: list[float] = []
-    for curve in curves.values():
+def numbers_of_curves(curves: Mapping[str, ExceedanceCurve]) -> dict[str, float]:
+    """The numbers of exceedance, by the names of their columns."""
+    found = dict[str, float]()
+    for name, curve in curves.items():
         again = curve.return_period
-        error = np.where(curve.rate > 0.0, curve.rate_error * again * again, math.nan)
-        numbers = (curve.probability, curve.error, curve.low, curve.high, curve.rate, curve.rate_error, again, error)
-        found += np.stack(numbers, axis=-1).ravel().tolist()
-    return tuple(found)
+        seen = np.where(curve.rate > 0.0, again, math.nan)
+        error = curve.rate_error * seen * seen
+        numbers = {
+            "probability": curve.probability, "probability_se": curve.error, "probability_low": curve.low,
+            "probability_high": curve.high, "exceedance_rate": curve.rate, "exceedance_rate_se": curve.rate_error,
+            "return_period": again, "return_period_se": error,
+        }  # fmt: skip
+        for what, own in numbers.items():
+            found |= {_at(name, level) + what: number for level, number in zip(curve.levels, own, strict=True)}
+    return found
 
 
-def numbers_of_run(estimates: Mapping[str, Estimate], system: System, asked: Sequence[str] = ()) -> tuple[float, ...]:
-    """The numbers of a run: value, standard error and total of each result; NaN where there is none."""
-    found: list[float] = []
-    for name in results_of_run(system, asked):
-        own = estimates.get(name)
-        total = math.nan if own is None or own.budget is None else own.budget.total
-        found += (math.nan, math.nan, math.nan) if own is None else (own.value, own.error, total)
-    return tuple(found)
+def numbers_of_run(run: Run) -> dict[str, float]:
+    """The numbers of a run, by the names of their columns."""
+    found = dict[str, float]()
+    for name, own in run.estimates.items():
+        total = math.nan if own.budget is None else own.budget.total
+        found |= {name: own.value, f"{name}_se": own.error, f"{name}_error": total}
+    for name, levels in run.first_passages.items():
+        for each in levels if isinstance(levels, Sequence) else (levels,):
+            found |= {f"{_at(name, each.level)}first_passage_{what}": own for what, own in each.numbers.items()}
+    return found

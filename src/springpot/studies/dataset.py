@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import OF_WALLS, bare, column_of_level, per_level, unit_of_column
+from springpot.studies.columns import SAID, Column
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
 from springpot.studies.tables import PARAMETERS, SIMULATED
@@ -39,12 +39,14 @@ class Results:
         return [self.store.found(task) for task in tasks(only)]
 
     @cached_property
-    def columns(self) -> tuple[str, ...]:
-        return self.store.study.columns_of(self.method)
+    def places(self) -> dict[str, int]:
+        """Of each column its place among the numbers."""
+        return {column.name: place for place, column in enumerate(self.store.study.columns_of(self.method))}
 
     def numbers(self, column: str) -> npt.NDArray[np.float64]:
-        place = self.columns.index(column)
-        return np.array([math.nan if answer is None else answer.numbers[place] for answer in self.all])
+        """Of all points; NaN where there are none."""
+        place = self.places.get(column)
+        return np.array([math.nan if answer is None or place is None else answer.numbers[place] for answer in self.all])
 
     def done(self) -> npt.NDArray[np.bool_]:
         return np.array([answer is not None for answer in self.all])
@@ -65,12 +67,13 @@ def open_tree(store: Store) -> xarray.DataTree:
         coordinates = {"theory": ("theory", theories), **_coordinates(study)}
         variables = _variables(answers, {"theory": len(theories), **shape}, "", study)
         parts["/theory"] = xarray.Dataset(variables, coordinates)
-    if "monte_carlo" in study.methods:
-        variables = _variables([Results(store, "monte_carlo")], shape, "Monte Carlo: ", study)
-        parts["/simulation"] = xarray.Dataset(variables, _coordinates(study))
-    if "exceedance" in study.methods:
-        variables = _variables([Results(store, "exceedance")], shape, "exceedance: ", study)
-        parts["/exceedance"] = xarray.Dataset(variables, _coordinates(study) | _levels(study))
+    for method, group, words, dimension in (
+        ("monte_carlo", "/simulation", "Monte Carlo: ", "first_passage_level"),
+        ("exceedance", "/exceedance", "exceedance: ", "level"),
+    ):
+        if method in study.methods:
+            variables = _variables([Results(store, method)], shape, words, study)
+            parts[group] = xarray.Dataset(variables, _coordinates(study) | _levels(study, method, dimension))
     tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
     tree.attrs = {
         "Conventions": "CF-1.11",
@@ -94,24 +97,32 @@ def _coordinates(study: Study) -> dict[str, Any]:
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
 
-def _levels(study: Study) -> dict[str, Any]:
+def _levels(study: Study, method: str, dimension: str) -> dict[str, Any]:
     """The levels of each quantity as coordinates."""
+    given = study.settings(method).get("first_passage" if method == "monte_carlo" else "levels", {})
+    if not given:
+        return {}
     from springpot.simulation.plan.motions import motion_of  # slow to import
     from springpot.simulation.rare.asked import quantity_of
 
     motion = motion_of(study.system)
     return {
-        f"{name}_level": (f"{name}_level", list(levels), {"units": quantity_of(motion, name).unit, "long_name": name})
-        for name, levels in study.levels.items()
+        f"{name}_{dimension}": (
+            f"{name}_{dimension}", list(levels), {"units": quantity_of(motion, name).unit, "long_name": name}
+        )
+        for name, levels in given.items()
+    }  # fmt: skip
+
+
+def result_columns(study: Study, *methods: str) -> dict[str, Column]:
+    """The columns of methods that can have a number, by name, with the study's settings of Monte Carlo."""
+    of_rtol = study.monte_carlo is not None and study.monte_carlo.rtol is not None
+    found = {column.name: column for method in methods for column in study.columns_of(method)}
+    return {
+        name: column
+        for name, column in found.items()
+        if column.ending != "_error" or (of_rtol and is_controlled(name.removesuffix("_error")))
     }
-
-
-def result_columns(study: Study, method: str) -> tuple[str, ...]:
-    """The columns that can have a number, with the study's settings of Monte Carlo."""
-    names = study.columns_of(method)
-    if study.monte_carlo is not None and study.monte_carlo.rtol is not None:
-        return tuple(name for name in names if not name.endswith("_error") or is_controlled(bare(name)))
-    return tuple(name for name in names if not name.endswith("_error"))
 
 
 def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, study: Study) -> dict[str, Any]:
@@ -119,51 +130,26 @@ def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, st
         whole = (*shape.values(), *more)
         return _lazy(lambda: np.concatenate([read(part) for part in answers]).reshape(whole), whole, kind)
 
-    columns, method = {}, answers[0].method
-    joined = _of_levels(study) if method == "exceedance" else _with_walls_joined(result_columns(study, method), study)
-    for column, (sources, dimension) in joined.items():
-        name = bare(column)
-        text = {name: "", f"{name}_se": "standard error of ", f"{name}_error": "half-width of the 95 % interval of "}
-        words = f"{name.removeprefix('barrier_')} of each wall" if dimension == "barrier" else name
-        long_name = prefix + text[column] + words.replace("_", " ")
-        attributes = {"units": unit_of_column(method, study.system, sources[0]), "long_name": long_name}
-        if column == name and f"{name}_se" in joined:
+    variables: dict[str, Any] = {}
+    joined: dict[str, list[Column]] = {}
+    for column in result_columns(study, *(part.method for part in answers)).values():
+        joined.setdefault(column.variable, []).append(column)
+    for name, own in joined.items():
+        quantity, ending, dimension = own[0].quantity, own[0].ending, own[0].dimension
+        words = f"{quantity.removeprefix('barrier_')} of each wall" if dimension == "barrier" else quantity
+        attributes = {"units": own[0].unit, "long_name": prefix + SAID[ending] + words.replace("_", " ")}
+        if not ending and f"{name}_se" in joined:
             attributes["ancillary_variables"] = f"{name}_se"
 
-        def read(part: Results, sources: tuple[str, ...] = sources) -> npt.NDArray[np.float64]:
-            return np.stack([part.numbers(source) for source in sources], axis=-1)
+        def read(part: Results, own: list[Column] = own) -> npt.NDArray[np.float64]:
+            return np.stack([part.numbers(column.name) for column in own], axis=-1)
 
-        more = {dimension: len(sources)} if dimension else {}
-        columns[column] = ((*shape, *more), lazily(read, "f8", *more.values()), attributes)
-    columns["done"] = (tuple(shape), lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
+        more = {dimension: len(own)} if dimension else {}
+        variables[name] = ((*shape, *more), lazily(read, "f8", *more.values()), attributes)
+    variables["done"] = (tuple(shape), lazily(Results.done, "?"), {"long_name": "whether there is an answer"})
     reasons = {"long_name": "warnings, or why there is no answer"}
-    columns["said"] = (tuple(shape), lazily(Results.sentences, "O"), reasons)
-    return columns
-
-
-def _of_levels(study: Study) -> dict[str, tuple[tuple[str, ...], str]]:
-    """Each variable of exceedance with its columns, one for each level, and the dimension of these."""
-    return {
-        f"{name}_{what}": (tuple(column_of_level(name, level, what) for level in levels), f"{name}_level")
-        for name, levels in study.levels.items()
-        for what in per_level()
-    }
-
-
-def _with_walls_joined(columns: tuple[str, ...], study: Study) -> dict[str, tuple[tuple[str, ...], str]]:
-    """Each variable of a data set with its columns, and the dimension of these if they are of all walls."""
-    walls = study.system.stops
-    found: dict[str, tuple[tuple[str, ...], str]] = {}
-    for column in columns:
-        name = bare(column)
-        quantity = next((what for what in OF_WALLS if name in {f"{wall}_{what}" for wall in walls}), "")
-        ending = column.removeprefix(name)
-        joined = tuple(f"{wall}_{quantity}{ending}" for wall in walls)
-        if quantity and set(joined) <= set(columns):
-            found[f"barrier_{quantity}{ending}"] = joined, "barrier"
-        else:
-            found[column] = (column,), ""
-    return found
+    variables["said"] = (tuple(shape), lazily(Results.sentences, "O"), reasons)
+    return variables
 
 
 def _lazy(make: Callable[[], npt.NDArray[Any]], shape: tuple[int, ...], kind: Any) -> Any:

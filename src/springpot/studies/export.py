@@ -80,12 +80,12 @@ def _table(store: Store) -> str:
     import pandas
 
     study = store.study
-    columns = list(dict.fromkeys(name for method in study.methods for name in result_columns(study, method)))
+    columns = [*result_columns(study, *study.methods)]
     rows = []
     for method in study.methods:
         answers = Results(store, method)
         for point, answer in zip(study.points(), answers.all, strict=True):
-            numbers = dict(zip(answers.columns, answer.numbers, strict=True)) if answer else {}
+            numbers = dict(zip(answers.places, answer.numbers, strict=True)) if answer else {}
             cells = (numbers.get(name, math.nan) for name in columns)
             end = (1, answer.said) if answer else (0, "")
             rows.append([method, *(point[name] for name in study.columns), *cells, *end])

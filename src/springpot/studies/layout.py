@@ -21,8 +21,7 @@ from zarr.codecs import BytesCodec, Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore, WrapperStore
 
 from springpot.machine.files import read_file, write
-from springpot.problem.system import System
-from springpot.studies.columns import unit_of_column
+from springpot.studies.columns import Column
 from springpot.studies.tables import SIMULATED
 from springpot.studies.tasks import SENTENCES, SLOTS
 
@@ -60,16 +59,16 @@ def place_of(method: str) -> str:
     return f"simulation/{method}" if method in SIMULATED else f"theory/{method}"
 
 
-def metadata(columns_of: Mapping[str, Sequence[str]], system: System) -> dict[str, bytes]:
+def metadata(columns_of: Mapping[str, Sequence[Column]]) -> dict[str, bytes]:
     """Content of each ``zarr.json`` below the root's, by its place, for the columns of each method; groups first."""
     made: dict[str, Any] = {}
     group = zarr.create_group(MemoryStore(made), zarr_format=3)
     for method, columns in columns_of.items():
-        units = [unit_of_column(method, system, column) for column in columns]
+        names, units = [column.name for column in columns], [column.unit for column in columns]
         place = place_of(method)
         group.require_group(place.partition("/")[0])
         group.create_group(place)
-        named: dict[str, Any] = {"columns": ["task", "sentences_length", *columns], "units": ["1", "1", *units]}
+        named: dict[str, Any] = {"columns": ["task", "sentences_length", *names], "units": ["1", "1", *units]}
         packed: dict[str, Any] = {"encoding": "JSON in UTF-8, padded with zero bytes"}
         for array, across, width, kind, empty, attributes in (
             ("numbers", "column", 2 + len(columns), "float64", math.nan, named),

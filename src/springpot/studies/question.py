@@ -30,7 +30,7 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
-from springpot.studies.columns import OF_LEVELS, asked_of, columns_of, names_in_results, scalars_of
+from springpot.studies.columns import Column, columns_of, names_in_results, scalars_of
 from springpot.studies.tables import (
     PARAMETERS,
     SIMULATED,
@@ -122,7 +122,7 @@ class Study(Strict):
         for name in parameters:
             if name in self.fixed.model_fields_set:
                 raise ValueError(f"{name} is fixed and is also on an axis: leave out one of the two")
-        taken = names_in_results(self.system, self.asked, self.levels)
+        taken = names_in_results(each for method in ("linear", *SIMULATED) for each in self.columns_of(method))
         labels = [label_of(name) for name in parameters]
         for name, label in zip(parameters, labels, strict=True):
             if label in taken or labels.count(label) > 1:
@@ -178,7 +178,9 @@ class Study(Strict):
         for what, names in (("methods", self.methods), ("quantities", self.quantities)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} names {_twice(names)} twice")
-        known = (*scalars_of(self.system), *(f"{name}_{what}" for name in self.levels for what in OF_LEVELS))
+        own = (column for method in SIMULATED for column in self.columns_of(method) if not column.ending)
+        named = (column.name if column.dimension in ("", "barrier") else column.quantity for column in own)
+        known = dict.fromkeys((*scalars_of(self.system), *named))
         for number, name in enumerate(self.quantities, start=1):
             if name not in known:
                 near = meant(name, known)
@@ -187,19 +189,17 @@ class Study(Strict):
         for name in self.system.with_functions:
             raise ValueError(f"system: {name} has a function, which cannot be kept in a store")
 
-    @property
-    def asked(self) -> tuple[str, ...]:
-        """Results that Monte Carlo has because its settings ask for them."""
-        return () if self.monte_carlo is None else asked_of(self.monte_carlo.given())
+    def settings(self, method: str) -> dict[str, Any]:
+        """What the file says of a method, which may add to its results: to those of linear theory, forces."""
+        table = getattr(self, method if method in SIMULATED else "monte_carlo")
+        given: dict[str, Any] = {} if table is None else table.given()
+        if method in SIMULATED:
+            return given
+        return {name: given[name] for name in ("forces",) if name in given and method == "linear"}
 
-    @property
-    def levels(self) -> Mapping[str, tuple[float, ...]]:
-        """Quantities of which exceedance is asked, and their levels."""
-        return {} if self.exceedance is None else self.exceedance.levels
-
-    def columns_of(self, method: str) -> tuple[str, ...]:
-        """Names of the numbers in a method's result."""
-        return columns_of(method, self.system, self.asked, self.levels)
+    def columns_of(self, method: str) -> tuple[Column, ...]:
+        """The numbers in a method's result."""
+        return columns_of(method, self.system, self.settings(method))
 
     @property
     def _grid(self) -> dict[str, dict[str, tuple[float, ...]]]:

@@ -85,7 +85,7 @@ class Store:
     @cached_property
     def metadata(self) -> dict[str, bytes]:
         """The metadata of groups and arrays by their places, as they should be."""
-        return metadata({method: self.study.columns_of(method) for method in self.study.methods}, self.study.system)
+        return metadata({method: self.study.columns_of(method) for method in self.study.methods})
 
     @cached_property
     def _arrays(self) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -113,17 +114,31 @@ class Curve(Strict):
         return self
 
 
+def _each_once(given: dict[str, tuple[float, ...]]) -> dict[str, tuple[float, ...]]:
+    for name, levels in given.items():
+        if len(set(levels)) < len(levels):
+            raise ValueError(f"{name} holds a level twice")
+    return given
+
+
+Levels = Annotated[dict[str, Axis], Field(min_length=1), AfterValidator(_each_once)]
+
+
 class MonteCarlo(_Settings):  # type: ignore[misc, valid-type]
     """How Monte Carlo is run: ``rtol``, or the settings of a run.
 
     ``rtol`` is the total relative error wanted of the study's quantities.  ``forces`` are forces and accelerations
-    whose mean and mean square are wanted, ``rainflow`` displacements and forces whose cycles are counted.  All others
-    are the arguments of `springpot.simulate`; without ``start`` and an initial state, the start is stationary.
+    whose mean and mean square are wanted (linear theory has them too), ``rainflow`` displacements and forces whose
+    cycles are counted, ``first_passage`` levels whose first passages are, and ``slowest_counted_impact`` is the speed
+    from which impacts are.  All others are the arguments of `springpot.simulate`; without ``start`` and an initial
+    state, the start is stationary.
     """
 
     rtol: float | None = Field(None, ge=1e-4, le=0.5)
     forces: Annotated[tuple[str, ...] | None, Field(strict=False)] = None
     rainflow: dict[str, Curve] | None = None
+    first_passage: Levels | None = None
+    slowest_counted_impact: float | None = Field(None, ge=0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> MonteCarlo:
@@ -150,14 +165,7 @@ _OfPaths = create_model(
 class Exceeding(_OfPaths):  # type: ignore[misc, valid-type]
     """What is asked of rare events, and how: the arguments of `springpot.exceedance`."""
 
-    levels: dict[str, Axis] = Field(min_length=1)
+    levels: Levels
     duration: float = Field(gt=0.0)
     rtol: float | None = Field(None, ge=0.01, le=1.0)
     max_time: float | None = Field(None, gt=0.0)
-
-    @model_validator(mode="after")
-    def _once(self) -> Exceeding:
-        for name, levels in self.levels.items():
-            if len(set(levels)) < len(levels):
-                raise ValueError(f"levels.{name} holds a level twice")
-        return self

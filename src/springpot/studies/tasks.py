@@ -9,19 +9,19 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from springpot.machine.faults import FileError
+from springpot.machine.faults import FileError, NotCoveredError
 from springpot.problem.basquin import Basquin
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
-from springpot.simulation.plan.options import own_seed
+from springpot.simulation.plan.options import Options, own_seed
 from springpot.studies.axes import some_points
-from springpot.studies.columns import asked_of, columns_of, numbers_of_curves, numbers_of_run
-from springpot.studies.question import MonteCarlo, Point, Study, system_at
+from springpot.studies.columns import columns_of, numbers_of_curves, numbers_of_run
+from springpot.studies.question import Point, Study, system_at
 from springpot.studies.tables import SIMULATED
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "Answer",
     "Task",
     "check_some",
-    "columns_of",
     "compute",
     "task_at",
     "tasks",
@@ -53,7 +52,7 @@ class Task:
     point : dict
         The numbers that vary; where no system is named, all of the oscillator.
     settings : dict
-        Of Monte Carlo or exceedance, without the seed; empty for a theory.
+        Of Monte Carlo or exceedance, without the seed; of linear theory its forces.
     quantities : tuple of str
         Quantities that ``rtol`` controls; empty otherwise.
     seed : int
@@ -125,16 +124,12 @@ def task_at(study: Study, method: str, index: int) -> Task:
 
 def _maker(study: Study, method: str) -> Callable[[Point], Task]:
     """What makes a method's task at a point."""
-    base, settings = study.system, {}
-    if method == "monte_carlo" and study.monte_carlo is not None:
-        settings = _settings(study.monte_carlo, base)
-    if method == "exceedance" and study.exceedance is not None:
-        settings = study.exceedance.given()
+    base, settings = study.system, _settings(study, method)
     quantities = tuple(sorted(study.quantities)) if method == "monte_carlo" and "rtol" in settings else ()
     content: dict[str, Any] = {"format": ANSWERS_FORMAT, "method": method}
     if study.unvaried:
         content["system"] = hashlib.sha256(json.dumps(study.unvaried, sort_keys=True).encode()).hexdigest()
-    if method in SIMULATED:
+    if settings:
         content |= {"settings": settings, "quantities": quantities, "seed": study.seed}
 
     def task(point: Point) -> Task:
@@ -148,14 +143,14 @@ def _maker(study: Study, method: str) -> Callable[[Point], Task]:
     return task
 
 
-def _settings(monte_carlo: MonteCarlo, base: System) -> dict[str, Any]:
-    """The settings of Monte Carlo in the study file, with the default start made explicit.
+def _settings(study: Study, method: str) -> dict[str, Any]:
+    """The settings of a method, for Monte Carlo with the default start made explicit.
 
     So a point without a stationary state gives a statement, not a run from rest among stationary ones.  A record or
     an envelope is run from its beginning.
     """
-    given: dict[str, Any] = monte_carlo.given()
-    if any(each.duration for each in base.of(Excitation)):
+    given = study.settings(method)
+    if method != "monte_carlo" or not given or any(each.duration for each in study.system.of(Excitation)):
         return given
     given_state = {"start", "initial_position", "initial_velocity"} & given.keys()
     if "rtol" in given or given_state or given.get("derivative", "caputo") != "caputo":
@@ -177,31 +172,30 @@ def check_some(study: Study, most: int) -> int:
     from springpot.simulation.plan.motions import motion_of
     from springpot.simulation.plan.plan import plan_of
     from springpot.simulation.rare.exceedance import stated
-    from springpot.simulation.watch.rainflow import wanted_cycles
+    from springpot.simulation.watch.requested import requested  # slow to import
     from springpot.theory import NoStationaryStateError
 
     how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
     chosen = some_points(tuple(study.shape.values()), *how)
     if study.monte_carlo is None and study.exceedance is None:
         return len(chosen)
-    rare = None if study.exceedance is None else study.exceedance.given()
-    given = {} if study.monte_carlo is None else _settings(study.monte_carlo, study.system)
-    explicit = {name: value for name, value in given.items() if name not in ("rtol", "forces", "rainflow")}
+    rare, given = study.settings("exceedance"), _settings(study, "monte_carlo")
+    explicit = {name: value for name, value in given.items() if name in Options.__annotations__}
+    wishes = {name: value for name, value in _requests(given).items() if name not in (*explicit, "rtol")}
     for point in map(study.point, chosen):
         try:
             system = system_at(point, study.system)
-            motion = motion_of(system)
-            for name in given.get("forces", ()):
-                motion.seen_by_name(name, "monte_carlo.forces", forces_only=True)
-            wanted_cycles(motion, _curves_of(given))
             if "rtol" in given:
+                motion = motion_of(system)
                 for name in study.quantities:
                     if reason := motion.uncounted_because(name):
                         raise ValueError(f"quantities must not have {name}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
             if given:
-                plan_of(system, **_started(system, explicit or {"start": "stationary"}))
-            if rare is not None:
+                plan = plan_of(system, **_started(system, explicit or {"start": "stationary"}))
+            if wishes:
+                requested(plan, **wishes)
+            if rare:
                 stated(system, **rare)
         except NoStationaryStateError:
             continue
@@ -217,21 +211,33 @@ def compute(
     from springpot.evidence.reliability import warnings_of
     from springpot.theory import solve_one
 
-    asked = asked_of(task.settings)
-    names = columns_of(task.method, task.base, asked, task.settings.get("levels", {}))
+    warnings, numbers = tuple[str, ...](), dict[str, float]()
     if task.method == "monte_carlo":
         run, statement = _simulated(task, threads, progress)
         if run is not None:
-            return Answer(numbers_of_run(run.estimates, task.base, asked), "", run.warnings)
+            numbers, warnings = numbers_of_run(run), run.warnings
     elif task.method == "exceedance":
         found, statement = _exceeded(task, threads, progress, save)
         if found is not None:
-            return Answer(numbers_of_curves(found.curves), "", found.warnings)
+            numbers, warnings = numbers_of_curves(found.curves), found.warnings
     else:
         result, statement = solve_one(task.system, task.method)
         if result is not None:
-            return Answer(tuple(result.moments[name] for name in names), "", warnings_of(result))
-    return Answer((math.nan,) * len(names), statement, ())
+            felt, unknown = _felt(result, task.settings.get("forces", ()))
+            numbers, warnings = result.numbers | felt, (*warnings_of(result), *unknown)
+    columns = columns_of(task.method, task.base, task.settings)
+    return Answer(tuple(numbers.get(column.name, math.nan) for column in columns), statement, warnings)
+
+
+def _felt(result: Any, forces: Iterable[str]) -> tuple[dict[str, float], list[str]]:
+    """Means and mean squares of forces in linear theory, and why it has none of some."""
+    found, unknown = dict[str, float](), []
+    for name in forces:
+        try:
+            found |= {f"{name}_mean": result.mean(name), f"{name}_mean_square": result.mean_square(name)}
+        except (NotCoveredError, ValueError) as refusal:
+            unknown.append(f"{name}: {refusal}")
+    return found, unknown
 
 
 def _simulated(task: Task, threads: int, progress: Callable[[float], None] | None) -> tuple[Any, str]:
@@ -241,7 +247,7 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
         system = task.system
-        settings = {**_started(system, task.settings), "rainflow": _curves_of(task.settings)}
+        settings = _requests(_started(system, task.settings))
         return simulated(system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
@@ -264,10 +270,11 @@ def _exceeded(task: Task, threads: int, progress: Callable[[float], None] | None
         return _exceeded(task, threads, progress, save)
 
 
-def _curves_of(settings: dict[str, Any]) -> dict[str, Basquin] | None:
-    """The Basquin curves of what has its cycles counted."""
-    curves = settings.get("rainflow")
-    return None if curves is None else {name: Basquin(**numbers) for name, numbers in curves.items()}
+def _requests(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings as arguments of `springpot.simulate`: curves as such, and levels as lists."""
+    curves = {name: Basquin(**numbers) for name, numbers in settings.get("rainflow", {}).items()}
+    levels = {name: [*own] for name, own in settings.get("first_passage", {}).items()}
+    return {**settings, **({"rainflow": curves} if curves else {}), **({"first_passage": levels} if levels else {})}
 
 
 def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:

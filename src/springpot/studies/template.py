@@ -7,6 +7,7 @@ import json
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
 from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
+from springpot.studies.tables import SIMULATED
 from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
@@ -35,9 +36,16 @@ quantities = {chosen}  # what rtol controls and charts show; the store keeps the
 {zipped}
 [monte_carlo]        # one of
 {monte_carlo}
-""".replace("METHODS", ", ".join((*METHODS, "monte_carlo")))
+# first_passage.{level} = [2.0, 3.0]        # with paths: levels whose first passages are wanted
+
+# [exceedance]       # with the method "exceedance": rare events, by splitting of paths
+# duration = 10.0    # s
+# rtol = 0.3         # relative standard error of each probability
+# levels.{level} = {{linspace = [2.0, 4.0, 5]}}
+""".replace("METHODS", ", ".join((*METHODS, *SIMULATED)))
 
 OF_OSCILLATORS = {
+    "level": "x",
     "kind": "oscillators",
     "takes": "  It takes ten seconds.",
     "system": "",
@@ -96,6 +104,7 @@ def of_system(device: System, place: str) -> dict[str, str]:
         chosen = ["x_mean_square", "impact_rate"]
     return {
         "kind": "systems",
+        "level": "x" if len(device.points) == 1 else f"{device.points[0]}_x",
         "takes": "",
         "system": f"system = {json.dumps(place, ensure_ascii=False)}    # its place, from this file\n",
         "fixed": "",

@@ -156,7 +156,7 @@ def test_the_rate_is_that_after_the_start() -> None:
 
 @pytest.mark.parametrize("rtol", [0.4, validation(0.03)])
 def test_very_light_damping_from_rest(rtol: float) -> None:
-    """Damping ratio 0.001.  The amplitude diffuses: the radius of a plane motion, whose equation was solved on a grid."""
+    """Damping ratio 0.001.  The amplitude is the radius of a diffusing point, whose equation was solved on a grid."""
     system = sp.System(sp.Spring(1.0), sp.Dashpot(0.002), sp.WhiteNoise(0.02))
     found = sp.exceedance(system, {"amplitude": [2.0, 4.0, 5.2]}, duration=100.0, step=0.2, start="rest", rtol=rtol)
     for n, value in enumerate((0.2156, 3.135e-4, 7.22e-7)):

@@ -323,7 +323,7 @@ class _Repetitions:
         high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
         all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
         p_of_most = np.where(all_did, np.nan, p)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
             rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p_of_most)
         unseen = UPPER / (self.paths * count)

@@ -14,13 +14,13 @@ import numpy.typing as npt
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
 from springpot.machine.plain import plain
-from springpot.problem.catalogue import possible_results, results_on_request, unit_of_result
+from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request, unit_of_result
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, sample_quantiles
-from springpot.simulation.watch.observables import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR
+from springpot.simulation.watch.observables import OF_A_POINT, PARTS_OF_ERROR
 from springpot.simulation.watch.passage_times import Columns, PassagesOfLevels, PassageTimes
 from springpot.simulation.watch.profiles import Profile
 from springpot.simulation.watch.spectrum import Spectrum

@@ -19,10 +19,10 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.faults import cause_of, few, meant, shown
-from springpot.problem.catalogue import possible_results, results_on_request
+from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
+from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, greater, lesser
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
@@ -32,7 +32,6 @@ __all__ = [
     "COUNTED",
     "EXTREMES",
     "OF_A_POINT",
-    "OF_A_WALL",
     "PARTS_OF_ERROR",
     "extremes",
     "extremes_in",
@@ -59,9 +58,6 @@ COUNTED = {
     "counted_impact_rate": "s-1", "counted_impact_speed_mean": "m s-1", "counted_impact_speed_mean_square": "m2 s-2",
 }  # fmt: skip
 """Results of the impacts that are not slower than a speed, and their units."""
-
-OF_A_WALL = ("impact_rate", "impact_speed_mean", "power", "force_mean", *COUNTED)
-"""Results of each wall and contact, as ``barrier_impact_rate`` and so on over all of them in datasets."""
 
 EXTREMES = {"x_minimum": "m", "x_maximum": "m", "v_largest": "m s-1", "impact_speed_largest": "m s-1"}
 """Largest and smallest values of each path in the window, and their units; speeds without sign.
@@ -106,8 +102,9 @@ def mean_of(
         takes, feels = tuple(known[word] for word in words), tuple(motion.number_felt(w) for w in words if w in felt)
     elif kind == "impact":
         stops = {"speed": "", **{f"{stop}_impact_speed": stop for stop in motion.touched}}
-        words = _arguments(name, own, stops, most=1) if motion.arguments else inspect.signature(own).parameters
-        stop = next((stops[word] for word in words if word in stops), "")
+        words = [*inspect.signature(own).parameters]
+        if motion.arguments or any(word.endswith("_impact_speed") for word in words):  # else of one mass any name
+            stop = stops[_arguments(name, own, stops, most=1)[0]]
     try:
         compiled = _on_steps_of(own, takes, most or FIRST, most > 0) if kind == "state" else _on_impacts_of(own)
     except (NumbaError, TypeError) as reason:
@@ -306,14 +303,19 @@ def _extreme_parts() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
-        for j in range(GROUP):
-            if low <= n + j < high:
-                for lane in range(LANES):
-                    here = length * x[j * LANES + lane]
-                    array[FIRST + lane] = min(array[FIRST + lane], here)
-                    array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], here)
-                    at = FIRST + 2 * LANES + lane
-                    array[at] = max(array[at], speed * abs(v[j * LANES + lane]))
+        first, end = max(low - n, 0), min(high - n, GROUP)
+        for lane in range(LANES):
+            least, most, fastest = math.inf, -math.inf, -math.inf
+            for j in range(GROUP):
+                if first <= j < end:
+                    here = x[j * LANES + lane]
+                    least, most = lesser(least, here), greater(most, here)
+                    fastest = greater(fastest, abs(v[j * LANES + lane]))
+            if length < 0.0:  # of a wall above
+                least, most = most, least
+            array[FIRST + lane] = lesser(array[FIRST + lane], length * least)
+            array[FIRST + LANES + lane] = greater(array[FIRST + LANES + lane], length * most)
+            array[FIRST + 2 * LANES + lane] = greater(array[FIRST + 2 * LANES + lane], speed * fastest)
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):

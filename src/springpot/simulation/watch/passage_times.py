@@ -31,6 +31,19 @@ FEWEST_AT_ALL = 5  # the same if censored paths add less than a standard error t
 MOST_DRIFT = 3.0  # largest difference between the rates in the two halves of it, in standard errors
 POINTS = 101  # of the survival curve in files
 
+_BOUNDED = ("", "_se", "_low", "_high")
+_SAID = {"_se": "standard error of"} | {f"_{end}": f"{end} end of the 95 % interval of" for end in ("low", "high")}
+OF_A_LEVEL = {
+    "probability": ("1", "share of the paths that have passed by the end of the run", _BOUNDED),
+    "mean": ("s", "mean time of the first passage", _BOUNDED[:2]),
+    "restricted_mean": ("s", "mean of the time of the first passage, cut off at the end of the run", _BOUNDED[:2]),
+    "censored": ("1", "share of the paths that have not passed by the end of the run", _BOUNDED[:2]),
+    "at_start": ("1", "share of the paths beyond the level when the clock starts", _BOUNDED[:2]),
+    "rate": ("s-1", "rate of passages from when it is constant", _BOUNDED),
+    "return_period": ("s", "one over the rate of passages", _BOUNDED),
+}
+"""The single numbers of each level: unit, meaning, and the endings of value, error and interval."""
+
 
 @dataclass(frozen=True, eq=False)
 class PassageTimes:
@@ -347,29 +360,31 @@ class PassageTimes:
             words = f"{self.quantity} through {self.level:g}"
         return f"{words} {self.unit}".rstrip()
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The single numbers of `OF_A_LEVEL`, by name and ending."""
+        count, found = self.paths, dict[str, float]()
+        for key, part in (("censored", self.share_censored), ("at_start", self.share_at_start)):
+            found |= {key: part, f"{key}_se": float(_share_error(part, count))}
+        for key, (value, error, *_) in (("mean", self.mean), ("restricted_mean", self.restricted_mean)):
+            found |= {key: value, f"{key}_se": error}
+        bounded = {
+            "probability": self.probability(self.horizon),
+            "rate": self.rate,
+            "return_period": self.return_period,
+        }
+        for key, own in bounded.items():
+            found |= {key: own.value, f"{key}_se": own.error, f"{key}_low": own.low, f"{key}_high": own.high}
+        return found
+
     def columns(self, probabilities: tuple[float, ...]) -> Columns:
         """Everything for tables and files, by name: axes, values, and unit and description."""
-        name, n = f"{self.quantity}_first_passage", self.paths
-        (mean, error, _), (restricted, its_error), rate = self.mean, self.restricted_mean, self.rate
-        entries = {
-            "mean": (mean, error, "s", f"mean time of the first passage of {self.title}"),
-            "restricted_mean": (restricted, its_error, "s", f"mean of the time cut off at {self.horizon:g} s"),
-            "censored": (self.share_censored, float(_share_error(self.share_censored, n)), "1",
-                         "share of the paths that have not passed by the end of the run"),
-            "at_start": (self.share_at_start, float(_share_error(self.share_at_start, n)), "1",
-                         "share of the paths beyond the level when the clock starts"),
-            "rate": (rate.value, rate.error, "s-1", "rate of passages from when it is constant"),
-        }  # fmt: skip
-        found: Columns = {}
-        for key, (value, se, unit, text) in entries.items():
-            found[f"{name}_{key}"] = (), value, {"units": unit, "long_name": text}
-            words = {"units": unit, "long_name": f"standard error of {name}_{key}"}
-            found[f"{name}_{key}_se"] = (), se, words
-        for end, value in (("low", rate.low), ("high", rate.high)):
-            words = {"units": "s-1", "long_name": f"{end} end of the 95 % interval of {name}_rate"}
-            found[f"{name}_rate_{end}"] = (), value, words
-        again = {"units": "s", "long_name": f"one over {name}_rate"}
-        found[f"{name}_return_period"] = (), self.return_period.value, again
+        name = f"{self.quantity}_first_passage"
+        numbers, found = self.numbers, Columns()
+        for key, (unit, text, endings) in OF_A_LEVEL.items():
+            for end in endings:
+                words = f"{_SAID[end]} {name}_{key}" if end else f"{text}: {self.title}"
+                found[f"{name}_{key}{end}"] = (), numbers[key + end], {"units": unit, "long_name": words}
         axis, t = f"{name}_time", np.linspace(0.0, self.horizon, POINTS)
         found[axis] = (axis,), t, {"units": "s"}
         survival = zip(("", "_se", "_low", "_high"), (*self.survival(t), *self.survival_interval(t)), strict=True)
@@ -431,7 +446,11 @@ class PassagesOfLevels(Sequence[PassageTimes]):
         axis, found = f"{name}_level", each[0]
         time = {f"{name}_time": found.pop(f"{name}_time")}
         stacked = {
-            key: ((axis, *axes), np.stack([np.asarray(own[key][1], dtype=float) for own in each]), words)
+            key: (
+                (axis, *axes),
+                np.stack([np.asarray(own[key][1], dtype=float) for own in each]),
+                {what: text.partition(":")[0] for what, text in words.items()},  # without the first level
+            )
             for key, (axes, _, words) in found.items()
         }
         places = {axis: ((axis,), np.array(self.levels), {"units": self[0].unit})}

@@ -454,7 +454,7 @@ class LinearResponse(Result):
         variance, speed = self.spectral_moments((0.0, 2.0), of).values()
         if not 0.0 < variance < math.inf:
             return 0.0 if variance == 0.0 else math.inf
-        apart = level - self._mean(of)
+        apart = level - self.mean(of)
         return math.sqrt(speed / variance) / (2.0 * math.pi) * math.exp(-0.5 * apart**2 / variance)
 
     def density(self, values: ArrayLike, of: str = "") -> FloatArray:
@@ -482,10 +482,34 @@ class LinearResponse(Result):
         variance = self.spectral_moments((0.0,), of)[0.0]
         if not 0.0 < variance < math.inf:
             raise NotCoveredError(f"{of or 'x'} has no density: its variance is {variance:g}.")
-        apart = real_array(values, "values") - self._mean(of)
+        apart = real_array(values, "values") - self.mean(of)
         return np.asarray(np.exp(-0.5 * apart**2 / variance) / math.sqrt(2.0 * math.pi * variance))
 
-    def _mean(self, of: str) -> float:
+    def mean(self, of: str = "") -> float:
+        """The mean of a displacement, an elongation, a force or an absolute acceleration.
+
+        Parameters
+        ----------
+        of : str
+            As in `spectrum`.
+
+        Returns
+        -------
+        float
+            In m, N or m s^-2.
+
+        Raises
+        ------
+        NotCoveredError, ValueError
+            As `spectrum`.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> hung = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), sp.Constant(-4.0), sp.WhiteNoise(1.0))
+        >>> sp.theory.linear(hung).mean(), sp.theory.linear(hung).mean("spring_force")
+        (-0.5, -4.0)
+        """
         if of in felt_in(self.system):
             return felt_mean(self.system, self.companion, of)
         return float(self._row(of) @ np.linalg.solve(self.companion.stiffness, self.companion.force))
