@@ -13,10 +13,13 @@ from springpot.simulation.watch.requested import requested
 __all__ = ["observers"]
 
 _STEP = 0.01
+_FREQUENCIES = [4.0 + 0.2 * n for n in range(20)]
 _ASKED: dict[str, dict[str, Any]] = {
     "nothing": {},
     "distributions": {"distributions": True},
-    "a spectrum of 20 frequencies": {"spectrum": [4.0 + 0.2 * n for n in range(20)]},
+    "distributions, of the springpot's force too": {"distributions": True, "forces": ["springpot_force"]},
+    "a spectrum of 20 frequencies": {"spectrum": _FREQUENCIES},
+    "two spectra, one of the springpot's force": {"spectrum": _FREQUENCIES, "forces": ["springpot_force"]},
     "first passages of x, 1 level": {"first_passage": {"x": 3.0}},
     "first passages of x, 5 levels": {"first_passage": {"x": [2.0, 2.5, 3.0, 3.5, 4.0]}},
     "a profile of 20 bins": {"profile": 20},
@@ -30,7 +33,7 @@ _ASKED: dict[str, dict[str, Any]] = {
 
 def observers(quick: bool) -> list[Row]:
     """Rows of the section on observers; the cases are run by turns, and each has its least time."""
-    paths, steps, turns = (64, 400, 1) if quick else (256, 10_000, 11)
+    paths, steps, turns = (64, 400, 1) if quick else (256, 10_000, 41)
     system = Oscillator(1.0, Springpot(0.5, 0.5), Barrier(-0.5, 0.9), WhiteNoise(1.0))
     asked: Any = {"paths": paths, "duration": _STEP * steps, "step": _STEP, "threads": 1, "start": "rest"}
     plan = plan_of(system, **asked, window=(0.0, _STEP * steps)).but(initial_position=0.0)

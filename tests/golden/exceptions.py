@@ -16,6 +16,8 @@ _EVERY_NINTH = "|".join(map(str, range(5, 220, 9)))
 _OPEN = rf"^((runs|rtol|files)/open|(random_runs|devices)/({_EVERY_NINTH}))/(.*/)?"
 
 EXCEPTIONS: dict[str, str] = {
+    # runs
+    r"/\w*spectrum(_se)?$": "Its sums are over sixteen samples at once: last digits (within 1e-13).",
     # runs of the paper's oscillator
     _SPRING: "A springpot of order 0 is a spring: it adds to the stiffness and flies exactly; it takes no power.",
     r"^runs/\w+/observe/": "The seed of an observable's run is made from the words of the problem, and these changed.",

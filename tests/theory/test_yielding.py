@@ -89,6 +89,9 @@ def test_of_a_bilinear_mass_it_is_as_wrong_as_stated(
     found = sp.theory.linearization(sp.System(sp.Spring(left), sp.Dashpot(0.04), part, sp.WhiteNoise(intensity)))
     assert (found.x_mean_square / x - 1.0, found.v_mean_square / v - 1.0) == pytest.approx(errors, abs=0.002)
     assert "A Jenkins part makes x far from Gaussian" in found.warnings[0]
+
+
+def test_where_a_slider_alone_holds_the_mass_its_velocity_is_known() -> None:
     alone = sp.theory.linearization(sp.System(sp.Dashpot(0.1), sp.Jenkins(1.0, 1.0), sp.WhiteNoise(0.2)))
     assert alone.v_mean_square == pytest.approx(0.4245, rel=0.02)  # by Monte Carlo, standard error 0.0022
 

@@ -130,7 +130,7 @@ def test_the_step_hardly_shows_under_an_envelope() -> None:
         np.array([passage.survival(5.9)[:2] for passage in found.first_passages.values()]).T
         for found in (
             simulate(system, paths=60_000, duration=6.0, step=step, seed=seed, first_passage=levels)
-            for step, seed in ((0.05, 1), (0.01, 2))
+            for step, seed in ((0.05, 1), (0.02, 2))
         )
     )
     assert (np.hypot(error, other) < 0.02 * np.minimum(fine, 1.0 - fine)).all()
@@ -139,6 +139,26 @@ def test_the_step_hardly_shows_under_an_envelope() -> None:
     for name, p, error in zip(levels, 1.0 - fine, other, strict=True):
         assert split.error[name] < 0.011 * p
         assert abs(split.probability[name] - p) < 3.0 * np.hypot(split.error[name], error), name
+
+
+@pytest.mark.validation
+def test_the_step_of_one_mass_hardly_shows_under_an_envelope() -> None:
+    """Of what depends on v in other ways too, and of a function of one's own, which depends on the time."""
+    envelope = sp.JenningsHousnerEnvelope(rise=4.0, fall=6.0, decay=0.5)
+    system = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0, envelope=envelope))
+    levels: dict[str, Any] = {
+        "v": 1.8, "speed": 1.6, "energy": 1.8, "amplitude": 1.9, "dashpot_force": 0.3,
+        "own": (lambda t, x, v: v * (1.0 + 0.02 * t), 1.9),
+    }  # fmt: skip
+    (coarse, error), (fine, other) = (
+        np.array([passage.survival(13.9)[:2] for passage in found.first_passages.values()]).T
+        for found in (
+            simulate(system, paths=40_000, duration=14.0, step=step, seed=seed, first_passage=levels)
+            for step, seed in ((0.1, 1), (0.02, 2))
+        )
+    )
+    assert (np.hypot(error, other) < 0.02 * np.minimum(fine, 1.0 - fine)).all()
+    assert (np.abs(coarse - fine) < 3.0 * np.hypot(error, other)).all()
 
 
 def test_the_first_impact_is_the_passage_of_x_to_the_wall() -> None:

@@ -13,12 +13,12 @@ from numba import njit
 
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
-from springpot.simulation.kernel.lanes import ENTRY
+from springpot.simulation.kernel.lanes import ENTRY, LANES
 from springpot.simulation.kernel.watching import HEADER
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.watch.distributions import BINS, distribution_of
-from springpot.simulation.watch.rainflow import _CYCLES, _RANGES, _SIZE, _STACK, DEPTH, _put, cycles_of
+from springpot.simulation.watch.rainflow import _CYCLES, _RANGES, _SIZE, _STACK, DEPTH, _count, _put, cycles_of
 from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
@@ -104,8 +104,13 @@ def test_counts_of_stored_forces_are_those_of_the_library(system: sp.System) -> 
 
 @njit(**ENTRY)
 def count(series: Any, array: Any) -> None:
+    waiting = 0
     for point in series:
-        _put(array, 0, point)
+        waiting = _put(array, 0, point, waiting)
+        if waiting >= LANES:
+            _count(array, waiting)
+            waiting = 0
+    _count(array, waiting)
 
 
 def counted(series: Any) -> tuple[Any, Any]:

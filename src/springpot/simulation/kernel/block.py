@@ -41,7 +41,7 @@ from springpot.simulation.kernel.questions import Forcing, begin, extras, gather
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, replay, sweep_lanes
 from springpot.simulation.kernel.turning import NUMBERS, turn
-from springpot.simulation.kernel.watching import Accumulators, show_steps
+from springpot.simulation.kernel.watching import Accumulators, is_seen, show_steps
 
 __all__ = ["COLUMNS", "Memory", "Parts", "block", "modes_of"]
 
@@ -219,7 +219,8 @@ def block(
             within = low <= n and n + GROUP <= high
             cut = not within and n < high and n + GROUP > low  # by an end of the window
             marked = n < low <= n + GROUP or n < high <= n + GROUP or n + GROUP >= steps  # a state is kept
-            shown = marked or record.shape[0] > 0 or (within and observers.on_steps.size > 0)
+            moving = marked or record.shape[0] > 0 or (within and is_seen(observers, n, low, 0))
+            shown = moving or (within and is_seen(observers, n, low, (1 + MOST_FELT) * GROUP * LANES))
             direct = crowded and not cut
             if direct:
                 sweep_lanes(
@@ -233,9 +234,10 @@ def block(
                 sweep_lanes(
                     sweep, memory, p, n, begun, change, clear, g, forcing, h, d, glimpsed, struck, terms, no(), no()
                 )
-            if shown:
+            if moving:
                 for i in range(GROUP * LANES):
                     seen.x[i], seen.v[i] = limited(wall, f64(glimpsed.x[i])), glimpsed.v[i]
+            if shown:
                 for i in range(GROUP * LANES if observers.feels.size > 0 else 0):
                     seen.at[i], seen.pull[i], seen.middle[i] = glimpsed.at[i], glimpsed.pull[i], glimpsed.middle[i]
             least, near = clear[0], 0

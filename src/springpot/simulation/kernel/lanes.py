@@ -17,9 +17,8 @@ from numba.extending import intrinsic
 
 __all__ = [
     "ENTRY", "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "OF_USER", "QUICK", "SPARE", "beyond", "bits_of", "f32", "f64", "float_of", "greater", "i32",
-    "lesser", "no",
-    "stack_array", "typed", "u32", "u64", "yes",
+    "MOST_STATES", "OF_USER", "QUICK", "SPARE", "beyond", "bits_of", "f32", "f64", "float_of", "greater", "i8", "i32",
+    "lesser", "lowest_bit", "marked_lanes", "no", "stack_array", "typed", "u32", "u64", "yes",
 ]  # fmt: skip
 
 LANES = 64  # paths of a block, advanced together
@@ -67,7 +66,7 @@ if QUICK:
     INLINE = {**LINKED, "forceinline": True}
     OF_USER = {**INLINE, "pipeline_class": OfUser, "_nrt": True}  # it may make arrays
 
-u32, u64, i32, f32, f64 = np.uint32, np.uint64, np.int32, np.float32, np.float64
+u32, u64, i8, i32, f32, f64 = np.uint32, np.uint64, np.int8, np.int32, np.float32, np.float64
 
 
 def stack_array(count: int) -> Any:
@@ -138,6 +137,24 @@ def no(typing_context):
 def bits_of(typing_context, x):
     """The bits of a float32 as an int32."""
     return types.int32(types.float32), lambda c, builder, s, args: builder.bitcast(args[0], ir.IntType(32))
+
+
+@intrinsic
+def marked_lanes(typing_context, marks):
+    """The lanes whose mark, an int8 of a stack array, is not 0: the bits of a uint64."""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.VectorType(ir.IntType(8), LANES)
+        found = builder.icmp_unsigned("!=", builder.load(builder.bitcast(args[0], kind.as_pointer())), kind(None))
+        return builder.bitcast(found, ir.IntType(LANES))
+
+    return types.uint64(types.CPointer(types.int8)), codegen
+
+
+@intrinsic
+def lowest_bit(typing_context, bits):
+    """The number of the lowest bit of a uint64 that is not 0."""
+    return types.int64(types.uint64), lambda c, builder, s, args: builder.cttz(args[0], ir.IntType(1)(1))
 
 
 @intrinsic

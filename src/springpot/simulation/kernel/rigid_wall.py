@@ -128,7 +128,7 @@ def _gather_below(wall, struck, accumulators, clear, within, beyond):
         accumulators.impacts[lane] += count
         accumulators.speeds[lane] += speed
         accumulators.squares[lane] += square
-    show_impacts(accumulators.observers, LOWER, struck.low, clear, within, beyond)
+    show_impacts(accumulators.observers, LOWER, struck.low, struck.low_speeds, clear, within, beyond)
     return found
 
 

@@ -142,8 +142,8 @@ def _gather_between(wall, struck, accumulators, clear, within, beyond):
         accumulators.extras[lane] += high_count
         accumulators.extras[LANES + lane] += high_speed
         accumulators.extras[2 * LANES + lane] += high_square
-    show_impacts(accumulators.observers, LOWER, struck.low, clear, within, beyond)
-    show_impacts(accumulators.observers, UPPER, struck.high, clear, within, beyond)
+    show_impacts(accumulators.observers, LOWER, struck.low, struck.low_speeds, clear, within, beyond)
+    show_impacts(accumulators.observers, UPPER, struck.high, struck.high_speeds, clear, within, beyond)
     return found
 
 

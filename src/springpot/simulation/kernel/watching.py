@@ -21,7 +21,8 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64,
 
 __all__ = [
     "ALL", "BATCHES", "CONTACTS", "HEADER", "LOWER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "PEAKS", "UPPER",
-    "Accumulators", "Observer", "Observers", "add_impacts", "show_impact", "show_impacts", "show_peak", "show_steps",
+    "Accumulators", "Observer", "Observers", "add_impacts", "is_seen", "show_impact", "show_impacts", "show_peak",
+    "show_steps",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -164,10 +165,25 @@ _call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
 
 
 @njit(**INLINE)
-def show_steps(observers, x, v, step, n, low, high):
-    """Call the observers with four steps of all lanes; the first call is for the group in which the window begins."""
+def _is_due(observers, i, n, low):
+    """Whether an observer is called with the group of step n; the first is that in which the window begins."""
+    return observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0
+
+
+@njit(**INLINE)
+def is_seen(observers, n, low, begin):
+    """Whether any observer of what is shown before or at this place is called with the group of step n."""
+    found = False
     for i in range(observers.on_steps.size):
-        if observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0:
+        found = found or (observers.begin[i] <= begin and _is_due(observers, i, n, low))
+    return found
+
+
+@njit(**INLINE)
+def show_steps(observers, x, v, step, n, low, high):
+    """Call the observers with four steps of all lanes."""
+    for i in range(observers.on_steps.size):
+        if _is_due(observers, i, n, low):
             begin = observers.begin[i]
             _call_on_steps(
                 observers.on_steps[i], (beyond(x, begin), beyond(v, begin), step, n, low, high, observers.place[i])
@@ -198,18 +214,19 @@ def _sees(observers, i, stop):
 
 
 @njit(**INLINE)
-def show_impacts(observers, stop, speeds, clear, within, beyond):
+def show_impacts(observers, stop, speeds, sums, clear, within, beyond):
     """Call the observers with the impacts of a group on a wall by half steps, of lanes that are clear; 0 is none.
 
-    ``within`` and ``beyond`` are those of `in_window`.
+    ``sums`` are those of the speeds of a lane; ``within`` and ``beyond`` are those of `in_window`.
     """
     first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
     for i in range(observers.on_impacts.size):
-        for half in range(first, end if _sees(observers, i, stop) else 0):
-            for lane in range(LANES):
-                speed = f64(speeds[half * LANES + lane])
-                if clear[lane] * speed > 0.0:
-                    _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
+        for lane in range(LANES if _sees(observers, i, stop) else 0):
+            if clear[lane] * sums[lane] > 0.0:
+                for half in range(first, end):
+                    speed = f64(speeds[half * LANES + lane])
+                    if speed > 0.0:
+                        _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
 
 
 @njit(**INLINE)

@@ -18,7 +18,7 @@ from numba import njit
 
 from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, bits_of, f32, i32
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, bits_of, f32, i32, stack_array
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.seen import Seen
@@ -71,6 +71,9 @@ def observer_of(
     )  # fmt: skip
 
 
+_numbers, _places = stack_array(LANES), stack_array(LANES)
+
+
 @njit(**INLINE)
 def bin_of(value):
     """Bin of a value without sign, by the bits of its single-precision number."""
@@ -78,19 +81,28 @@ def bin_of(value):
     return min(max(place, i32(0)), i32(BINS - 1))
 
 
+@njit(**INLINE)
+def _count(array, first, values, lanes, places):
+    """Add the numbers of all lanes to the counts from ``first`` on: vector code finds the bins."""
+    for lane in range(LANES):
+        places[lane] = bin_of(abs(values[lane])) + (BINS if values[lane] < 0.0 else 0)
+    for lane in range(lanes):
+        array[first + places[lane]] += 1.0
+
+
 @cache
 def _sketch_parts() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
-        j = max(low - n, 0)
+        j, lanes = max(low - n, 0), int(array[_LANES])
+        away, reach, places = _numbers(0.0), _numbers(0.0), _places(i32(0))
         if n + j < min(high, n + GROUP):
-            for lane in range(int(array[_LANES])):
-                here, speed = x[j * LANES + lane], v[j * LANES + lane]
-                away = here - array[_WALL]
-                array[_X + bin_of(abs(away)) + (BINS if away < 0.0 else 0)] += 1.0
-                array[_V + bin_of(abs(speed)) + (BINS if speed < 0.0 else 0)] += 1.0
-                reach = speed / array[_FREQUENCY]
-                array[_AMPLITUDE + bin_of(np.sqrt(here * here + reach * reach))] += 1.0
+            for lane in range(LANES):
+                here, fast = x[j * LANES + lane], v[j * LANES + lane] / array[_FREQUENCY]
+                away[lane], reach[lane] = here - array[_WALL], np.sqrt(here * here + fast * fast)
+            _count(array, _X, away, lanes, places)
+            _count(array, _V, beyond(v, j * LANES), lanes, places)
+            _count(array, _AMPLITUDE, reach, lanes, places)
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
@@ -105,10 +117,11 @@ def _sketch_of_force() -> Any:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         j, scale = max(low - n, 0), array[_FREQUENCY]
+        scaled, places = _numbers(0.0), _places(i32(0))
         if n + j < min(high, n + GROUP):
-            for lane in range(int(array[_LANES])):
-                here = scale * x[j * LANES + lane]
-                array[_X + bin_of(abs(here)) + (BINS if here < 0.0 else 0)] += 1.0
+            for lane in range(LANES):
+                scaled[lane] = scale * x[j * LANES + lane]
+            _count(array, _X, scaled, int(array[_LANES]), places)
 
     return on_steps
 

@@ -22,7 +22,7 @@ from springpot.machine.faults import cause_of, few, meant, shown
 from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
+from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, greater, lesser
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
@@ -303,14 +303,19 @@ def _extreme_parts() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
-        for j in range(GROUP):
-            if low <= n + j < high:
-                for lane in range(LANES):
-                    here = length * x[j * LANES + lane]
-                    array[FIRST + lane] = min(array[FIRST + lane], here)
-                    array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], here)
-                    at = FIRST + 2 * LANES + lane
-                    array[at] = max(array[at], speed * abs(v[j * LANES + lane]))
+        first, end = max(low - n, 0), min(high - n, GROUP)
+        for lane in range(LANES):
+            least, most, fastest = math.inf, -math.inf, -math.inf
+            for j in range(GROUP):
+                if first <= j < end:
+                    here = x[j * LANES + lane]
+                    least, most = lesser(least, here), greater(most, here)
+                    fastest = greater(fastest, abs(v[j * LANES + lane]))
+            if length < 0.0:  # of a wall above
+                least, most = most, least
+            array[FIRST + lane] = lesser(array[FIRST + lane], length * least)
+            array[FIRST + LANES + lane] = greater(array[FIRST + LANES + lane], length * most)
+            array[FIRST + 2 * LANES + lane] = greater(array[FIRST + 2 * LANES + lane], speed * fastest)
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):

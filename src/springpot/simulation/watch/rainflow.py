@@ -27,7 +27,20 @@ from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springpot
 from springpot.problem.parts.registration import unit_times
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, greater
+from springpot.simulation.kernel.lanes import (
+    GROUP,
+    INLINE,
+    LANES,
+    beyond,
+    greater,
+    i8,
+    i32,
+    lesser,
+    lowest_bit,
+    marked_lanes,
+    stack_array,
+    u64,
+)
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.motion import Motion
@@ -49,13 +62,16 @@ _RANGES = _DAMAGE + MOST_CURVES * LANES
 _PEAKS = _RANGES + BINS
 _VALLEYS = _PEAKS + 2 * BINS
 # and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x
-# and v after the last step, or what is felt in the last two; how long an impact is remembered; how often the lane
-# turns; the stack
+# and v after the last step, or what is felt in the last two; how long an impact is remembered; the stack;
+# and of closed ranges that are not counted yet their number, sizes, weights and lanes
 _EXPONENTS = _VALLEYS + 2 * BINS
 _FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
-_LAST, _RATE, _STRUCK, _TURNS, _SIZE = (_HIGH + 1 + i * LANES for i in range(5))
+_LAST, _RATE, _STRUCK, _SIZE = (_HIGH + 1 + i * LANES for i in range(4))
 _STACK = _SIZE + LANES
-_END = _STACK + DEPTH * LANES
+_WAITING = _STACK + DEPTH * LANES
+_MOST_WAITING = (DEPTH + GROUP) * LANES  # all that may be closed in four steps
+_RANGE, _WEIGHT, _WHOSE = (_WAITING + 1 + i * _MOST_WAITING for i in range(3))
+_END = _WHOSE + _MOST_WAITING
 _REMEMBERED = 2.0  # groups in which an impact may show
 
 
@@ -182,78 +198,88 @@ def fatigue_in(
 # --- compiled ------------------------------------------------------------------------------------------------------
 
 
+_powers, _places = stack_array(LANES), stack_array(LANES)
+
+
 @njit(**INLINE)
-def _count(array, lane, size, weight):
-    """Count a cycle, or half of one, of a range."""
-    array[_CYCLES + lane] += weight
-    if lane < array[_PATHS]:
-        array[_RANGES + bin_of(size)] += weight
-    amplitude = 0.5 * size
-    for c in range(MOST_CURVES):
-        exponent = array[_EXPONENTS + c]
-        if exponent == 0.0:
-            break
-        whole = int(exponent)
-        if whole == exponent:
-            power, factor = 1.0, amplitude
+def _wait(array, lane, size, weight, waiting, closed):
+    """Keep a range that is a cycle, or half of one, if it is ``closed``; returns how many are kept now."""
+    array[_RANGE + waiting], array[_WEIGHT + waiting], array[_WHOSE + waiting] = size, weight, lane
+    return waiting + (1 if closed else 0)
+
+
+@njit(**INLINE)
+def _count(array, waiting):
+    """Count the ranges that are kept: vector code finds their bins and powers."""
+    power, factor, places = _powers(0.0), _powers(0.0), _places(i32(0))
+    for begin in range(0, waiting, LANES):
+        end = min(waiting - begin, LANES)
+        for i in range(end):
+            places[i] = bin_of(array[_RANGE + begin + i])
+        for i in range(end):
+            lane, weight = int(array[_WHOSE + begin + i]), array[_WEIGHT + begin + i]
+            array[_CYCLES + lane] += weight
+            if lane < array[_PATHS]:
+                array[_RANGES + places[i]] += weight
+        for c in range(MOST_CURVES):
+            exponent = array[_EXPONENTS + c]
+            if exponent == 0.0:
+                break
+            whole = int(exponent)
+            for i in range(end):
+                power[i], factor[i] = 1.0, 0.5 * array[_RANGE + begin + i]
+            if whole != exponent:
+                for i in range(end):
+                    power[i] = math.exp(exponent * math.log(factor[i])) if factor[i] > 0.0 else 0.0
+                whole = 0
             while whole > 0:
-                if whole % 2 == 1:
-                    power *= factor
-                factor *= factor
+                for i in range(end if whole % 2 == 1 else 0):
+                    power[i] *= factor[i]
+                for i in range(end):
+                    factor[i] *= factor[i]
                 whole //= 2
-        else:
-            power = math.exp(exponent * math.log(amplitude)) if amplitude > 0.0 else 0.0
-        array[_DAMAGE + c * LANES + lane] += weight * power
+            for i in range(end):
+                lane, weight = int(array[_WHOSE + begin + i]), array[_WEIGHT + begin + i]
+                array[_DAMAGE + c * LANES + lane] += weight * power[i]
 
 
 @njit(**INLINE)
-def _put(array, lane, point):
-    """Put a turning point on the stack, and count the cycles that it closes.
+def _put(array, lane, point, waiting):
+    """Put a turning point on the stack, and keep the cycles that it closes; returns how many are kept now.
 
     A range that is not shorter than the one before it closes that one, which is half a cycle if it begins at the first
     point.  A point in the direction of the last range makes it longer.
     """
     s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
     if size > 0 and point == array[s + size - 1]:
-        return
+        return waiting
     if size > 1 and (point - array[s + size - 1] > 0.0) == (array[s + size - 1] - array[s + size - 2] > 0.0):
         size -= 1
     elif size == DEPTH:
-        _count(array, lane, abs(array[s + 1] - array[s]), 0.5)
+        waiting = _wait(array, lane, abs(array[s + 1] - array[s]), 0.5, waiting, True)
         for i in range(1, size):
             array[s + i - 1] = array[s + i]
         size -= 1
-    array[s + size] = point
-    size += 1
-    while size > 2:
-        last, before = (
-            abs(array[s + size - 1] - array[s + size - 2]),
-            abs(array[s + size - 2] - array[s + size - 3]),
-        )
-        if last < before:
-            break
-        if size == 3:
-            _count(array, lane, before, 0.5)
-            array[s], array[s + 1] = array[s + 1], array[s + 2]
-            size = 2
-        else:
-            _count(array, lane, before, 1.0)
-            array[s + size - 3] = array[s + size - 1]
+    if size > 2:  # whether a range closes one falls as a coin does, so no branch depends on it
+        last, before = abs(point - array[s + size - 1]), abs(array[s + size - 1] - array[s + size - 2])
+        closed = last >= before
+        waiting = _wait(array, lane, before, 1.0, waiting, closed)
+        size -= 2 if closed else 0
+        while size > 2 and abs(point - array[s + size - 1]) >= abs(array[s + size - 1] - array[s + size - 2]):
+            waiting = _wait(array, lane, abs(array[s + size - 1] - array[s + size - 2]), 1.0, waiting, True)
             size -= 2
-    array[_SIZE + lane] = size
-
-
-@njit(**INLINE)
-def _turn(array, lane, point, upper):
-    """A maximum or a minimum."""
-    if lane < array[_PATHS]:
-        array[(_PEAKS if upper else _VALLEYS) + bin_of(abs(point)) + (BINS if point < 0.0 else 0)] += 1.0
-    _put(array, lane, point)
+    if size == 2 and abs(point - array[s + 1]) >= abs(array[s + 1] - array[s]):
+        waiting = _wait(array, lane, abs(array[s + 1] - array[s]), 0.5, waiting, True)
+        array[s] = array[s + 1]
+        size = 1
+    array[s + size] = point
+    array[_SIZE + lane] = size + 1
+    return waiting
 
 
 @njit(**INLINE)
 def _moved(array, lane, x0, v0, x, v, h):
-    """A displacement turns in a step: its velocity becomes positive, or is positive no longer."""
+    """Where a displacement turns in a step, and whether at a maximum: its velocity is positive no longer."""
     upper = v0 > 0.0
     if array[_STRUCK + lane] > 0.0:
         at = (x - v * h - x0) / (v0 - v)
@@ -265,24 +291,25 @@ def _moved(array, lane, x0, v0, x, v, h):
         share = v0 / (v0 - v)
         missing = x - x0 - 0.5 * h * (v0 + v)
         point = x0 + 0.5 * h * v0 * share + missing * share * share * (3.0 - 2.0 * share)
-    _turn(array, lane, max(point, x0, x) if upper else min(point, x0, x), upper)
+    most, least = greater(greater(point, x0), x), lesser(lesser(point, x0), x)
+    return most if upper else least, upper
 
 
 @njit(**INLINE)
-def _bent(array, lane, before, last, now):
-    """A force or an acceleration turns: it rises, or rises no longer."""
+def _bent(before, last, now):
+    """Where a force or an acceleration turns, and whether at a maximum: it rises no longer."""
     rise, fall = last - before, now - last
     top = (rise + fall) ** 2 / (8.0 * (rise - fall)) if rise * fall < 0.0 else 0.0
-    _turn(array, lane, last + top, rise > 0.0)
+    return last + top, rise > 0.0
 
 
 @njit(**INLINE)
-def _changes(a, b, c, d, e):
-    """How often five numbers change to positive or from it."""
-    u, w = (1.0 if a > 0.0 else 0.0), (1.0 if b > 0.0 else 0.0)
-    y, z = (1.0 if c > 0.0 else 0.0), (1.0 if d > 0.0 else 0.0)
-    last = 1.0 if e > 0.0 else 0.0
-    return (abs(w - u) + abs(y - w)) + (abs(z - y) + abs(last - z))
+def _earlier(x, array, kept, j, begin):
+    """Where x before step j is: in this group, or what was kept of the one before."""
+    return beyond(x, (j - 1) * LANES) if j > begin else beyond(array, kept)
+
+
+_marks = stack_array(LANES)
 
 
 @cache
@@ -292,52 +319,63 @@ def _parts() -> tuple[Any, Any]:
         felt = array[_FELT] > 0.0
         sign = math.copysign(1.0, array[_LENGTH])
         scale = sign * array[_SCALE] if felt else sign
-        begin, end = max(low - n, 0), min(high - n, GROUP)
+        begin, end, waiting = max(low - n, 0), min(high - n, GROUP), int(array[_WAITING])
         if n <= low:
             for lane in range(LANES):
-                here = scale * x[begin * LANES + lane]
-                _put(array, lane, here)
-                array[_LAST + lane], array[_RATE + lane] = here, here if felt else sign * v[begin * LANES + lane]
-        # how often each lane turns
-        if felt:
-            for lane in range(LANES):
-                a, b = array[_LAST + lane], array[_RATE + lane]
-                c, d = scale * x[lane], scale * x[LANES + lane]
-                e, f = scale * x[2 * LANES + lane], scale * x[3 * LANES + lane]
-                array[_TURNS + lane] = _changes(b - a, c - b, d - c, e - d, f - e)
-        else:
-            for lane in range(LANES):
-                array[_TURNS + lane] = _changes(
-                    array[_RATE + lane], sign * v[lane], sign * v[LANES + lane], sign * v[2 * LANES + lane],
-                    sign * v[3 * LANES + lane],
-                )  # fmt: skip
+                here = x[begin * LANES + lane]
+                array[_STACK + lane * DEPTH], array[_SIZE + lane] = scale * here, 1.0
+                array[_LAST + lane], array[_RATE + lane] = here, here if felt else v[begin * LANES + lane]
+        # vector code marks the steps in which a lane turns
+        turned = _marks(i8(0))
         for lane in range(LANES):
-            if array[_TURNS + lane] == 0.0 and begin == 0 and end == GROUP:
-                continue
-            x0, v0 = array[_LAST + lane], array[_RATE + lane]
-            for j in range(begin, end):
-                here = scale * x[j * LANES + lane]
-                speed = here if felt else sign * v[j * LANES + lane]
+            turned[lane] = 0
+        for j in range(begin, end):
+            last = _earlier(x if felt else v, array, _RATE, j, begin)
+            if felt:
+                before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)
+                for lane in range(LANES):
+                    a, b, c = scale * before[lane], scale * last[lane], scale * x[j * LANES + lane]
+                    turned[lane] |= (1 << j) if (b > a) != (c > b) else 0
+            else:
+                for lane in range(LANES):
+                    a, b = sign * last[lane], sign * v[j * LANES + lane]
+                    turned[lane] |= (1 << j) if (a > 0.0) != (b > 0.0) else 0
+        lanes = marked_lanes(turned)
+        while lanes != u64(0):
+            lane = lowest_bit(lanes)
+            lanes &= lanes - u64(1)
+            steps = u64(turned[lane])
+            while steps != u64(0):
+                j = lowest_bit(steps)
+                steps &= steps - u64(1)
+                here, last = x[j * LANES + lane], _earlier(x if felt else v, array, _RATE, j, begin)[lane]
                 if felt:
-                    if (v0 - x0 > 0.0) != (here - v0 > 0.0):
-                        _bent(array, lane, x0, v0, here)
-                    x0, v0 = v0, here
+                    before = _earlier(x, array, _RATE if j > begin else _LAST, j - 1, begin)[lane]
+                    point, upper = _bent(scale * before, scale * last, scale * here)
                 else:
-                    if (v0 > 0.0) != (speed > 0.0):
-                        _moved(array, lane, x0, v0, here, speed, step)
-                    x0, v0 = here, speed
+                    before = _earlier(x, array, _LAST, j, begin)[lane]
+                    speed = sign * v[j * LANES + lane]
+                    point, upper = _moved(array, lane, sign * before, sign * last, sign * here, speed, step)
+                if lane < array[_PATHS]:
+                    at = (_PEAKS if upper else _VALLEYS) + (BINS if point < 0.0 else 0)
+                    array[at + bin_of(abs(point))] += 1.0
+                waiting = _put(array, lane, point, waiting)
         if end == GROUP:
             for lane in range(LANES):
-                array[_LAST + lane] = scale * x[(2 if felt else 3) * LANES + lane]
-                array[_RATE + lane] = scale * x[3 * LANES + lane] if felt else sign * v[3 * LANES + lane]
+                array[_LAST + lane] = x[(2 if felt else 3) * LANES + lane]
+                array[_RATE + lane] = x[3 * LANES + lane] if felt else v[3 * LANES + lane]
         for lane in range(LANES):
             array[_STRUCK + lane] = greater(array[_STRUCK + lane] - 1.0, 0.0)
         if n + GROUP >= high:
             for lane in range(LANES):
-                _put(array, lane, scale * x[(end - 1) * LANES + lane])
+                waiting = _put(array, lane, scale * x[(end - 1) * LANES + lane], waiting)
                 s, size = _STACK + lane * DEPTH, int(array[_SIZE + lane])
                 for i in range(1, size):
-                    _count(array, lane, abs(array[s + i] - array[s + i - 1]), 0.5)
+                    waiting = _wait(array, lane, abs(array[s + i] - array[s + i - 1]), 0.5, waiting, True)
+        if waiting >= LANES or n + GROUP >= high:
+            _count(array, waiting)
+            waiting = 0
+        array[_WAITING] = waiting
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):

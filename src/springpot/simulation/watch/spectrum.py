@@ -9,7 +9,7 @@ about (resolution / g)^2.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.lanes import GROUP, LANES, stack_array
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
@@ -68,8 +68,8 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     if not given:
         raise ValueError("spectrum must hold at least one frequency.")
     values = np.array(given)
-    if (3 * values.size + 1) * settings.paths * spectra > MOST_SUMS:
-        most = MOST_SUMS // (3 * settings.paths * spectra)
+    if (2 * values.size + 1) * settings.paths * spectra > MOST_SUMS:
+        most = MOST_SUMS // (2 * settings.paths * spectra)
         raise ValueError(
             f"spectrum must hold at most {most} frequencies for {settings.paths} paths, not {values.size}."
         )
@@ -91,29 +91,67 @@ def spectral(seen: Seen, frequencies: Floats, settings: Settings, fastest: float
     """Fourier sums of each path at frequencies in rad/s."""
     spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
     every = max(1, int(spacing / (GROUP * settings.step)))
-    turns = np.repeat(frequencies * settings.step, LANES)  # of one step
-    initial = np.concatenate([turns, np.zeros((2 * frequencies.size + 1) * LANES)])
-    return observer_of(seen, _spectral_part(frequencies.size), None, initial, every=every)
+    turns = frequencies * settings.step * GROUP * every  # from one sample to the next
+    about = np.outer(turns, np.arange(_HALF) + 0.5)  # from the middle of those that are added together
+    tables = np.concatenate(
+        [np.cos(about).ravel(), np.sin(about).ravel(), np.cos(2 * _HALF * turns), np.sin(2 * _HALF * turns)]
+    )
+    reached = np.repeat([1.0, 0.0], frequencies.size)  # a turn by which all sums differ makes no difference
+    kept = (2 * frequencies.size + 1) * LANES
+    initial = np.concatenate([np.zeros(kept), [every], tables, reached, np.zeros(2 * _HALF * LANES)])
+    observer = observer_of(seen, _spectral_part(frequencies.size), None, initial, every=every)
+    return replace(observer, forgotten=initial.size - kept)
+
+
+_HALF = 8  # of the samples of a path that are added together
+_one, _halves = stack_array(_HALF), stack_array(_HALF * LANES)
 
 
 @cache
 def _spectral_part(count: int) -> Any:
-    first = len(HEADER)
-    cosines, sines, weighed = first + count * LANES, first + 2 * count * LANES, first + 3 * count * LANES
+    """Samples wait until there are enough; what is even and what is odd about their middle needs half the products."""
+    cosines = len(HEADER)
+    sines, weighed = cosines + count * LANES, cosines + 2 * count * LANES
+    every = weighed + LANES
+    even, odd = every + 1, every + 1 + _HALF * count
+    turned, reached = odd + _HALF * count, odd + (_HALF + 2) * count
+    waiting = reached + 2 * count
 
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
-        if low <= n < high:
-            taper = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2
-            scale = taper * array[0]
+        if n < low or n >= high:
+            return
+        spacing = GROUP * int(array[every])
+        place = (n - low) // spacing % (2 * _HALF)
+        scale = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2 * array[0]
+        for lane in range(LANES):
+            array[waiting + place * LANES + lane] = scale * x[lane]
+        if place < 2 * _HALF - 1 and n + spacing < high:
+            return
+        for i in range((place + 1) * LANES, 2 * _HALF * LANES):
+            array[waiting + i] = 0.0
+        plus, minus, a, b = _halves(0.0), _halves(0.0), _one(0.0), _one(0.0)
+        for m in range(_HALF):
             for lane in range(LANES):
-                array[weighed + lane] += scale * x[lane]
-            for k in range(count):
-                angle = array[first + k * LANES] * (n + 1.0)
-                c, s = scale * math.cos(angle), scale * math.sin(angle)
-                for lane in range(LANES):
-                    array[cosines + k * LANES + lane] += c * x[lane]
-                    array[sines + k * LANES + lane] -= s * x[lane]
+                later = array[waiting + (_HALF + m) * LANES + lane]
+                sooner = array[waiting + (_HALF - 1 - m) * LANES + lane]
+                plus[m * LANES + lane], minus[m * LANES + lane] = later + sooner, later - sooner
+        for m in range(_HALF):
+            for lane in range(LANES):
+                array[weighed + lane] += plus[m * LANES + lane]
+        for k in range(count):
+            c, s = array[reached + k], array[reached + count + k]
+            for m in range(_HALF):
+                a[m], b[m] = array[even + k * _HALF + m], array[odd + k * _HALF + m]
+            for lane in range(LANES):
+                real = imaginary = 0.0
+                for m in range(_HALF):
+                    real += a[m] * plus[m * LANES + lane]
+                    imaginary += b[m] * minus[m * LANES + lane]
+                array[cosines + k * LANES + lane] += c * real - s * imaginary
+                array[sines + k * LANES + lane] -= s * real + c * imaginary
+            ahead, aside = array[turned + k], array[turned + count + k]
+            array[reached + k], array[reached + count + k] = c * ahead - s * aside, s * ahead + c * aside
 
     return on_steps
 
@@ -123,7 +161,7 @@ def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: in
 
     Parameters
     ----------
-    sums : ndarray, shape (paths, 3 * n + 1)
+    sums : ndarray, shape (paths, 2 * n + 1)
     every : int
         Groups of steps between two samples.
     """
@@ -132,8 +170,9 @@ def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: in
     n = np.arange(low // GROUP * GROUP, high, spacing)
     n = n[n >= low]
     taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
-    turned = np.exp(-1j * np.outer(n + 1.0, frequencies * settings.step)).T @ taper
-    paths = sums[:, count : 2 * count] + 1j * sums[:, 2 * count : 3 * count]
+    since = n - n[0] - (_HALF - 0.5) * spacing
+    turned = np.exp(-1j * np.outer(since, frequencies * settings.step)).T @ taper
+    paths = sums[:, :count] + 1j * sums[:, count : 2 * count]
     mean = sums[:, -1].mean() / taper.sum()  # over all paths: the mean of one path contains its slow motion
     periodograms = np.abs(paths - mean * turned) ** 2
     periodograms *= spacing * settings.step / (2.0 * np.pi * (taper**2).sum())
