@@ -41,6 +41,11 @@ def test_every_kind_is_read_in_si_units(tmp_path: Path) -> None:
     assert isinstance(spectrum, sp.MeasuredSpectrum)
     assert (spectrum.of, spectrum.averages, spectrum.segment, spectrum.window) == ("a", 64.0, 16, "hann")
     assert spectrum.density[1] == pytest.approx(2.0 * 9.80665**2)
+    force = sp.read_data(
+        written(tmp_path, "# averages = 9\n# of = 'mount_force'\nfrequency_hz,density_kN2/Hz\n1,1\n2,2\n3,3\n")
+    )
+    assert isinstance(force, sp.MeasuredSpectrum)
+    assert (force.of, force.density[0]) == ("mount_force", 1e6)
     rows = "\n".join(f"{10 * n},{np.sin(n)},{np.cos(n)}" for n in range(40))
     record = sp.read_data(written(tmp_path, "# made by hand\n# noise = 1e-5\ntime_ms,x_mm,x_um\n" + rows))
     assert isinstance(record, sp.MeasuredRecord)
@@ -84,6 +89,7 @@ BAD = [
     ("# average = 2\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "line 1: 'average' is not a setting; did you mean"),
     ("# averages = 2\n# averages = 3\nfrequency_hz,density_m2/Hz\n1,1\n", "line 2: averages must be given only once"),
     ("frequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "it must state the number of averages"),
+    ("# averages = 9\nfrequency_hz,density_N2/Hz\n1,1\n2,2\n3,3\n", "must state of which in a line"),
     ("# averages = 0.5\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "averages must be a finite number at least 1"),
     ("# averages = 2\n# sampling_rate_hz = 5\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n",
      "line 6: frequency_hz must be at most half of sampling_rate, 2.5 Hz, not 3"),

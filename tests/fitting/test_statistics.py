@@ -17,9 +17,11 @@ from springpot.designing.samples import sampled_run
 from springpot.designing.surfaces import Form, Surface, places, surface_through
 from springpot.fitting.likelihood import Coordinates, slopes
 from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
-from springpot.fitting.simulated_moments import _statistic
+from springpot.fitting.simulated_moments import _statistic, case_of, moments_of
 from springpot.fitting.simulated_runs import SimulatedRuns
+from springpot.fitting.spectral_density import response
 from springpot.machine.faults import FileError, Stopped
+from springpot.problem.free_numbers import with_values
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.plan import plan_of
 
@@ -79,6 +81,31 @@ def test_statistics_are_those_of_a_run_with_their_errors() -> None:
     assert standard_error(rms[1]) == pytest.approx(standard_error(square[1]) / (2.0 * rms[0]))
     assert spread[0] == pytest.approx((square[0] - mean[0] ** 2) ** 0.5)
     assert spread[1].mean() == pytest.approx(spread[0])
+
+
+def test_forces_are_measured_too() -> None:
+    """Their spectra are those of linear theory, and statistics of them those of the runs, by theory's mean squares."""
+    noise = sp.WhiteNoise(sp.free("q", 2.0, (0.1, 9.0)), on="ground")
+    model = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(2.0), shake=noise)
+    device = with_values(model, {"q": 1.0})
+    f, linear = np.linspace(0.05, 1.0, 20), sp.theory.linear(device)
+    density = 4.0 * np.pi * linear.spectrum(2.0 * np.pi * f, of="force_on_ground")
+    found = sp.fit(model, sp.MeasuredSpectrum(f, density, 64, of="force_on_ground"))
+    assert found.values["q"] == pytest.approx(1.0, rel=1e-6)
+    assert response(device, "spring_force")(f) == pytest.approx(64.0 * response(device, "x")(f), rel=1e-12)
+    assert response(device, "acceleration")(f) == pytest.approx(response(device, "a")(f), rel=1e-9)
+    right = {"dashpot_force_rms": linear.mean_square("dashpot_force") ** 0.5,
+             "acceleration_mean_square": linear.mean_square("acceleration")}  # fmt: skip
+    data = sp.MeasuredStatistics(**{name: (value, 0.01 * value) for name, value in right.items()})
+    case = case_of((model, data), {"q": 1.0}, 1, 1, None)
+    runs = moments_of(case, {"q": 1.0}, 1024, 128, None, rough=False, progress=None)
+    error = standard_error(runs.samples[:, 0]), standard_error(runs.samples[:, 1])
+    assert np.all(np.abs(runs.values / [*right.values()] - 1.0) < 0.02)
+    assert np.all(np.abs(runs.values - [*right.values()]) < 4.0 * np.array(error))
+    with pytest.raises(ValueError, match="of is 'mount_force', which is no force or acceleration"):
+        sp.fit(model, sp.MeasuredSpectrum(f, density, 64, of="mount_force"))
+    with pytest.raises(ValueError, match="at must be left out for mount_force"):
+        sp.MeasuredSpectrum(f, density, 64, of="mount_force", at="mass")
 
 
 def test_a_fit_gives_back_the_numbers_of_the_exact_theory() -> None:

@@ -23,7 +23,7 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import put
 
-__all__ = ["MeasuredRecord", "MeasuredSpectrum", "Of", "check_of", "window_samples"]
+__all__ = ["MeasuredRecord", "MeasuredSpectrum", "Of", "check_of", "is_felt", "window_samples"]
 
 Of = Literal["x", "v", "a"]
 
@@ -47,8 +47,9 @@ class MeasuredSpectrum:
     averages : float
         Number of independent periodograms in the average, at least 1.  Each number is then gamma distributed with a
         relative standard deviation of 1 / sqrt(averages).
-    of : {"x", "v", "a"}
-        Displacement, velocity, or the acceleration that an accelerometer on the mass shows.
+    of : str
+        ``"x"``, ``"v"`` or ``"a"``: displacement, velocity, or what an accelerometer on the mass shows.  Or a force
+        or absolute acceleration by its name in ``forces`` of `springpot.simulate`, ``"mount_force"`` (N^2/Hz).
     noise : float or None
         One-sided density of the measurement noise, in the unit of ``density``.  None: it is found with the rest.
     sampling_rate : float, optional
@@ -76,7 +77,7 @@ class MeasuredSpectrum:
     frequency_hz: Any
     density: Any
     averages: float
-    of: Of = "x"
+    of: str = "x"
     noise: float | None = 0.0
     sampling_rate: float | None = None
     window: Literal["boxcar", "hann"] | None = None
@@ -89,7 +90,10 @@ class MeasuredSpectrum:
         hint = "It is the number of independent periodograms."
         put(self, averages=finite_number(self.averages, "averages", low=1.0, hint=hint))
         check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
-        check_of(self.of, self.at)
+        if is_felt(self.of) and self.at is not None:
+            raise ValueError(f"at must be left out for {self.of}, whose name says where it is.")
+        if not is_felt(self.of):
+            check_of(self.of, self.at)
         check_number(self, "sampling_rate", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
         if self.sampling_rate is not None:
             above = self.frequency_hz > 0.5 * self.sampling_rate * (1.0 + 1e-9)
@@ -242,6 +246,17 @@ class MeasuredRecord:
             frequency[kept], density.mean(axis=0)[kept], self.paths * _independent(shape, hop, samples), self.of,
             None if self.noise is None else 2.0 * self.step * self.noise**2, 1.0 / self.step, window, length, self.at,
         )  # fmt: skip
+
+
+def is_felt(of: object) -> bool:
+    """Whether a measurement is said to be of a force or absolute acceleration of a model, by its name.
+
+    Examples
+    --------
+    >>> is_felt("mount_force"), is_felt("a")
+    (True, False)
+    """
+    return isinstance(of, str) and of.endswith(("force", "force_of_one", "force_on_ground", "acceleration"))
 
 
 def check_of(of: object, at: object) -> None:

@@ -40,7 +40,7 @@ UNITS: dict[str, dict[str, float]] = {
     "frequency": FREQUENCY_UNITS,
     "storage": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
     "density": {"m2/Hz": 1.0, "mm2/Hz": 1e-6, "m2/s2/Hz": 1.0, "mm2/s2/Hz": 1e-6, "m2/s4/Hz": 1.0,
-                "g2/Hz": STANDARD_GRAVITY**2},
+                "g2/Hz": STANDARD_GRAVITY**2, "N2/Hz": 1.0, "kN2/Hz": 1e6},
     "time": {"s": 1.0, "ms": 1e-3},
     "x": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
     "v": {"m/s": 1.0, "mm/s": 1e-3},
@@ -69,7 +69,7 @@ _COLUMNS: dict[str, set[str]] = {
 _SETTINGS = {
     "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
     "sampling_rate_hz": ("a spectrum",), "window": ("a spectrum",), "segment": ("a spectrum",),
-    "noise": ("a spectrum", "a record"), "error": ("impacts",), "on": ("a frequency response",),
+    "noise": ("a spectrum", "a record"), "of": ("a spectrum",), "error": ("impacts",), "on": ("a frequency response",),
     "at": ("a spectrum", "a record", "a frequency response"),
 }  # fmt: skip
 """What each kind of data may have, columns and settings."""
@@ -97,7 +97,7 @@ def read_data(path: str | Path) -> Data:
 
         - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them;
         - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``
-          or ``density_g2/Hz`` (of an acceleration);
+          or ``density_g2/Hz`` (of an acceleration), ``density_N2/Hz`` (of a force, with ``# of = mount_force``);
         - a frequency response: ``frequency_hz``, ``magnitude_m/N`` and ``phase_deg``, or ``real_m/N`` and
           ``imaginary_m/N``, perhaps ``coherence_1``; of the velocity ``m/s/N``, of the acceleration ``m/s2/N`` or
           ``g/N``; to the ground's acceleration ``s2``, ``s`` and ``1`` (or ``g/g``);
@@ -256,7 +256,9 @@ def _spectrum(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Measur
         given["sampling_rate"] = given.pop("sampling_rate_hz")
     density = own["density"]
     of: Any = {"m2/Hz": "x", "mm2/Hz": "x", "m2/s2/Hz": "v", "mm2/s2/Hz": "v"}.get(density.unit, "a")
-    return MeasuredSpectrum(own["frequency"].values, density.values, of=of, **given)
+    if density.unit.startswith(("N", "kN")) and "of" not in given:
+        raise ValueError("a density of a force must state of which in a line such as: # of = mount_force")
+    return MeasuredSpectrum(own["frequency"].values, density.values, **{"of": of, **given})
 
 
 def _response(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredFrequencyResponse:
@@ -288,7 +290,7 @@ def _given(columns: Iterable[str], settings: Mapping[str, str], kind: str) -> di
     for name, text in settings.items():
         if kind not in _SETTINGS[name]:
             raise ValueError(f"{name} is a setting of {listed(_SETTINGS[name], 'or')}, not of {kind}.")
-        if name in ("window", "at", "on"):
+        if name in ("window", "at", "on", "of"):
             found[name] = text.strip("'\"")
             continue
         try:

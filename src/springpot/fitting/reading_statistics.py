@@ -11,6 +11,7 @@ from springpot.fitting.statistics import MOST_STATISTICS, QUANTILE, MeasuredStat
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.rows import Row
 from springpot.problem.catalogue import unit_of as unit_of_quantity
+from springpot.problem.spectral_density import STANDARD_GRAVITY
 
 __all__ = ["HEADER", "statistics_in", "unit_of"]
 
@@ -25,12 +26,15 @@ _UNITS: dict[str, dict[str, float]] = {
     "s-1": {"1/s": 1.0, "1/min": 1.0 / 60.0, "1/h": 1.0 / 3600.0},
     "W": {"W": 1.0, "mW": 1e-3, "uW": 1e-6},
     "N": {"N": 1.0, "kN": 1e3},
+    "N2": {"N2": 1.0, "kN2": 1e6},
+    "m s-2": {"m/s2": 1.0, "g": STANDARD_GRAVITY},
+    "m2 s-4": {"m2/s4": 1.0, "g2": STANDARD_GRAVITY**2},
     "V": {"V": 1.0, "mV": 1e-3},
     "V2": {"V2": 1.0},
     "1": {"1": 1.0},
 }
 """Of results in the units of the catalogue."""
-_ROOTS = {"m2": "m", "m2 s-2": "m s-1", "V2": "V"}
+_ROOTS = {"m2": "m", "m2 s-2": "m s-1", "V2": "V", "N2": "N", "m2 s-4": "m s-2"}
 _KNOWN = (
     "x_mean", "x_mean_square", "x_rms", "x_standard_deviation", "x_quantile_0.9", "v_mean_square", "v_rms",
     "amplitude_mean_square", "impact_rate", "impact_speed_mean", "impact_speed_mean_square",

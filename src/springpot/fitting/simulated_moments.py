@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.designing.quantities import squares_felt
 from springpot.designing.samples import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
 from springpot.machine.faults import listed, meant
@@ -36,6 +37,7 @@ _GROUPS = 128
 _PILOT_PATHS = 1024
 _COARSER = 4.0  # steps of the rough runs
 _BINS = 4  # on each side of a quantile, for the density there
+_OF_FORCES = "_mean", "_mean_square", "_rms", "_standard_deviation"
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,12 @@ class Case:
     def has_quantiles(self) -> bool:
         """Whether a distribution must be counted."""
         return any(QUANTILE.fullmatch(name) for name in self.data.names)
+
+    @property
+    def forces(self) -> list[str]:
+        """Forces and accelerations among what was measured."""
+        of = {name.removesuffix(end) for name in self.data.names for end in _OF_FORCES}
+        return [name for name in squares_felt(self.system).values() if name in of]
 
     def steps_at(self, named: Mapping[str, float]) -> int:
         """Of a path of a rough run that is made for these numbers."""
@@ -158,7 +166,7 @@ def moments_of(
         start = replace(start, position=min(max(mean, motion.low), motion.high))
     plan = Plan(motion, replace(case.rough if rough else case.settings, paths=paths))
     plan = plan if start is None else plan.started_at(start)
-    run = sampled_run(plan, distributions=case.has_quantiles, progress=progress)
+    run = sampled_run(plan, distributions=case.has_quantiles, forces=case.forces, progress=progress)
     found = [_statistic(name, run, groups) for name in case.data.names]
     mean = run.samples["x_mean"][0] if "x_mean" in run.samples else 0.0  # several masses start from rest
     return Moments(np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), mean)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.fitting.likelihood import FloatArray
-from springpot.fitting.motion_data import Of, window_samples
+from springpot.fitting.motion_data import is_felt, window_samples
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
     Constant,
@@ -24,6 +24,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.excitations import Excitation, GroundNoise
 from springpot.problem.system import System
+from springpot.theory.methods.systems.felt import felt_spectrum
 from springpot.theory.methods.systems.linear import companion_of
 
 __all__ = [
@@ -37,14 +38,15 @@ _FOLDS = 4
 _DECADES = 20.0  # of the integral beyond the folds, in powers of e
 
 
-def response(system: System, of: Of, *, at: str | None = None, sampled: bool = False) -> Density:
+def response(system: System, of: str, *, at: str | None = None, sampled: bool = False) -> Density:
     """The one-sided spectral density per Hz of a linear system's stationary response.
 
     Parameters
     ----------
     system : System
         Without walls; linear.
-    of : {"x", "v", "a"}
+    of : str
+        ``"x"``, ``"v"``, or a force or acceleration by its name.
         ``"a"``: what an accelerometer on the mass shows, the acceleration of x plus that of the ground.
     at : str or None
         The mass, where there are several.
@@ -71,7 +73,13 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise | RecordedExcitation):
             raise NotCoveredError(f"{name} is no stationary noise that acts on the mass: this fit does not cover it.")
-    own, seen_by, coordinates = companion_of(system), row_of(system, at), system.coordinates
+    own = companion_of(system)
+    if not own.noises and not own.temperature:
+        raise NotCoveredError("a system without noise has no spectrum: add a WhiteNoise or another noise.")
+    if is_felt(of):
+        felt = felt_spectrum(system, own, of)
+        return lambda frequency: 4.0 * np.pi * felt(2.0 * np.pi * np.asarray(frequency, float))
+    seen_by, coordinates = row_of(system, at), system.coordinates
     noises: list[tuple[Any, FloatArray]] = [
         (part, coordinates.forces[name])
         for name, part in system.named()
@@ -88,8 +96,6 @@ def response(system: System, of: Of, *, at: str | None = None, sampled: bool = F
         raise NotCoveredError(
             f"the acceleration under {rough[0]} on the mass has no finite variance, so it has no samples."
         )
-    if not own.noises and not own.temperature:
-        raise NotCoveredError("a system without noise has no spectrum: add a WhiteNoise or another noise.")
     temperature = sum(noise.temperature for noise in system.of(ThermalNoise))
 
     def density(frequency: FloatArray) -> FloatArray:
