@@ -681,8 +681,10 @@ def linear(system: System) -> LinearResponse:
     )
 
 
-def companion_of(system: System, *, over: bool = False) -> Companion:
+def companion_of(system: System, *, over: bool = False, reach: str = _REACH) -> Companion:
     """The linear system, or the sentence that names the part which is not linear; ``over`` time, with envelopes.
+
+    ``reach``: how that sentence begins.
 
     Raises
     ------
@@ -693,7 +695,7 @@ def companion_of(system: System, *, over: bool = False) -> Companion:
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
     sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
     kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
-    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
+    check_kinds(system, reach, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
     at = system.coordinates
     return Companion(
         coordinates=at,
