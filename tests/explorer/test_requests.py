@@ -86,6 +86,10 @@ def test_a_table_takes_the_place_of_white_noise() -> None:
     area = np.trapezoid(drawn["lines"][0]["values"], drawn["at"])
     assert area == pytest.approx(noise.mean_square, rel=1e-3)
     assert with_table(device, table_of(made, 2.0)).parts[-1].psd == pytest.approx(noise.psd, rel=1e-5)
+    filtered = sp.System(*device.parts[:3], shake=sp.KanaiTajimiNoise(2.0, 0.6, 1.0))
+    alike = with_table(filtered, table_of(filtered, 2.0))  # cut off where the page draws no longer
+    assert sp.theory.linear(alike).x_mean_square == pytest.approx(sp.theory.linear(filtered).x_mean_square, rel=0.02)
+    assert with_table(filtered, BAND).parts[-1] == noise
     for text, sentence in (
         ("frequency_Hz,psd_g2/Hz\n2,0.02\n1,0.01\n", "must increase"),
         ("frequency_Hz,psd_dB\n1,2\n2,3\n", "unit of psd"),
@@ -94,7 +98,7 @@ def test_a_table_takes_the_place_of_white_noise() -> None:
     ):
         with pytest.raises(ValueError, match=sentence):
             with_table(device, text)
-    with pytest.raises(ValueError, match="neither a table of densities nor white noise"):
+    with pytest.raises(ValueError, match="neither a table of densities nor another noise"):
         with_table(sp.System(sp.Spring(1.0)), BAND)
 
 
