@@ -42,9 +42,9 @@ def usage(error: CycloptsError) -> str:
             names = [name for argument in error.argument_collection for name in argument.names]
             return f"there is no flag {word}{_meant(word, names) or f': {command} --help lists all flags.'}"
         case UnusedCliTokensError(unused_tokens=[word, *_]):
-            return _too_many(word, error)
+            return _too_many(word, error, command)
         case CoercionError(token=Token(keyword=None, value=word), argument=argument) if is_file(argument):
-            return _too_many(word, error)
+            return _too_many(word, error, command)
         case MissingArgumentError(argument=argument) if argument is not None:
             name = error.keyword or argument.name
             return f"{name} needs {_PAIRS.get(name, f'a value: {command} --help says which')}."
@@ -56,10 +56,11 @@ def usage(error: CycloptsError) -> str:
     return one_sentence(error)
 
 
-def _too_many(word: str, error: CycloptsError) -> str:
+def _too_many(word: str, error: CycloptsError, command: str) -> str:
     """A word that neither a flag nor the command takes, a file of a system apart."""
-    flag = _flag_before(word, error.root_input_tokens or [])
-    command = " ".join(["springpot", *(error.command_chain or ())])
+    words = [*(error.root_input_tokens or ())]
+    before = words[: words.index(word)] if word in words else []
+    flag = next((each for each in reversed(before) if each.startswith("--")), "")
     right = f"{flag} takes {_PAIRS[flag]}" if flag in _PAIRS else f"{command} --help shows what it takes"
     return f"{word!r} is one word too many: {right}."
 
@@ -89,11 +90,6 @@ def _meant(word: str, names: Sequence[str]) -> str:
     plain = {name.lstrip("-"): name for name in names}
     close = nearest(word.lstrip("-"), plain)
     return f"; did you mean {plain[close]}?" if close else ""
-
-
-def _flag_before(word: str, words: Sequence[str]) -> str:
-    before = words[: words.index(word)] if word in words else []
-    return next((flag for flag in reversed(before) if flag.startswith("--")), "")
 
 
 def of_the_system(error: OSError) -> str:

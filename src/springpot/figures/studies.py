@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,7 +84,8 @@ def plot_study(
         used += [dimension for dimension in by_length if dimension != used[0]][:1]
         if len(used) < 2:
             raise ValueError("kind='map' needs a study with two axes.")
-    places = list(_places(some, [dimension for dimension in dimensions if dimension not in used]))
+    rest = {dimension: range(some.sizes[dimension]) for dimension in dimensions if dimension not in used}
+    places = [dict(zip(rest, numbers, strict=True)) for numbers in itertools.product(*rest.values())]
     quantities_at = [each for name in names for each in _at_walls(parts, name)]
     drawn = list(itertools.product(quantities_at, places))
     if len(drawn) > MOST_PANELS:
@@ -155,11 +156,6 @@ def _each_level(levels: xarray.DataArray) -> list[str]:
     """The title of the panel of each level."""
     unit = levels.attrs["units"]
     return [f"{levels.attrs['long_name']} through {value:g} {unit}" for value in levels.values]
-
-
-def _places(some: xarray.Dataset, rest: Sequence[str]) -> Iterator[dict[str, int]]:
-    for numbers in itertools.product(*(range(some.sizes[dimension]) for dimension in rest)):
-        yield dict(zip(rest, numbers, strict=True))
 
 
 def _title(some: xarray.Dataset, place: Mapping[str, int]) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, read_map
 from springpot.figures.style import MOMENT_WORDS, method_label, new_grid, panel
-from springpot.machine.faults import known_word
+from springpot.machine.faults import known_word, listed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,21 +84,20 @@ def plot_gaps(
     >>> [text.get_text() for text in axes.texts][-1]  # at order 1 averaging is exact
     '+0.0'
     """
-    _check(method, moment, PAPER_MAP)
-    here = _chosen(read_map(path), {"restitution": restitution, "position": position})
-    if not here["c"].size:
-        raise ValueError(f"the map has no cells with restitution {restitution:g} and position {position:g}.")
-    return _labelled(panel(ax, 4.6, 3.8), here, method, moment, PAPER_MAP.good[moment])
+    return _alone(ax, 3.8, PAPER_MAP, path, method, moment, {"restitution": restitution, "position": position})
 
 
-def _check(method: str, moment: str, atlas: Map) -> None:
+def _alone(
+    ax: Axes | None, height: float, atlas: Map, path: Path, method: str, moment: str, case: Mapping[str, float]
+) -> Axes:
+    """A panel that stands alone, of the cells of a map with these numbers."""
     known_word(method, atlas.methods, "method")
     known_word(moment, atlas.good, "moment")
-
-
-def _labelled(ax: Axes, cells: Cells, method: str, moment: str, good: float) -> Axes:
-    """A panel that stands alone."""
-    _panel(ax, cells, f"{method}:{moment}", good)
+    cells = _chosen(read_map(path), case)
+    if not cells["c"].size:
+        raise ValueError(f"the map has no cells with {listed([f'{name} {value:g}' for name, value in case.items()])}.")
+    ax = panel(ax, 4.6, height)
+    _panel(ax, cells, f"{method}:{moment}", atlas.good[moment])
     ax.set(xlabel=r"strength $c = C\,\Omega^{\alpha-2}$ (1)", ylabel=r"order $\alpha$ (1)")
     ax.set_title(f"{method_label(method)}: {NAMES[moment]}, gap to Monte Carlo in %", fontsize="medium")
     return ax
@@ -192,16 +191,11 @@ def plot_system_gaps(
     >>> len(axes.texts) >= 12
     True
     """
-    _check(method, moment, SYSTEMS_MAP)
     case = {
         "walls": walls, "position": position, "apart": apart, "restitution": restitution, "color": color,
         "hardening": hardening,
     }  # fmt: skip
-    here = _chosen(read_map(path), case)
-    if not here["c"].size:
-        numbers = ", ".join(f"{name} {value:g}" for name, value in case.items())
-        raise ValueError(f"the map of systems has no cells with {numbers}.")
-    return _labelled(panel(ax, 4.6, 3.2), here, method, moment, SYSTEMS_MAP.good[moment])
+    return _alone(ax, 3.2, SYSTEMS_MAP, path, method, moment, case)
 
 
 def plot_system_gaps_of_methods(

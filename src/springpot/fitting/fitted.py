@@ -150,7 +150,10 @@ def _best_of(models: Sequence[Any], data: Data, how: How) -> Fit:
                 raise
             break
     fits.sort(key=lambda fit: fit.bic)
-    labels = [_label(fit.model) for fit in fits]
+    labels = [
+        getattr(fit.model, "__name__", None) or " + ".join(map(kind_of, system_of(fit.model, "model").parts))
+        for fit in fits
+    ]
     choices = tuple(
         Choice(
             f"{label} ({', '.join(fit.values)})" if labels.count(label) > 1 else label,
@@ -254,8 +257,3 @@ def _criteria(likelihood: Likelihood, deviance: float) -> tuple[float, float]:
     spare = n - k - 1
     aicc = whole + 2.0 * k + (2.0 * k * (k + 1.0) / spare if spare > 0 else math.inf)
     return whole + k * math.log(n), aicc
-
-
-def _label(model: Any) -> str:
-    """Its parts, or its name."""
-    return getattr(model, "__name__", None) or " + ".join(kind_of(part) for part in system_of(model, "model").parts)
