@@ -75,6 +75,16 @@ def test_what_cannot_be_seen_says_why() -> None:
         observed(FEW, Observe(kind="observe", bins=4), RUN, _nothing, lambda: True)
 
 
+def test_a_record_is_drawn_with_its_peaks() -> None:
+    time = np.linspace(0.0, 10.0, 5001)
+    values = np.where(np.arange(5001) == 1234, 7.0, np.sin(time))
+    record = sp.RecordedExcitation((*time,), (*values,), scale=2.0)
+    (drawn,) = charts_of_excitation(sp.System(sp.Spring(8.0), sp.Dashpot(0.5), record), 2.0)
+    at, (line,) = drawn["at"], drawn["lines"]
+    assert (len(at) <= 2 * 241, max(line["values"]), drawn["y"]) == (True, 14.0, ("a", "m/s²"))
+    assert line["values"] == pytest.approx(2.0 * np.interp(at, time, values))
+
+
 def test_a_table_takes_the_place_of_white_noise() -> None:
     """It is drawn with its overall rms, comes back as it was typed, and a wrong one is refused with one sentence."""
     device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.5), shake=sp.WhiteNoise(1.0, on="ground"))

@@ -14,6 +14,7 @@ from springpot.problem.parts import (
     CloughPenzienNoise,
     ColoredNoise,
     KanaiTajimiNoise,
+    RecordedExcitation,
     SpectralExcitation,
     WhiteNoise,
 )
@@ -53,7 +54,7 @@ def _plain(values: Any) -> Any:
 
 
 def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str, Any]]:
-    """The one-sided density of each noise that is not white, and the envelope of each that is modulated.
+    """The one-sided density of each noise that is not white, envelopes, and records.
 
     Parameters
     ----------
@@ -74,10 +75,23 @@ def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str,
             continue
         if hasattr(part, "density") and not isinstance(part, WhiteNoise):
             yield _density(system, name, part, natural)
+        if isinstance(part, RecordedExcitation):
+            yield _record(system, name, part)
         if envelope := getattr(part, "envelope", None):
             time = np.linspace(0.0, envelope.duration, POINTS)
             line = {"name": "envelope", "values": envelope.at(time)}
             yield chart(f"{titled(name)}: envelope", ("t", "s"), ("e", ""), time, [line])
+
+
+def _record(system: System, name: str, part: RecordedExcitation) -> dict[str, Any]:
+    """The first record: of a long one the smallest and the largest value of each piece."""
+    time, values = (np.array(own) for own in part.records[0])
+    pieces = np.array_split(np.arange(time.size), min(POINTS, time.size))
+    kept = np.unique([piece[find(values[piece])] for piece in pieces for find in (np.argmin, np.argmax)])
+    y = ("F", "N") if system.has_mass and not part.of_ground else ("a", "m/s²")
+    line = {"name": "record", "values": part.scale * values[kept]}
+    note = f"The first of {part.count} records." if part.count > 1 else ""
+    return chart(titled(name), ("t", "s"), y, time[kept] - time[0], [line], note=note)
 
 
 def _density(system: System, name: str, part: Any, natural: float) -> dict[str, Any]:
