@@ -75,6 +75,16 @@ def test_what_cannot_be_seen_says_why() -> None:
         observed(FEW, Observe(kind="observe", bins=4), RUN, _nothing, lambda: True)
 
 
+def test_a_record_is_drawn_with_its_peaks() -> None:
+    time = np.linspace(0.0, 10.0, 5001)
+    values = np.where(np.arange(5001) == 1234, 7.0, np.sin(time))
+    record = sp.RecordedExcitation((*time,), (*values,), scale=2.0)
+    (drawn,) = charts_of_excitation(sp.System(sp.Spring(8.0), sp.Dashpot(0.5), record), 2.0)
+    at, (line,) = drawn["at"], drawn["lines"]
+    assert (len(at) <= 2 * 241, max(line["values"]), drawn["y"]) == (True, 14.0, ("a", "m/s²"))
+    assert line["values"] == pytest.approx(2.0 * np.interp(at, time, values))
+
+
 def test_a_table_takes_the_place_of_white_noise() -> None:
     """It is drawn with its overall rms, comes back as it was typed, and a wrong one is refused with one sentence."""
     device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.5), shake=sp.WhiteNoise(1.0, on="ground"))
@@ -86,6 +96,10 @@ def test_a_table_takes_the_place_of_white_noise() -> None:
     area = np.trapezoid(drawn["lines"][0]["values"], drawn["at"])
     assert area == pytest.approx(noise.mean_square, rel=1e-3)
     assert with_table(device, table_of(made, 2.0)).parts[-1].psd == pytest.approx(noise.psd, rel=1e-5)
+    filtered = sp.System(*device.parts[:3], shake=sp.KanaiTajimiNoise(2.0, 0.6, 1.0))
+    alike = with_table(filtered, table_of(filtered, 2.0))  # cut off where the page draws no longer
+    assert sp.theory.linear(alike).x_mean_square == pytest.approx(sp.theory.linear(filtered).x_mean_square, rel=0.02)
+    assert with_table(filtered, BAND).parts[-1] == noise
     for text, sentence in (
         ("frequency_Hz,psd_g2/Hz\n2,0.02\n1,0.01\n", "must increase"),
         ("frequency_Hz,psd_dB\n1,2\n2,3\n", "unit of psd"),
@@ -94,7 +108,7 @@ def test_a_table_takes_the_place_of_white_noise() -> None:
     ):
         with pytest.raises(ValueError, match=sentence):
             with_table(device, text)
-    with pytest.raises(ValueError, match="neither a table of densities nor white noise"):
+    with pytest.raises(ValueError, match="neither a table of densities nor another noise"):
         with_table(sp.System(sp.Spring(1.0)), BAND)
 
 

@@ -10,16 +10,25 @@ from typing import Any
 import numpy as np
 
 from springpot.explorer.ends import titled
-from springpot.problem.parts import SpectralExcitation, WhiteNoise
+from springpot.problem.parts import (
+    CloughPenzienNoise,
+    ColoredNoise,
+    KanaiTajimiNoise,
+    RecordedExcitation,
+    SpectralExcitation,
+    WhiteNoise,
+)
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.spectral_density import STANDARD_GRAVITY, densities_in
 from springpot.problem.system import System
 
 __all__ = ["chart", "charts_of_excitation", "table_of", "with_table"]
 
-POINTS = 241
+POINTS, POINTS_OF_TABLE = 241, 41
 WIDE = 30.0  # of the natural frequency, on both sides: what is drawn of a density that has no ends
 DECADES = 1e-6  # of the largest density: what is drawn
+_REPLACED = SpectralExcitation, WhiteNoise, ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise
+"""What a table may take the place of, the first there is."""
 
 
 def chart(
@@ -45,7 +54,7 @@ def _plain(values: Any) -> Any:
 
 
 def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str, Any]]:
-    """The one-sided density of each noise that is not white, and the envelope of each that is modulated.
+    """The one-sided density of each noise that is not white, envelopes, and records.
 
     Parameters
     ----------
@@ -66,10 +75,23 @@ def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str,
             continue
         if hasattr(part, "density") and not isinstance(part, WhiteNoise):
             yield _density(system, name, part, natural)
+        if isinstance(part, RecordedExcitation):
+            yield _record(system, name, part)
         if envelope := getattr(part, "envelope", None):
             time = np.linspace(0.0, envelope.duration, POINTS)
             line = {"name": "envelope", "values": envelope.at(time)}
             yield chart(f"{titled(name)}: envelope", ("t", "s"), ("e", ""), time, [line])
+
+
+def _record(system: System, name: str, part: RecordedExcitation) -> dict[str, Any]:
+    """The first record: of a long one the smallest and the largest value of each piece."""
+    time, values = (np.array(own) for own in part.records[0])
+    pieces = np.array_split(np.arange(time.size), min(POINTS, time.size))
+    kept = np.unique([piece[find(values[piece])] for piece in pieces for find in (np.argmin, np.argmax)])
+    y = ("F", "N") if system.has_mass and not part.of_ground else ("a", "m/s²")
+    line = {"name": "record", "values": part.scale * values[kept]}
+    note = f"The first of {part.count} records." if part.count > 1 else ""
+    return chart(titled(name), ("t", "s"), y, time[kept] - time[0], [line], note=note)
 
 
 def _density(system: System, name: str, part: Any, natural: float) -> dict[str, Any]:
@@ -90,14 +112,11 @@ def _density(system: System, name: str, part: Any, natural: float) -> dict[str, 
 
 def _replaced(system: System) -> str:
     """The name of the excitation that a table takes the place of; empty if there is none."""
-    stated = dict(system.stated())
-    tables = [name for name, part in stated.items() if isinstance(part, SpectralExcitation)]
-    white = [name for name, part in stated.items() if type(part) is WhiteNoise]
-    return next(iter(tables or white), "")
+    return next((name for kind in _REPLACED for name, part in system.stated() if type(part) is kind), "")
 
 
 def table_of(system: System, frequency: float) -> str:
-    """The table of densities of a system as CSV; of white noise a band about a frequency in rad/s; empty without both.
+    """The table of densities of a system as CSV; of other noise in a band about a frequency in rad/s; empty without.
 
     Examples
     --------
@@ -113,14 +132,15 @@ def table_of(system: System, frequency: float) -> str:
     if isinstance(part, SpectralExcitation):
         points = [(f, part.scale * value) for f, value in zip(part.frequency, part.psd, strict=True)]
     else:
-        middle = frequency / (2.0 * math.pi)
-        points = [(float(f"{f:.2g}"), 2.0 * part.intensity) for f in (middle / WIDE, middle * WIDE)]
+        middle, count = frequency / (2.0 * math.pi), 2 if isinstance(part, WhiteNoise) else POINTS_OF_TABLE
+        band = [float(f"{f:.4g}") for f in np.geomspace(middle / WIDE, middle * WIDE, count)]
+        points = [(f, 4.0 * math.pi * part.density(2.0 * math.pi * f)) for f in band]
     unit = "N2/Hz" if system.has_mass and not part.of_ground else "m2/s4/Hz"
     return "\n".join([f"frequency_Hz,psd_{unit}", *(f"{f:.6g},{value:.6g}" for f, value in points)])
 
 
 def with_table(system: System, text: str) -> System:
-    """The same system with another table of densities, in the place of its own or of its white noise.
+    """The same system with another table of densities, in the place of its own or of another noise.
 
     Raises
     ------
@@ -135,10 +155,12 @@ def with_table(system: System, text: str) -> System:
     (10.0, 2000.0)
     """
     if not (name := _replaced(system)):
-        raise ValueError("table: this system has neither a table of densities nor white noise, which it could replace.")
+        raise ValueError(
+            "table: this system has neither a table of densities nor another noise, which it could replace."
+        )
     stated = dict(system.stated())
     old: Any = stated[name]
     frequency, psd, unit = densities_in(io.StringIO(text), "the table")
     on = old.on if unit == "N2/Hz" and not old.of_ground else ""
-    made = SpectralExcitation.from_psd(frequency, psd, unit, on=on, envelope=old.envelope)
+    made = SpectralExcitation.from_psd(frequency, psd, unit, on=on, envelope=getattr(old, "envelope", None))
     return System(**(stated | {name: made}))

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -21,7 +22,7 @@ from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.files import open_text
-from springpot.machine.rows import column_of, numbers_of, rows_of
+from springpot.machine.rows import rows_of, table_in
 from springpot.problem.spectral_density import FREQUENCY_UNITS, STANDARD_GRAVITY
 
 __all__ = ["UNITS", "Data", "data_of", "read_data"]
@@ -167,8 +168,7 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
     settings: dict[str, str] = {}
     rows = rows_of(file, title, partial(_note, settings=settings, title=title), stop)
     line, cells = next(rows)
-    heads = [" ".join(cell.split()) for cell in cells]
-    if tuple(head.lower() for head in heads) == HEADER:
+    if tuple(" ".join(cell.split()).lower() for cell in cells) == HEADER:
         found = statistics_in(rows, title)
         if settings:
             name = next(iter(settings))
@@ -176,16 +176,14 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
                 f"{title} is not right: {name} is a setting of {listed(_SETTINGS[name], 'or')}, not of statistics."
             )
         return found
-    known = [column_of(head, UNITS, line, title) for head in heads]
-    values, lines = numbers_of(rows, heads, title)
-    with np.errstate(over="ignore"):  # what is infinite then is refused
-        values *= [UNITS[name][unit] for name, unit in known]  # in place: the table may be large
-    columns = [_Column(head, *own, values[:, n]) for n, (head, own) in enumerate(zip(heads, known, strict=True))]
+    table = table_in(chain([(line, cells)], rows), UNITS, title)
+    each = zip(table.heads, table.columns, table.values.T, strict=True)
+    columns = [_Column(head, *own, values) for head, own, values in each]
     try:
         return _made(columns, settings)
     except PointFault as fault:
         header = _header_of(columns, fault.name)
-        raise FileError(f"{title}, line {lines[fault.place]}: {header} {fault.what}") from None
+        raise FileError(f"{title}, line {table.lines[fault.place]}: {header} {fault.what}") from None
     except (TypeError, ValueError) as fault:
         raise FileError(f"{title} is not right: {fault}") from None
 

@@ -6,6 +6,7 @@ import csv
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from typing import TextIO
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from springpot.machine.faults import FileError, Stopped, listed, meant, shown
 
-__all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "column_of", "numbers_of", "rows_of"]
+__all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "Table", "rows_of", "table_in"]
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +33,10 @@ Row = tuple[int, list[str]]
 
 
 def rows_of(
-    file: TextIO, title: str, note: Callable[[str, int], None], stop: Callable[[], bool] | None = None
+    file: TextIO,
+    title: str,
+    note: Callable[[str, int], None] | None = None,
+    stop: Callable[[], bool] | None = None,
 ) -> Iterator[Row]:
     """Each row of a table, the header first.
 
@@ -42,7 +46,7 @@ def rows_of(
         Cells are separated by commas, semicolons or tabs; empty lines are passed over.
     title : str
         Names the file in what is said of its faults.
-    note : callable
+    note : callable, optional
         Is given each line that begins with ``#``, and its number.
     stop : callable, optional
         Tells whether to stop reading.
@@ -57,7 +61,7 @@ def rows_of(
     Examples
     --------
     >>> import io
-    >>> list(rows_of(io.StringIO("time_s;x_m\\n\\n0;1\\n"), "a.csv", print))
+    >>> list(rows_of(io.StringIO("time_s;x_m\\n\\n0;1\\n"), "a.csv"))
     [(1, ['time_s', 'x_m']), (3, ['0', '1'])]
     """
     at = 0
@@ -70,7 +74,8 @@ def rows_of(
             if len(line) > LONGEST_LINE:
                 raise FileError(f"{title}, line {at}: a line must have at most {LONGEST_LINE:,} characters.")
             if line.lstrip().startswith("#"):
-                note(line, at)
+                if note is not None:
+                    note(line, at)
             elif line.strip():
                 yield line
 
@@ -89,6 +94,61 @@ def rows_of(
             yield at, row
     except csv.Error:
         raise FileError(f"{title}, line {at}: a quotation mark has no partner, or stands within a cell.") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The numbers of a file.
+
+    Attributes
+    ----------
+    heads : list of str
+        The header, column by column.
+    columns : list of (str, str)
+        What each column is, and its unit in the file.
+    values : ndarray, shape (rows, columns)
+        In SI units.
+    lines : sequence of int
+        Of the file, of each row.
+    """
+
+    heads: list[str]
+    columns: list[tuple[str, str]]
+    values: FloatArray
+    lines: Sequence[int]
+
+
+def table_in(rows: Iterator[Row], units: Mapping[str, Mapping[str, float]], title: str) -> Table:
+    """The numbers of a table whose header has the units, from its rows.
+
+    Parameters
+    ----------
+    rows : iterator of Row
+        As of `rows_of`, the header first.
+    units : mapping
+        What a column may be, and the size of each unit that it may have.
+    title : str
+        Names the file in what is said of its faults.
+
+    Raises
+    ------
+    FileError
+        If there is no such column or unit, or a row has other than one number for each column.
+
+    Examples
+    --------
+    >>> import io
+    >>> rows = rows_of(io.StringIO("time_ms,x (m)\\n10,3\\n"), "a.csv")
+    >>> table_in(rows, {"time": {"s": 1.0, "ms": 0.001}, "x": {"m": 1.0}}, "a.csv").values.tolist()
+    [[0.01, 3.0]]
+    """
+    line, cells = next(rows)
+    heads = [" ".join(cell.split()) for cell in cells]
+    columns = [column_of(head, units, line, title) for head in heads]
+    values, lines = numbers_of(rows, heads, title)
+    with np.errstate(over="ignore"):  # what is infinite then is refused
+        values *= [units[name][unit] for name, unit in columns]  # in place: the table may be large
+    return Table(heads, columns, values, lines)
 
 
 def column_of(text: str, units: Mapping[str, Mapping[str, float]], line: int, title: str) -> tuple[str, str]:

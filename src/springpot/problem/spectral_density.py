@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Literal, TextIO, get_args
 
@@ -209,26 +208,21 @@ def densities_in(file: TextIO, title: str) -> tuple[tuple[float, ...], tuple[flo
     >>> densities_in(io.StringIO("frequency_kHz,psd_g2/Hz\\n0.01,0.02\\n2,0.01\\n"), "the table")
     ((10.0, 2000.0), (0.02, 0.01), 'g2/Hz')
     """
-    from springpot.machine.rows import column_of, numbers_of, rows_of  # slow to import, as NumPy is
+    from springpot.machine.rows import rows_of, table_in  # slow to import, as NumPy is
 
     per_hertz = {unit: unit for unit in get_args(DensityUnit)}
     per_radian = {unit.replace("Hz", "(rad/s)"): unit for unit in per_hertz}  # 2 pi of these are 1 Hz
     sizes = dict.fromkeys(per_hertz, 1.0) | dict.fromkeys(per_radian, 2.0 * math.pi)
     units = {"frequency": FREQUENCY_UNITS, "psd": sizes, "density": sizes}
-    rows = rows_of(file, title, lambda line, number: None)
-    line, cells = next(rows)
-    heads = [" ".join(cell.split()) for cell in cells]
-    known = [*map(partial(column_of, units=units, line=line, title=title), heads)]
-    kinds = ["frequency" if name == "frequency" else "psd" for name, _ in known]
+    table = table_in(rows_of(file, title), units, title)
+    kinds = ["frequency" if name == "frequency" else "psd" for name, _ in table.columns]
     if sorted(kinds) != ["frequency", "psd"]:
         raise FileError(
             f"{title} must have two columns, one of the frequency and one of the density, such as "
-            f"frequency_Hz,psd_g2/Hz, not {listed([*map(shown, heads)])}."
+            f"frequency_Hz,psd_g2/Hz, not {listed([*map(shown, table.heads)])}."
         )
-    values, _ = numbers_of(rows, heads, title)
-    if not len(values):
+    if not len(table.values):
         raise FileError(f"{title} is empty below its header: a density needs two points or more.")
     at, of = kinds.index("frequency"), kinds.index("psd")
-    size, unit = FREQUENCY_UNITS[known[at][1]], known[of][1]
-    frequency, psd = size * values[:, at], sizes[unit] * values[:, of]
-    return tuple(frequency.tolist()), tuple(psd.tolist()), {**per_hertz, **per_radian}[unit]
+    frequency, psd = (tuple(table.values[:, column].tolist()) for column in (at, of))
+    return frequency, psd, {**per_hertz, **per_radian}[table.columns[of][1]]

@@ -179,6 +179,23 @@ def test_the_spectrum_is_the_exact_one(order: float, side: str | None) -> None:
     assert data["x_spectrum"].sizes == {"frequency": 32}
 
 
+@pytest.mark.parametrize("window", [(0.0, 10.0), (3.05, 19.95)])  # the last samples are fewer than are added together
+def test_the_spectrum_is_that_of_recorded_paths(window: tuple[float, float]) -> None:
+    step, w = 0.05, np.array([1.5, 2.0])
+    run = simulate(
+        oscillator(), paths=3, duration=20.0, step=step, window=window, spectrum=w, start="rest", record=3,
+        record_every=1,
+    )  # fmt: skip
+    low, high = (round(end / step) for end in window)
+    n = np.arange(-(-low // 4) * 4, high, 4)
+    taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
+    x = run.record[:, n + 1, 0]
+    mean = (x @ taper).mean() / taper.sum()
+    sums = ((x - mean) * taper) @ np.exp(-1j * np.outer(n, w * step))
+    power = (np.abs(sums) ** 2).mean(axis=0) * 4.0 * step / (2.0 * np.pi * (taper**2).sum())
+    assert run.spectra["x"].density == pytest.approx(power, rel=1e-10)
+
+
 def test_the_spectrum_has_the_same_bits_for_any_number_of_threads() -> None:
     one, other = (
         simulate(oscillator(), paths=200, duration=60.0, step=0.05, spectrum=[0.5, 1.0, 2.0], threads=threads)

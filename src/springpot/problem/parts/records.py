@@ -224,17 +224,14 @@ def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], s
     """The times of a file in s, its columns in m/s^2 or N, and which of the two they are."""
     import numpy as np  # slow to import
 
-    from springpot.machine.rows import column_of, numbers_of, rows_of
+    from springpot.machine.rows import rows_of, table_in
 
     title = f"record file {str(path)!r}"
     with open_text(path, title, MOST_BYTES) as file:
-        rows = rows_of(file, title, lambda line, number: None)
-        line, cells = next(rows)
-        heads = [" ".join(cell.split()) for cell in cells]
-        units = [column_of(head, _UNITS, line, title) for head in heads]
-        values, lines = numbers_of(rows, heads, title)
-    at = [n for n, (name, _) in enumerate(units) if name == "time"]
-    kinds = {name for name, _ in units} - {"time"}
+        table = table_in(rows_of(file, title), _UNITS, title)
+    values, names = table.values, [name for name, _ in table.columns]
+    at = [n for n, name in enumerate(names) if name == "time"]
+    kinds = {*names} - {"time"}
     if len(at) > 1:
         raise FileError(f"{title} has {len(at)} columns of the time, and a record has one: leave out the others.")
     if len(kinds) != 1:
@@ -248,19 +245,17 @@ def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], s
         raise FileError(f"{title} has {len(values)} points below its header: a record needs two or more.")
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0].tolist()
-        raise FileError(
-            f"{title}, line {lines[row]}: {heads[column]} must be a finite number, not {values[row, column]}."
-        )
-    sizes = np.array([_UNITS[name][unit] for name, unit in units])
-    own = [tuple((sizes[n] * values[:, n]).tolist()) for n in range(len(units)) if n not in at]
+        where = f"{title}, line {table.lines[row]}: {table.heads[column]}"
+        raise FileError(f"{where} must be a finite number, not {values[row, column]}.")
+    own = [tuple(values[:, n].tolist()) for n in range(len(names)) if n not in at]
     if rate is not None:
         return tuple((np.arange(len(values)) / rate).tolist()), own, kinds.pop()
-    time = sizes[at[0]] * values[:, at[0]]
+    time = values[:, at[0]]
     steps, usual = np.diff(time), float(np.median(np.diff(time)))
     if not usual > 0.0 or (wrong := np.abs(steps - usual) > _UNEVEN * usual).any():
         place = int(np.argmax(wrong)) if usual > 0.0 else 0
         raise FileError(
-            f"{title}, line {lines[place + 1]}: the time goes on by {steps[place]:.6g} s, and by {usual:.6g} s in most "
-            "other lines: fill the gap, or give the points to RecordedExcitation(time, values)."
+            f"{title}, line {table.lines[place + 1]}: the time goes on by {steps[place]:.6g} s, and by {usual:.6g} s "
+            "in most other lines: fill the gap, or give the points to RecordedExcitation(time, values)."
         )
     return tuple(time.tolist()), own, kinds.pop()

@@ -12,7 +12,7 @@ const EXCITATION = `
   <div class="charts" id="excitation-charts"></div>
   <details id="table-ask">
     <summary>Another table of densities</summary>
-    <p class="caption">One line for each break point, with the units in the header: frequency_Hz or frequency_rad/s, and psd_g2/Hz, psd_m2/s4/Hz or psd_N2/Hz, one-sided. Between the points the density is a straight line on logarithmic axes. The table takes the place of the present one, or of the white noise.</p>
+    <p class="caption">One line for each break point, with the units in the header: frequency_Hz or frequency_rad/s, and psd_g2/Hz, psd_m2/s4/Hz or psd_N2/Hz, one-sided. Between the points the density is a straight line on logarithmic axes. The table takes the place of the present one, or of white, colored or Kanai-Tajimi noise.</p>
     <textarea id="table-text" spellcheck="false" aria-label="Table of densities"></textarea>
     <div class="fit-ask"><button type="button" class="button primary" id="table-use">Use this table</button>
       <label class="button">CSV file… <input type="file" id="table-file" accept=".csv,.txt,.tsv,text/csv" class="sr"></label></div>
