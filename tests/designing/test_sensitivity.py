@@ -125,6 +125,7 @@ def test_the_gain_is_that_of_the_covariance() -> None:
         ((LINEAR, []), "quantities must name at least one"),
         ((LINEAR, [1]), "quantities must be names"),
         ((LINEAR, "impact_rat"), "quantities must be among"),
+        ((LINEAR, "force_on_groud_mean_square"), "; did you mean force_on_ground_mean_square"),
         ((sp.Oscillator(springpot=sp.Springpot(0.5, 0.0)), "x_mean"), "sensitivity needs a stationary state"),
     ],
 )

@@ -22,7 +22,7 @@ from springpot.machine.faults import FileError
 from springpot.simulation.plan.plan import COARSEST
 from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
-from springpot.studies.question import PARAMETERS, Method, Study, read_study
+from springpot.studies.question import PARAMETERS, Method, Study, read_study, system_at
 from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import OF_OSCILLATORS, TEMPLATE
 from springpot.theory.result import MOMENTS
@@ -280,6 +280,16 @@ def test_large_axes_are_checked_in_time_proportional_to_their_length() -> None:
 def test_a_point_by_its_index_is_that_of_the_grid() -> None:
     study = given(RUNS, zipped={"case": {"coefficient": [0.1, 0.5, 2.0], "position": [0.0, 0.1, 0.2]}})
     assert [study.point(index) for index in range(18)] == list(study.points())
+
+
+def test_a_study_without_a_wall_has_points_without_one() -> None:
+    content = read_study(
+        {"name": "free", "methods": ["linear"], "fixed": {"barrier": False}, "axes": {"order": [0.5, 1]}}
+    )
+    assert [task.point["order"] for task in tasks(content)] == [0.5, 1.0]
+    assert [system_at(point, content.system) for point in content.points()] == [
+        sp.Oscillator.from_numbers(order=order, barrier=False) for order in (0.5, 1.0)
+    ]
 
 
 def test_a_task_by_its_index_is_that_of_the_list() -> None:

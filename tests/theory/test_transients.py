@@ -194,7 +194,8 @@ def test_the_linearization_in_time_is_as_near_to_simulation_as_it_says(
         ((sp.PolynomialSpring((-3.0, 0.0, 1.0)),), "not two wells"),
         ((sp.VanDerPol(0.1, 1.0),), "none that feed small motions"),
         ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.BoucWen(1.0, 1.0)), "in time not bouc_wen"),
-        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.0)), "not barrier"),
+        ((sp.Jenkins(1.0, 1.0),), "Statistical linearization .* in time not jenkins"),
+        ((sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.Barrier(0.0)), "Statistical linearization .* not barrier"),
         (
             (sp.PolynomialSpring((0.0, 0.0, 1.0)), sp.SpectralExcitation((0.1, 1.0), (1.0, 1.0))),
             "not a noise of a given spectral density",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -101,8 +101,8 @@ def sensitivity(
     if not numbers.values:
         raise ValueError("model must have a number that is not 0.")
     chosen, doubt = chosen_method(system, method)
-    forces = [of for square, of in squares_felt(system).items() if square in names]
-    if forces and method is None and chosen != MONTE_CARLO:  # of theory linear theory has them
+    felt = squares_felt(system) if method in (None, "linear", MONTE_CARLO) else {}  # other methods do not have them
+    if method is None and chosen != MONTE_CARLO and not felt.keys().isdisjoint(names):  # of theory linear theory
         chosen, doubt = "linear" if {*names} <= {*theory_values(system, "linear", names)[0]} else MONTE_CARLO, ""
     said = [doubt] if doubt else []
     said += [f"{name} is 0: it has no relative change." for name, value in numbers.values.items() if value == 0.0]
@@ -112,9 +112,9 @@ def sensitivity(
     settings = None
     if chosen == MONTE_CARLO:
         settings = plan_of(system, paths=paths, seed=seed, duration=duration, step=step, threads=threads).settings
-        base, found, more = _by_monte_carlo(moved, names, forces, settings, math.log1p(change), progress)
+        base, found, more = _by_monte_carlo(moved, names, felt, settings, math.log1p(change), progress)
     else:
-        base, found, more = _by_theory(moved, names, chosen, progress)
+        base, found, more = _by_theory(moved, names, felt, chosen, progress)
     values, errors, gains = (
         {quantity: {name: float(found[name][place][n]) for name in moved.values} for n, quantity in enumerate(names)}
         for place in range(3)
@@ -139,12 +139,14 @@ Found = tuple[dict[str, float], dict[str, tuple[Any, ...]], list[str]]
 """Quantities by name; by the name of a number the derivatives of all, their errors, and the gains; and doubts."""
 
 
-def _by_theory(numbers: Numbers, names: tuple[str, ...], method: str, progress: Progress | None) -> Found:
+def _by_theory(
+    numbers: Numbers, names: tuple[str, ...], felt: Mapping[str, str], method: str, progress: Progress | None
+) -> Found:
     base, statement = theory_values(numbers.system, method, names)
     if not base:
         raise ValueError(f"method {method!r} has no answer for this model: {statement}")
     for name in names:
-        known_word(name, base, "quantities", "must be among")
+        known_word(name, [*base, *felt], "quantities", "must be among")
     unknown, derivatives, said = np.full(len(names), math.nan), {}, []
     for done, name in enumerate(numbers.values, start=1):
 
@@ -175,10 +177,11 @@ def _extrapolated(own: Stencil, logarithms: Any) -> tuple[Floats, Floats] | None
 
 
 def _by_monte_carlo(
-    numbers: Numbers, names: tuple[str, ...], forces: Sequence[str], settings: Settings, step: float,
+    numbers: Numbers, names: tuple[str, ...], felt: Mapping[str, str], settings: Settings, step: float,
     progress: Progress | None,
 ) -> Found:  # fmt: skip
     said: list[str] = []
+    forces = [of for square, of in felt.items() if square in names]
     stencils: dict[str, Stencil] = {}
     for name, value in numbers.values.items():
         own = stencil(lambda distance, name=name: _exists(numbers, name, distance), step)  # type: ignore[misc]
@@ -197,7 +200,7 @@ def _by_monte_carlo(
 
     base, motion = simulated(numbers.system), motion_of(numbers.system)
     for name in names:
-        known_word(name, base, "quantities", "must be among")
+        known_word(name, [*base, *felt], "quantities", "must be among")
     if motion.struck.crowded and any("impact_" in name for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     for name in names:

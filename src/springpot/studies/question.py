@@ -288,10 +288,9 @@ def system_at(point: Mapping[str, Any], base: System) -> System:
     9.0
     """
     known = numbers_of(base)
-    named = ((*PARAMETERS.get(name, (name, 1)), value) for name, value in point.items())
-    return with_numbers(
-        base, {number: value**power for number, power, value in named if number in known or number.startswith(ROOT)}
-    )
+    named = ((*PARAMETERS[name], value) for name, value in point.items() if name in PARAMETERS)
+    ours = {number: value**power for number, power, value in named if number in known}  # without a wall it has none
+    return with_numbers(base, ours | {name: value for name, value in point.items() if name.startswith(ROOT)})
 
 
 def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:

@@ -59,6 +59,8 @@ COIL = sp.System(
     sp.ResonantCircuit(1.0, 0.2, 1.0, 1.0, between=("a", "b")), sp.Springpot(0.5, 0.2, between=("ground", "a")),
     sp.WhiteNoise(0.2, on="a"),
 )  # fmt: skip
+BETWEEN = sp.System(sp.Spring(1.0), sp.Springpot(0.3, 0.3), sp.Barrier(-1.5, 0.7), sp.Barrier(1.5, 0.9), WHITE)
+COLORED = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.2), sp.ColoredNoise(1.0, 0.3), sp.Barrier(-50.0))
 SHAKEN = sp.System(sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(0.3), sp.ParametricNoise(0.1))
 
 
@@ -178,6 +180,8 @@ def test_without_splitting_paths_are_those_of_a_plain_run() -> None:
         validation(SHAKEN, "distance", 1.0, {}, [2.0, 3.0], 2.0),
         validation(QUAKE, "x", 1.0, {}, [1.0, 2.0, 3.0], 2.0),
         validation(SHAKEN, "speed", 1.0, {}, [2.0, 3.0], 2.0),
+        validation(BETWEEN, "v", 1.0, {}, [1.4, 2.2, 3.1], 2.0),
+        validation(COLORED, "x", 1.0, {}, [1.8, 2.8, 4.4], 2.0),
         validation(PAIR, "b_x", 1.0, {}, [1.5, 2.5, 3.2], 1.0),
         validation(PAIR, "a_v", -1.0, {}, [-1.5, -2.2, -3.0], 1.0),
         validation(PAIR, "a_b_elongation", 1.0, {}, [1.2, 1.9, 2.4], 1.0),

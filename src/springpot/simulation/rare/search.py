@@ -183,7 +183,7 @@ def search(
     except OutOfTimeError:
         if now.count < FEWEST:
             raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
-        reason = f"max_time of {clock.limit:.3g} s is over"
+        reason = "max_time is over"
     return now.curve(reason, time.perf_counter() - begun)
 
 

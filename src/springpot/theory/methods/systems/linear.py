@@ -340,7 +340,7 @@ class LinearResponse(Result):
         _ = self.moments
         if of in felt_in(self.system):
             return felt_spectrum(self.system, self.companion, of)
-        row = self._row(of)[None, :]
+        row = self._row(of, *felt_in(self.system))[None, :]
         return lambda w: np.asarray(_quadratic(self.companion, w, row)[..., 0, 0].real)
 
     def mean_square(self, of: str) -> float:
@@ -512,7 +512,8 @@ class LinearResponse(Result):
         """
         if of in felt_in(self.system):
             return felt_mean(self.system, self.companion, of)
-        return float(self._row(of) @ np.linalg.solve(self.companion.stiffness, self.companion.force))
+        row = self._row(of, *felt_in(self.system))
+        return float(row @ np.linalg.solve(self.companion.stiffness, self.companion.force))
 
     def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Two-sided spectral and cross-spectral densities of the displacements of all points, in m^2 s per rad.
@@ -591,13 +592,14 @@ class LinearResponse(Result):
             found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
         return np.asarray(found)
 
-    def _row(self, of: str) -> FloatArray:
+    def _row(self, of: str, *felt: str) -> FloatArray:
+        """The row of a displacement or an elongation; ``felt``: what else the caller takes."""
         coordinates, known = self.system.coordinates, self.system.points
         if of in known or (not of and len(known) == 1):
             return coordinates.push(of or known[0])
         if of in coordinates.elongations:
             return coordinates.elongations[of]
-        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations], 'or')}{_not_one(of)}.")
+        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations, *felt], 'or')}{_not_one(of)}.")
 
     def _push(self, on: str) -> FloatArray:
         known = self.system.points
@@ -679,8 +681,10 @@ def linear(system: System) -> LinearResponse:
     )
 
 
-def companion_of(system: System, *, over: bool = False) -> Companion:
+def companion_of(system: System, *, over: bool = False, reach: str = _REACH) -> Companion:
     """The linear system, or the sentence that names the part which is not linear; ``over`` time, with envelopes.
+
+    ``reach``: how that sentence begins.
 
     Raises
     ------
@@ -691,7 +695,7 @@ def companion_of(system: System, *, over: bool = False) -> Companion:
     memory = Dashpot | PolynomialDashpot | Springpot | FractionalMaxwell | Maxwell | Circuit
     sources |= CloughPenzienNoise | PoissonImpulses | SpectralExcitation
     kinds = Mass | Inerter | Point | Spring | PolynomialSpring | memory | sources
-    check_kinds(system, _REACH, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
+    check_kinds(system, reach, kinds, linear=PolynomialSpring | PolynomialDashpot, nonlinear="", over=over)
     at = system.coordinates
     return Companion(
         coordinates=at,

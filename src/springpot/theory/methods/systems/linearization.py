@@ -166,10 +166,11 @@ def nearest_in_time(system: System) -> NearestLinear | None:
         If the system has a part that is not covered, or its mean moves.
     """
     rows, force = _rows(system), system.constant_force
-    if not any(row.is_bent for row in rows):
+    yielding = system.of(Yielding)
+    if not yielding and not any(row.is_bent for row in rows):
         return None
     companion = check_covered(system, over=True)
-    if yielding := system.of(Yielding):
+    if yielding:
         raise NotCoveredError(f"{_REACH}; in time not {system.name_of(yielding[0])}.")
     if force.any() or any(any(row.forces[::2]) for row in rows):
         raise NotCoveredError(f"{_REACH}; in time only where the mean of x stays 0 by symmetry.")
@@ -183,7 +184,7 @@ def check_covered(system: System, *, over: bool = False) -> Companion:
     for name, part in system.named():
         if isinstance(part, Harmonic | ParametricNoise):
             raise NotCoveredError(f"{_REACH} and with stationary noise, not {name}.")
-    companion = companion_of(_without_nonlinear(system), over=over)
+    companion = companion_of(_without_nonlinear(system), over=over, reach=_REACH)
     rows, force = _rows(system), system.constant_force
     stiffness = sum((row.along(row.forces[1]) for row in rows), np.zeros((len(force), len(force))))
     for row in rows:
