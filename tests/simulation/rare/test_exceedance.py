@@ -217,6 +217,15 @@ def test_a_level_out_of_reach_has_a_bound_after_the_first_repetitions() -> None:
     assert abs(found.probability[0] - 2.3635e-3) < 4.0 * found.error[0] < 1e-3
 
 
+def test_a_level_out_of_reach_does_not_keep_others_from_their_accuracy() -> None:
+    with pytest.warns(sp.RareEventWarning, match=r"no path exceeded x of 27 m"):
+        found = sp.exceedance(LIGHT, {"x": [3.2, 27.0]}, **SHORT, rtol=0.035)["x"]
+    assert found.paths == 256
+    assert found.high[1] < 1e-12
+    assert found.error[0] <= 0.035 * found.probability[0]
+    assert abs(found.probability[0] - 2.3635e-3) < 4.0 * found.error[0]
+
+
 def test_the_time_that_is_left_is_told_before_it_passes() -> None:
     """From the steps of a path and a usual speed at first, then as measured."""
     told = list[Any]()

@@ -140,7 +140,8 @@ def search(
 
     Plain paths come first.  If less than one in a hundred exceeds the last level, they are left for splitting; where
     its repetitions differ much, they begin again with more paths each, and where they cost more than plain paths for
-    the same error, these go on; where all die out so far below the last level that larger ones would too, it ends.
+    the same error, these go on; where all die out so far below the last level that larger ones would too, only the
+    levels that they exceed count.
     All this depends on what is found, and on time only when it is over.
 
     Parameters
@@ -172,7 +173,8 @@ def search(
             more = now.lacking()
             many = more >= 3 * REPETITIONS  # as many paths in larger repetitions have a smaller spread
             uneven = now.spread > (EVEN if many else UNEVEN if more else DOUBTFUL)
-            if now.splits and uneven and now.paths < MOST_PATHS and not now.is_hopeless:
+            is_idle = now.is_hopeless and not now.exceeded.any()
+            if now.splits and uneven and now.paths < MOST_PATHS and not is_idle:
                 now = now.again(4 * now.paths)
             elif more:
                 now.add(more)
@@ -286,9 +288,10 @@ class _Repetitions:
     def lacking(self) -> int:
         """How many more are needed."""
         done, p = self.count, self.exceeded[:, 1].mean(axis=0)
-        if not p[-1] > 0.0:
-            return 3 * done if not self.splits and self.paths * done < MOST_UNSEEN else 0
-        off = float(np.max(_error(self.exceeded[:, 1]) / p)) / self.rtol
+        if not p[-1] > 0.0 and not self.splits and self.paths * done < MOST_UNSEEN:
+            return 3 * done
+        known = p > 0.0
+        off = float(np.max(_error(self.exceeded[:, 1, known]) / p[known], initial=0.0)) / self.rtol
         return 0 if off <= 1.0 else min(max(math.ceil(done * (1.05 * off**2 - 1.0)), REPETITIONS // 4), 3 * done)
 
     @property
@@ -303,8 +306,11 @@ class _Repetitions:
 
     @property
     def spread(self) -> float:
-        """Standard deviation over the mean, at the last level."""
-        return float(self.last.std(ddof=1) / self.last.mean()) if self.last.any() else math.inf
+        """Standard deviation over the mean, at the last level; if that is out of reach, at the last one exceeded."""
+        rarest, known = self.last, self.exceeded[:, 1].any(axis=0)
+        if known.any() and self.is_hopeless:
+            rarest = self.exceeded[:, 1, np.flatnonzero(known)[-1]]
+        return float(rarest.std(ddof=1) / rarest.mean()) if rarest.any() else math.inf
 
     @property
     def is_dear(self) -> bool:
@@ -352,8 +358,8 @@ class _Repetitions:
         if not p.all():
             n = int(np.argmin(p))
             said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))
-        elif (error > rtol * p).any():
-            n = int(np.argmax(error / p))
+        if reason and (error > rtol * p).any():
+            n = int(np.argmax(error / np.where(p > 0.0, p, math.inf)))
             known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
             said.append(say("rare_not_known", **of, level=self.asked.given[n], **known))
         largest = float(self.last.max() / self.last.sum()) if self.last.any() else 0.0
