@@ -42,7 +42,7 @@ _BOUNDS = {
 class Estimate:
     """A number with its errors and its unit; it prints as ``0.2590 +- 0.0021 m``.
 
-    After ``+-`` stands ``error``, or with ``rtol`` ``budget.total``, half of a 95 % interval.
+    After ``+-`` stands ``error``, or with ``rtol`` ``budget.total``, half of a 95 % interval, marked ``(total error)``.
 
     Attributes
     ----------
@@ -91,8 +91,10 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
-        error = self.error if self.budget is None else self.budget.total
-        return with_error(self.value, error, self.unit or "1")
+        unit = self.unit or "1"
+        if self.budget is None:
+            return with_error(self.value, self.error, unit)
+        return f"{with_error(self.value, self.budget.total, unit)} (total error)"
 
 
 def estimates_from(
