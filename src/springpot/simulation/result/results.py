@@ -61,6 +61,8 @@ class Estimate:
     >>> print(Estimate(0.25904, 0.00213, "m")), f"{Estimate(2.0, 0.1):.1f}", float(Estimate(2.0, 0.1))
     0.2590 +- 0.0021 m
     (None, '2.0', 2.0)
+    >>> print(Estimate(1.0, 0.1, "m", Budget(0.1, 0.05, 0.0, 0.0)))
+    1.00 +- 0.25 m (total error)
     >>> Estimate(1.0, float("nan")) == Estimate(1.0, float("nan")), Estimate(1.0, 0.1) == Estimate(1.0, 0.2)
     (True, False)
     """
