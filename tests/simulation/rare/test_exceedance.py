@@ -76,6 +76,16 @@ def test_the_force_of_a_dashpot_has_the_probabilities_of_its_speed_at_a_long_ste
     assert abs(p - other) < 3.0 * np.hypot(error, its_error) < 0.09 * p
 
 
+def test_what_ends_has_probabilities_and_no_return_period() -> None:
+    quake = sp.System(
+        sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0, envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
+    )
+    found = sp.exceedance(quake, {"x": 0.5}, duration=5.0, step=0.1, rtol=0.3)
+    assert 0.0 < found.probability["x"] < 1.0
+    assert np.isnan(found.return_period["x"])
+    assert "once in" not in str(found)
+
+
 def test_what_all_paths_exceed_has_a_bound_and_no_return_period() -> None:
     curve = sp.exceedance(LIGHT, {"x": [0.01, 1.0]}, **SHORT, rtol=0.3)["x"]
     number = curve.paths * curve.repetitions

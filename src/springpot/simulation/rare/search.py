@@ -59,7 +59,7 @@ class ExceedanceCurve:
         where all did, a lower one.
     rate, rate_error : ndarray
         Of first exceedances in the second half of the time, per second, and the standard errors; NaN where no path was
-        left by the end.
+        left by the end, and under an envelope that ends.
     method : {"plain", "splitting"}
     repetitions, paths : int
         Independent repetitions, and the paths of each.
@@ -328,7 +328,7 @@ class _Repetitions:
         wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))
         high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
         all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
-        p_of_most = np.where(all_did, np.nan, p)
+        p_of_most = np.where(all_did | bool(self.simulation.motion.ends), np.nan, p)  # what ends has no rate
         with np.errstate(divide="ignore", invalid="ignore"):
             rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
             rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p_of_most)
