@@ -211,7 +211,12 @@ def test_a_problem_in_words_says_the_overall_level_and_the_filter() -> None:
     said = sp.explain(shaken)
     assert "-m w(t)" in said
     assert "(shake), 10 to 2000 Hz in 2 points, overall rms 61.87 m/s^2 (6.309 g), acceleration of the ground" in said
-    assert "density of shake at the natural frequency: that of white noise of intensity 0.961704 m^2/s^3" in said
+    assert "at the resonance, 10.0658 Hz: 0.02 g2/Hz, that of white noise of intensity 0.961704 m^2/s^3" in said
+    shake = FROM((10, 2000), 0.02, "g2/Hz")
+    rubber = sp.System(sp.Mass(2.0), sp.Spring(7e3), sp.Springpot(0.2, 1e3), shake=shake)  # 9.4 Hz without memory
+    assert "density of shake at the resonance, 10.8007 Hz: 0.02 g2/Hz" in sp.explain(rubber)
+    below = sp.System(sp.Mass(2.0), sp.Spring(8e2), sp.Dashpot(20.0), shake=shake)
+    assert "density of shake at the resonance, 3.1831 Hz: 0, outside its band" in sp.explain(below)
     assert "shake: simulated by a filter of 8 sections whose density is within 0.33 % of it" in said
     pushed = sp.System(*shaken.parts[:3], push=FROM((1, 50), (1, 2), "N2/Hz"))
     assert "overall rms 9.171 N" in sp.explain(pushed)

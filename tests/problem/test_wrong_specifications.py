@@ -100,9 +100,17 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: simulated(forces=["sprng_force"]),
         "forces has 'sprng_force', which is no force or acceleration; did you mean spring_force?",
     ),
+    "the impulse of a wall whose impacts cannot be counted is not offered": (
+        lambda: sp.simulate(sp.System(*DEVICE.parts, stop=sp.Barrier(-1.0, 0.6)), paths=1, forces=["stop_impuls"]),
+        "which is no force or acceleration; there are spring_force, dashpot_force, force_on_ground",
+    ),
+    "forces as True": (
+        lambda: simulated(forces=True),
+        "not True: spring_force, dashpot_force, force_on_ground",
+    ),
     "forces as one word": (
         lambda: simulated(forces="spring_force"),
-        "forces must be a list of names of forces and accelerations, not 'spring_force'.",
+        "forces must be a list of names of forces and accelerations, not 'spring_force': ",
     ),
     "force of one of a part that is alone": (
         lambda: simulated(forces=["spring_force_of_one"]),

@@ -178,9 +178,10 @@ def _scales(system: System) -> Iterator[str]:
     if math.isfinite(omega):
         period = 2.0 * math.pi / omega
         yield f"natural frequency {omega:.6g} rad/s, {1.0 / period:.6g} Hz; period {period:.6g} s"
-        if (found := system.resonance) > _STIFFENED * omega:
+        found, own = system.resonance, dict(system.named())
+        if found > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
-        yield from filter(None, (part.measure(name, omega) for name, part in system.per_unit_mass.named()))
+        yield from filter(None, (part.measure(name, omega, found, own[name]) for name, part in system.per_unit_mass.named()))
     if system.of(Yielding) and not system.potential.holds():
         yield "it drifts without end: only parts that yield hold the mass, and x has no stationary state"
 

@@ -67,10 +67,9 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
         if wishes:
-            other, reason = next(iter(wishes)), "which controls moments only"
-            reason = (
-                "whose pairs of runs do not see them: give paths, duration and step" if other == "forces" else reason
-            )
+            other, reason = next(iter(wishes)), "which controls moments only: use more paths, and compare with half the step"
+            if other == "forces":
+                reason = "whose pairs of runs do not see them: give paths, duration and step"
             raise ValueError(f"{other} cannot be given with rtol, {reason}.")
         return _run_to(system, rtol, of_rtol, options, progress)
     if "max_time" in of_rtol:

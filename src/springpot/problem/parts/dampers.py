@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from springpot.problem.parts.checks import coefficients, put, signed
-from springpot.problem.parts.registration import Element, Number
+from springpot.problem.parts.registration import Element, Number, Part
 
 __all__ = ["Dashpot", "Friction", "PolynomialDashpot", "VanDerPol"]
 
@@ -48,7 +48,7 @@ class Dashpot(Element):
         """c."""
         return self.coefficient
 
-    def measure(self, name: str, frequency: float) -> str:
+    def measure(self, name: str, frequency: float, resonance: float, own: Part) -> str:
         """Its damping ratio."""
         return f"damping ratio of {name}: {self.coefficient / (2.0 * frequency):.6g}"
 

@@ -714,11 +714,13 @@ class SpectralExcitation(Excitation):
         taken = rate * w**2 / ((frequency**2 - w**2) ** 2 + (rate * w) ** 2)
         return self.largest_square * self.scale * float(np.trapezoid(density * taken * np.exp(u), u))
 
-    def measure(self, name: str, frequency: float) -> str:
-        """Its density at the natural frequency."""
-        q = self.white_at(frequency).intensity
-        there = f"that of white noise of intensity {q:.6g} m^2/s^3" if q else "0"
-        return f"density of {name} at the natural frequency: {there}"
+    def measure(self, name: str, frequency: float, resonance: float, own: Any) -> str:
+        """Its density at the resonance, in the unit of a table and as white noise."""
+        q, hertz = self.white_at(resonance).intensity, 0.5 * resonance / math.pi
+        level = own.one_sided(hertz)
+        size = f"{level / STANDARD_GRAVITY**2:.6g} g2/Hz" if own.on == "ground" else f"{level:.6g} in the unit of psd"
+        there = f"{size}, that of white noise of intensity {q:.6g} m^2/s^3" if q else "0, outside its band"
+        return f"density of {name} at the resonance, {hertz:.6g} Hz: {there}"
 
     def words(self, name: str, unit: Units) -> str:
         """What it is, with its root mean square for comparison with the test's own."""

@@ -408,8 +408,8 @@ class Part(Checked):
         """A line of its own beside the equation of motion."""
         return ""
 
-    def measure(self, name: str, frequency: float) -> str:
-        """Its size per unit mass beside that of the springs, in words."""
+    def measure(self, name: str, frequency: float, resonance: float, own: Part) -> str:
+        """Its size per unit mass beside that of the springs, in words; ``own`` is the part before the division."""
         return ""
 
     def per_mass(self, mass: float, share: float = 1.0) -> Self:

@@ -62,7 +62,7 @@ class Springpot(Element):
         """Those of a spring, if it is one."""
         return (0.0, self.coefficient) if self.order == 0.0 else ()
 
-    def measure(self, name: str, frequency: float) -> str:
+    def measure(self, name: str, frequency: float, resonance: float, own: Part) -> str:
         """Its dimensionless coefficient."""
         strength = self.coefficient * frequency ** (self.order - 2.0)
         return f"strength of {name}: c = C Omega^(order - 2) / m = {strength:.6g}"

@@ -148,6 +148,16 @@ class Motion:
                 found[name] = Seen({"impact_speed": name}, None, stop=stop, place=part.position, impulse=mass)
         return found
 
+    @property
+    def seen_by_force(self) -> list[str]:
+        """What may be asked for as a force: all that is not refused."""
+        counted = (name for name, one in self.of_impacts.items() if not self._refused(one))
+        return [*(name for name, one in self.felt.items() if not one.reason), *counted]
+
+    def _refused(self, seen: Seen) -> str:
+        """Why the impulses of impacts cannot be seen; empty if they can."""
+        return self.uncounted_because(f"{seen.stop}_impact_rate") if seen.impulse else ""
+
     def number_felt(self, name: str) -> int:
         """Of a force or acceleration among all.
 
@@ -185,7 +195,7 @@ class Motion:
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
-            if touches[name].impulse and (reason := self.uncounted_because(f"{touches[name].stop}_impact_rate")):
+            if reason := self._refused(touches[name]):
                 raise NotCoveredError(f"{name} cannot be seen: {reason}.")
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
@@ -193,7 +203,8 @@ class Motion:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
-            near = meant(str(name), known := [*moving, *self.felt, *touches]) or f"; there are {few(known)}."
+            known = [*moving, *(self.seen_by_force if forces_only else self.felt)]
+            near = meant(str(name), known) or f"; there are {few(known)}."
             raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")
         number = self.number_felt(name)
         return Seen({"x": name}, self.displacements_shown + number, feels=(number,))

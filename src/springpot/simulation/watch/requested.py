@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
-from springpot.machine.faults import shown
+from springpot.machine.faults import few, shown
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
@@ -262,7 +262,10 @@ def requested(
 def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:
     motion, settings = plan.motion, plan.settings
     if isinstance(names, str) or not isinstance(names, Sequence):
-        raise TypeError(f"forces must be a list of names of forces and accelerations, not {shown(names)}.")
+        raise TypeError(
+            f"forces must be a list of names of forces and accelerations, not {shown(names)}: "
+            f"{few(motion.seen_by_force)}."
+        )
     found = [motion.seen_by_name(name, "forces", forces_only=True) for name in names]
     found = [*{(*seen.names.values(),): seen for seen in found}.values()]
     points = settings.record * settings.recorded_points * sum(bool(seen.feels) for seen in found)
