@@ -61,10 +61,11 @@ and the quantiles of `v_largest` have a `_step_bias`.
 
 ## Impacts that have no rate
 
-Behind a lossy wall without white noise, or at a restitution of 0.163 or below, impacts have no rate. `impact_rate` and the mean speeds are NaN,
-which a warning says. With `slowest_counted_impact=` there is no warning: the `counted_` results take their place. `forces=` gives no
-`<part>_impulse` there. `run.distributions["impact_speed"]` holds all impacts that the step sees, not only the counted ones; where
-impacts have no rate its share of slow ones depends on the step.
+Behind a lossy wall without white noise, or at a restitution of 0.163 or below, impacts have no rate. `impact_rate`
+and the mean speeds are NaN, which a warning says. With `slowest_counted_impact=` there is no warning: the `counted_`
+results take their place. `forces=` gives no `<part>_impulse` there. `run.distributions["impact_speed"]` holds all
+impacts that the step sees, not only the counted ones; where impacts have no rate its share of slow ones depends on
+the step.
 """
 FLAGS = """\
 # All flags

@@ -67,13 +67,13 @@ def test_a_table_and_its_paths_are_named(tmp_path: Path, capsys: pytest.CaptureF
         ),
         (
             ["simulate", "--rtol", "0.1", "--distributions"],
-            "--distributions cannot be given with --rtol, which controls moments only: use more paths, and compare with "
-            "half the step.",
+            "--distributions cannot be given with --rtol, which controls moments only: use more paths, "
+            "and compare with half the step.",
         ),
         (
             ["simulate", "--rtol", "0.1", "--first-passage", "x", "2"],
-            "--first-passage cannot be given with --rtol, which controls moments only: use more paths, and compare with "
-            "half the step.",
+            "--first-passage cannot be given with --rtol, which controls moments only: use more paths, "
+            "and compare with half the step.",
         ),
         (
             ["simulate", "--order", "0", "--rtol", "0.01"],

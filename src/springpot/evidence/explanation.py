@@ -181,7 +181,9 @@ def _scales(system: System) -> Iterator[str]:
         found, own = system.resonance, dict(system.named())
         if found > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
-        yield from filter(None, (part.measure(name, omega, found, own[name]) for name, part in system.per_unit_mass.named()))
+        yield from filter(
+            None, (part.measure(name, omega, found, own[name]) for name, part in system.per_unit_mass.named())
+        )
     if system.of(Yielding) and not system.potential.holds():
         yield "it drifts without end: only parts that yield hold the mass, and x has no stationary state"
 

@@ -67,7 +67,10 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
     if rtol is not None:
         if wishes:
-            other, reason = next(iter(wishes)), "which controls moments only: use more paths, and compare with half the step"
+            other, reason = (
+                next(iter(wishes)),
+                "which controls moments only: use more paths, and compare with half the step",
+            )
             if other == "forces":
                 reason = "whose pairs of runs do not see them: give paths, duration and step"
             raise ValueError(f"{other} cannot be given with rtol, {reason}.")

@@ -333,7 +333,9 @@ def test_what_is_refused(given: Any, words: str) -> None:
 
 
 def test_refused_with_other_arguments() -> None:
-    with pytest.raises(ValueError, match=r"^rainflow cannot be given with rtol, which controls moments only: use more paths,"):
+    with pytest.raises(
+        ValueError, match=r"^rainflow cannot be given with rtol, which controls moments only: use more paths,"
+    ):
         simulated(LIGHT, rtol=0.1, rainflow={"x": CURVES})
     with pytest.raises(ValueError, match=r"^exponent must be .*Of metals"):
         sp.Basquin(0.5)
