@@ -15,6 +15,7 @@ from scipy import stats
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.rare import search
 from tests import kernels
 from tests.sizes import validation
@@ -84,6 +85,19 @@ def test_what_all_paths_exceed_has_a_bound_and_no_return_period() -> None:
     assert curve.error[0] > 0.0
     assert np.isnan([curve.rate[0], curve.return_period[0]]).all()
     assert np.isfinite([curve.rate[1], curve.return_period[1]]).all()
+
+
+def test_without_a_stationary_state_there_are_probabilities_and_no_return_periods() -> None:
+    noise = sp.WhiteNoise(0.2, envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
+    curve = sp.exceedance(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), noise), {"x": [0.5, 1.0]}, **SHORT, rtol=0.5)["x"]
+    assert (curve.probability > 0.0).all()
+    assert np.isnan([curve.rate, curve.rate_error, curve.return_period]).all()
+    assert "once in" not in str(curve)
+    assert str(curve).endswith("return periods of x: not known: the motion has no stationary state.")
+    with pytest.raises(ValueError, match="no stationary state"):
+        sp.figures.plot_return_periods(curve)
+    assert not motion_of(sp.System(sp.Spring(1.0), sp.WhiteNoise(0.2))).settles
+    assert motion_of(LIGHT).settles
 
 
 def test_a_stationary_motion_far_from_a_wall_exceeds_levels_above_its_mean() -> None:

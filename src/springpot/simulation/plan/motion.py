@@ -368,6 +368,11 @@ class Motion:
         return f"{'a record' if self.system.of(RecordedExcitation) else 'an envelope'} has a beginning and an end"
 
     @property
+    def settles(self) -> bool:
+        """Whether there is a stationary state, in which a rate of rare events is constant."""
+        return not self.ends and self.scales.relaxation_time < math.inf
+
+    @property
     def walls(self) -> tuple[Barrier, ...]:
         """The rigid walls."""
         return self.system.of(Barrier)

@@ -295,7 +295,7 @@ def _passage_times(simulation: Simulation, passage: Passage, level: float, passe
     horizon = high * settings.step - begin
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = math.inf if simulation.motion.ends else SETTLED * simulation.motion.scales.relaxation_time
+    settling = SETTLED * simulation.motion.scales.relaxation_time if simulation.motion.settles else math.inf
     return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
 
 
