@@ -271,7 +271,7 @@ class GroundNoise(Excitation, abstract=True):
         --------
         >>> noise = KanaiTajimiNoise.from_rms(0.1, "g", frequency=15.0, damping=0.6)
         >>> round(noise.intensity, 6), round(noise.rms / 9.80665, 6)
-        (0.06307, 0.1)
+        (0.063063, 0.1)
         """
         known_word(unit, get_args(RmsUnit), "unit")
         rms = finite_number(rms, "rms", low=0.0, open_low=True, hint="It is the root mean square of the noise.")
