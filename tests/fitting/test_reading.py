@@ -90,6 +90,8 @@ BAD = [
     ("# averages = 2\n# averages = 3\nfrequency_hz,density_m2/Hz\n1,1\n", "line 2: averages must be given only once"),
     ("frequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "it must state the number of averages"),
     ("# averages = 9\nfrequency_hz,density_N2/Hz\n1,1\n2,2\n3,3\n", "must state of which in a line"),
+    ("# averages = 9\n# of = mount_force\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "m2/Hz is no density of m"),
+    ("# averages = 9\n# of = v\nfrequency_hz,density_N2/Hz\n1,1\n2,2\n3,3\n", "density_N2/Hz is no density of v"),
     ("# averages = 0.5\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n", "averages must be a finite number at least 1"),
     ("# averages = 2\n# sampling_rate_hz = 5\nfrequency_hz,density_m2/Hz\n1,1\n2,2\n3,3\n",
      "line 6: frequency_hz must be at most half of sampling_rate, 2.5 Hz, not 3"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springpot.designing import Curve, Design, Sensitivity
-from springpot.figures.style import COLORS, CONFIDENCE, method_label, named, new_grid, panel
+from springpot.figures.style import COLORS, CONFIDENCE, method_label, named, new_grid, panel, plain_ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +71,7 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
     known = costs[held]
     if known.size and (known > 0.0).all() and known.max() > 3.0 * known.min():
         ax.set_yscale("log")
-    _plain_ticks(ax)
+    plain_ticks(ax)
     ax.set_xlabel(f"limit of {named(curve.name.replace('_', ' '), curve.unit)}")
     ax.set_ylabel(named(curve.cost_name.replace("_", " "), curve.cost_unit))
     ax.legend(frameon=False)
@@ -141,14 +141,3 @@ def _bars(ax: Axes, found: Sensitivity, quantity: str, numbers: list[str], place
         xerr=np.nan_to_num(errors) if by_chance else None, color=COLORS[color], hatch=hatch, edgecolor="white",
         linewidth=0.0, error_kw={"elinewidth": 1.0, "capsize": 2.0, "ecolor": "black"}, label=label,
     )  # fmt: skip
-
-
-def _plain_ticks(ax: Axes) -> None:
-    """Numbers, not powers of ten, on logarithmic ax of few decades."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    for axis in (ax.xaxis, ax.yaxis):
-        if axis.get_scale() == "log":
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axis.set_minor_formatter(NullFormatter())

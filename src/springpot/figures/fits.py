@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from springpot.figures.style import COLORS, LOOKS, new_figure, panel
+from springpot.figures.style import COLORS, LOOKS, new_figure, panel, plain_ticks
 from springpot.fitting.likelihood import Table
 from springpot.fitting.result import Fit, Profile
 
@@ -70,6 +70,8 @@ def plot_fit(fit: Fit) -> Figure:
         ax.set_ylabel(_VALUES.get(group, "value"))
     above[0].legend(frameon=False)
     _residuals(below)
+    if table.axis == "frequency_hz" and max(table.at) < 100.0 * min(table.at):
+        plain_ticks(below)
     below.set_xlabel(PLACES[table.axis])
     return figure
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "COLORS", "CONFIDENCE", "LOOKS", "METHOD_LINES", "MOMENT_WORDS", "bars", "method_curve", "method_label", "named",
-    "new_figure", "new_grid", "panel", "save",
+    "new_figure", "new_grid", "panel", "plain_ticks", "save",
 ]  # fmt: skip
 
 # Okabe and Ito's palette: safe for color-blind readers, and distinct in grey
@@ -231,6 +231,27 @@ def named(words: str, unit: str) -> str:
         return words
     raised = re.sub(r"([a-zA-Z])(?:\^\(?([^) ]+)\)?|(-?[\d.]+))", r"\1$^{\2\3}$", unit).replace("alpha", r"\alpha")
     return f"{words} ({raised})"
+
+
+def plain_ticks(ax: Axes) -> None:
+    """Numbers, not powers of ten, on logarithmic axes of few decades.
+
+    Examples
+    --------
+    >>> ax = panel(None)
+    >>> ax.set(xscale="log", xlim=(0.2, 3.0))  # doctest: +ELLIPSIS
+    [...]
+    >>> plain_ticks(ax)
+    >>> ax.xaxis.get_major_formatter()(0.5)
+    '0.5'
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    for axis in (ax.xaxis, ax.yaxis):
+        if axis.get_scale() == "log":
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def save(figure: Figure, path: Path) -> Path:

@@ -254,8 +254,13 @@ def _spectrum(own: Mapping[str, _Column], settings: Mapping[str, str]) -> Measur
         given["sampling_rate"] = given.pop("sampling_rate_hz")
     density = own["density"]
     of: Any = {"m2/Hz": "x", "mm2/Hz": "x", "m2/s2/Hz": "v", "mm2/s2/Hz": "v"}.get(density.unit, "a")
-    if density.unit.startswith(("N", "kN")) and "of" not in given:
+    is_force, named = density.unit.startswith(("N", "kN")), given.get("of", of)
+    if is_force and "of" not in given:
         raise ValueError("a density of a force must state of which in a line such as: # of = mount_force")
+    seen = "a" if named.endswith("acceleration") else named if named in ("x", "v", "a") else ""
+    fitting = ("",) if is_force else (of,) if of != "a" else ("a", "")  # without a mass a force is in m/s^2
+    if seen not in fitting:
+        raise ValueError(f"{density.header} is no density of {shown(named)[1:-1]}: its unit is another.")
     return MeasuredSpectrum(own["frequency"].values, density.values, **{"of": of, **given})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -167,7 +167,8 @@ def moments_of(
     plan = Plan(motion, replace(case.rough if rough else case.settings, paths=paths))
     plan = plan if start is None else plan.started_at(start)
     run = sampled_run(plan, distributions=case.has_quantiles, forces=case.forces, progress=progress)
-    found = [_statistic(name, run, groups) for name in case.data.names]
+    felt = [name for name in squares_felt(case.system) if name not in run.samples]
+    found = [_statistic(name, run, groups, felt) for name in case.data.names]
     mean = run.samples["x_mean"][0] if "x_mean" in run.samples else 0.0  # several masses start from rest
     return Moments(np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), mean)
 
@@ -188,29 +189,29 @@ def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, 
     return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
-def _statistic(name: str, run: SampledRun, groups: int) -> tuple[float, FloatArray]:
-    """Its value, and samples with this mean, one for each group."""
+def _statistic(name: str, run: SampledRun, groups: int, felt: Sequence[str] = ()) -> tuple[float, FloatArray]:
+    """Its value, and samples with this mean, one for each group; ``felt``: what another run would have."""
     if match := QUANTILE.fullmatch(name):
         return _quantile(run.distributions.get(match[1]), float(match[2]), groups, name)
     if name.endswith("_standard_deviation"):
         of = name.removesuffix("_standard_deviation")
-        square, own = _of_paths(f"{of}_mean_square", run, name)
-        mean, sides = _of_paths(f"{of}_mean", run, name)
+        square, own = _of_paths(f"{of}_mean_square", run, felt, name)
+        mean, sides = _of_paths(f"{of}_mean", run, felt, name)
         root = math.sqrt(max(square - mean * mean, 0.0))
         slope = (own - square - 2.0 * mean * (sides - mean)) / (2.0 * root) if root > 0.0 else own * 0.0
         return root, _grouped(root + slope, groups)
     if name.endswith("_rms") and name not in run.samples:
-        square, own = _of_paths(f"{name.removesuffix('_rms')}_mean_square", run, name)
+        square, own = _of_paths(f"{name.removesuffix('_rms')}_mean_square", run, felt, name)
         root = math.sqrt(square) if square > 0.0 else math.nan
         return root, _grouped(root + (own - square) / (2.0 * root), groups)
-    value, own = _of_paths(name, run)
+    value, own = _of_paths(name, run, felt)
     return value, _grouped(own, groups)
 
 
-def _of_paths(name: str, run: SampledRun, asked: str = "") -> tuple[float, FloatArray]:
+def _of_paths(name: str, run: SampledRun, felt: Sequence[str], asked: str = "") -> tuple[float, FloatArray]:
     """A result with its samples, less their regression on the energy that the noise fed by chance."""
     if name not in run.samples:
-        known = [own for own in run.samples if not own.endswith("_end")]
+        known = [*(own for own in run.samples if not own.endswith("_end")), *felt]
         wrong = asked or name
         raise ValueError(f"data must be of results of the model, which are {listed(known)}, not {wrong}"
                          f"{meant(wrong, known) or '.'}")  # fmt: skip

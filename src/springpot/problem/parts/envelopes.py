@@ -141,10 +141,6 @@ class ExponentialEnvelope(Envelope):
     TypeError, ValueError
         If a number is not one, not finite or out of its range.
 
-    References
-    ----------
-    M. Shinozuka and Y. Sato, *Journal of the Engineering Mechanics Division* 93 (1967).
-
     Examples
     --------
     >>> envelope = ExponentialEnvelope(slow=0.2, fast=0.6)

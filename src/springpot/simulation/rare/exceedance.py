@@ -98,7 +98,9 @@ class Exceedance:
         return f"Exceedance({held} in {end - begin:g} s: {len(self.warnings)} warnings)"
 
     def __str__(self) -> str:
-        return "\n".join([*map(str, self.curves.values()), *(f"warning: {sentence}" for sentence in self.warnings)])
+        begin, end = self.settings.window
+        lines = [f"in {end - begin:g} s:", *map(str, self.curves.values())]
+        return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
 
 def exceedance(

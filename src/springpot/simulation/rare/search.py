@@ -33,6 +33,7 @@ FREQUENT = 0.01  # probability above which plain paths are cheaper
 EVEN, UNEVEN = 0.4, 0.7  # standard deviation of the repetitions over their mean above which each gets more paths
 DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
 LARGEST_SHARE = 0.3
+MOST_OF_A_RATE = 0.5  # share of one repetition in a rate from which on it is not known
 CONFIDENCE = 1.96  # standard errors on either side of a return period
 PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
@@ -60,7 +61,8 @@ class ExceedanceCurve:
         where all did, a lower one.
     rate, rate_error : ndarray
         Of first exceedances in the second half of the time, per second, and the standard errors; NaN where no path was
-        left by the end, or where the motion has no stationary state.
+        left by the end, where one repetition saw half of these exceedances or none saw any, and where the motion has no
+        stationary state.
     method : {"plain", "splitting"}
     repetitions, paths : int
         Independent repetitions, and the paths of each.
@@ -94,16 +96,14 @@ class ExceedanceCurve:
 
     @property
     def return_period(self) -> Floats:
-        """Mean time between exceedances in s, one over the rate; infinite where none was seen, NaN where that is."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(1.0 / np.abs(self.rate))  # without its sign: a rate may be -0
+        """Mean time between exceedances in s, one over the rate; NaN where that is."""
+        return np.asarray(1.0 / self.rate)
 
     @property
     def return_interval(self) -> tuple[Floats, Floats]:
         """Ends of the 95 % intervals of the return periods in s, which are those of their logarithms."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factor = np.exp(CONFIDENCE * self.rate_error / self.rate)
-            return self.return_period / factor, self.return_period * factor
+        factor = np.exp(CONFIDENCE * self.rate_error / self.rate)
+        return self.return_period / factor, self.return_period * factor
 
     @property
     def said(self) -> tuple[str, ...]:
@@ -333,12 +333,11 @@ class _Repetitions:
         wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * error / np.where(p > 0.0, p, 1.0))
         high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
         all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
-        p_of_most = np.where(all_did, np.nan, p)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
-            rate_error = 2.0 / self.asked.duration * _error(whole - half) / (1.0 - p_of_most)
-        if not self.simulation.motion.settles:
-            rate, rate_error = np.full_like(p, np.nan), np.full_like(p, np.nan)
+        late = whole - half
+        of_few = late.max(axis=0) >= MOST_OF_A_RATE * late.sum(axis=0)  # or of none
+        p_of_most = np.where(all_did | of_few | (not self.simulation.motion.settles), np.nan, p)
+        rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
+        rate_error = 2.0 / self.asked.duration * _error(late) / (1.0 - p_of_most)
         unseen = UPPER / (self.paths * count)
         error, low = np.where(all_did, unseen / NORMAL, error), np.where(all_did, math.exp(-unseen), p / wide)
         name, units = self.asked.name, self.asked.unit
@@ -370,9 +369,11 @@ class _Repetitions:
             n = int(np.argmax(error / np.where(p > 0.0, p, math.inf)))
             known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
             said.append(say("rare_not_known", **of, level=self.asked.given[n], **known))
-        largest = float(self.last.max() / self.last.sum()) if self.last.any() else 0.0
-        if self.splits and self.last.any() and (self.spread > DOUBTFUL or largest > LARGEST_SHARE):
-            said.append(say("uneven_repetitions", **of, spread=self.spread, most=per_cent(largest)))
+        if self.splits and p.any():
+            rarest = self.exceeded[:, 1, np.flatnonzero(p)[-1]]  # of the levels that were exceeded
+            spread, largest = float(rarest.std(ddof=1) / rarest.mean()), float(rarest.max() / rarest.sum())
+            if spread > DOUBTFUL or largest > LARGEST_SHARE:
+                said.append(say("uneven_repetitions", **of, spread=spread, most=per_cent(largest)))
         return said
 
 

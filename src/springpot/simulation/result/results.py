@@ -42,7 +42,7 @@ _BOUNDS = {
 class Estimate:
     """A number with its errors and its unit; it prints as ``0.2590 +- 0.0021 m``.
 
-    After ``+-`` stands ``error``, or with ``rtol`` ``budget.total``, half of a 95 % interval.
+    After ``+-`` stands ``error``, or with ``rtol`` ``budget.total``, half of a 95 % interval, marked ``(total error)``.
 
     Attributes
     ----------
@@ -61,6 +61,8 @@ class Estimate:
     >>> print(Estimate(0.25904, 0.00213, "m")), f"{Estimate(2.0, 0.1):.1f}", float(Estimate(2.0, 0.1))
     0.2590 +- 0.0021 m
     (None, '2.0', 2.0)
+    >>> print(Estimate(1.0, 0.1, "m", Budget(0.1, 0.05, 0.0, 0.0)))
+    1.00 +- 0.25 m (total error)
     >>> Estimate(1.0, float("nan")) == Estimate(1.0, float("nan")), Estimate(1.0, 0.1) == Estimate(1.0, 0.2)
     (True, False)
     """
@@ -91,8 +93,10 @@ class Estimate:
         return format(self.value, spec) if spec else str(self)
 
     def __str__(self) -> str:
-        error = self.error if self.budget is None else self.budget.total
-        return with_error(self.value, error, self.unit or "1")
+        unit = self.unit or "1"
+        if self.budget is None:
+            return with_error(self.value, self.error, unit)
+        return f"{with_error(self.value, self.budget.total, unit)} (total error)"
 
 
 def estimates_from(

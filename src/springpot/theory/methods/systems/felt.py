@@ -35,7 +35,7 @@ class _Felt:
         at, parts, known = companion.coordinates, dict(system.named()), felt_in(system)
         if of not in known:
             near = meant(str(of), known) or f"; there are {few([*known])}."
-            raise ValueError(f"of is {shown(of)}, which is no force or acceleration{near}")
+            raise ValueError(f"{shown(of)} is no force or acceleration{near}")
         felt = known[of]
         self.companion, self.force = companion, felt.row is None
         self.row = np.zeros(len(at.names)) if felt.row is None else felt.row

@@ -65,10 +65,10 @@ def nearest_arm(part: BoucWen, speed: float, correlation: float) -> tuple[Maxwel
 def nearest_arm_of_slider(part: Jenkins, speed: float, reached: float) -> tuple[Maxwell, float]:
     """The Maxwell element nearest to a Jenkins part in mean square, and the standard deviation of its force.
 
-    Not z is taken as Gaussian with v, as in [1]_, since it rests at its limits, but a variable g of which z is what
-    lies within the limits.  The slider slips where g is beyond them and v points outward.  Since z is stationary, the
-    work of the slip is that of the force, which gives the correlation of v and g; the moments of v and z of z' then
-    give z' = c v - d z.  So a part that hardly yields becomes a spring, and one that always does dry friction.
+    Not z is taken as Gaussian with v, since it rests at its limits, but a variable g of which z is what lies within
+    the limits.  The slider slips where g is beyond them and v points outward.  Since z is stationary, the work of the
+    slip is that of the force, which gives the correlation of v and g; the moments of v and z of z' then give
+    z' = c v - d z.  So a part that hardly yields becomes a spring, and one that always does dry friction.
 
     Parameters
     ----------
@@ -77,11 +77,6 @@ def nearest_arm_of_slider(part: Jenkins, speed: float, reached: float) -> tuple[
         Standard deviation of v.
     reached : float
         That of g over the limit of z.
-
-    References
-    ----------
-    .. [1] K. Asano and W. D. Iwan, "An alternative approach to the random response of bilinear hysteretic systems",
-       Earthquake Engineering and Structural Dynamics 12 (1984).
 
     Examples
     --------
