@@ -33,7 +33,7 @@ def building(mass, frequency, name):
     )  # fmt: skip
 
 
-def pair(gap, shaking):
+def pair(gap, shaking):  # new stands on the + side of old: the stop is at -gap of new's displacement less old's
     stop = sp.Barrier(-gap, RESTITUTION, between=("old", "new"))
     return sp.System(*building(2e5, OLD, "old"), *building(4e5, NEW, "new"), shaking, gap=stop)
 

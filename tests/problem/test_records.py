@@ -59,7 +59,12 @@ def test_several_columns_and_files(tmp_path: Path) -> None:
         (COLUMNS, {"rate": 100.0}, "has a column of the time: leave out rate"),
         ("acceleration_g\n0\n1\n", {"rate": 0.0}, "rate must be in (0,"),
         ("time_s,acceleration_mg\n0,0\n1,1\n", {}, "the unit of acceleration must be m/s2, g"),
-        ("time_s,displacement_m\n0,0\n1,1\n", {}, "'displacement_m' is not a column"),
+        (
+            "time_s,displacement_m\n0,0\n1,1\n",
+            {},
+            "'displacement_m' is not a column: its name must be time, "
+            "acceleration or force, with a unit, as time_s, acceleration_m/s2 or force_N",
+        ),
         ("time_s,acceleration_g,force_N\n0,0,1\n1,1,1\n", {}, "has accelerations and forces"),
         ("time_s\n0\n1\n", {}, "has no column of an acceleration or a force"),
         (COLUMNS, {"on": "box"}, "on must be left out of a record of an acceleration"),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import integrate
 
 import springpot as sp
 from springpot.fitting.spectral_density import response
@@ -28,6 +29,29 @@ def integrated(noise: sp.SpectralExcitation) -> float:
             for at, df in zip(middle[::20], np.diff(f[::20]), strict=False)
         )
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers"),
+    [
+        (sp.KanaiTajimiNoise, {"frequency": 15.0, "damping": 0.6}),
+        (sp.CloughPenzienNoise, {"frequency": 12.0, "damping": 0.6, "base_frequency": 1.2, "base_damping": 0.6}),
+        (sp.CloughPenzienNoise, {"frequency": 12.0, "damping": 0.2, "base_frequency": 30.0, "base_damping": 0.4}),
+    ],
+)
+def test_ground_noise_has_the_root_mean_square_that_is_given(kind: Any, numbers: dict[str, float]) -> None:
+    """The integral of its density over all frequencies."""
+    noise = kind.from_rms(0.1, "g", **numbers)
+    places = [(0.0, 3.0), (3.0, 20.0), (20.0, 60.0), (60.0, math.inf)]
+    square = 2.0 * sum(integrate.quad(noise.density, low, high, epsabs=0.0)[0] for low, high in places)
+    assert math.sqrt(square) / G == pytest.approx(0.1, rel=1e-7)
+    assert noise.on == "ground"
+    force = kind.from_rms(2.0, "N", on="a", **numbers)
+    assert (force.on, force.rms) == ("a", pytest.approx(2.0))
+    assert "rms 0.9807 m/s^2 (0.1 g)" in sp.explain(sp.System(sp.Mass(2.0), sp.Spring(1.0), noise))
+    lasting = {**numbers, "envelope": sp.ExponentialEnvelope(0.2, 0.6)}
+    driven = sp.System(sp.Mass(2.0), sp.Spring(1.0), kind.from_rms(2.0, "N", **lasting))
+    assert "rms before the envelope 2 N, modulated by" in sp.explain(driven)
 
 
 def test_the_root_mean_square_is_that_of_the_test() -> None:

@@ -48,6 +48,18 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: SPECTRAL.from_psd((10, 40), 0.02, "g2/Hz", on="box"),
         "on must be left out with a density in g2/Hz, which is that of the ground.",
     ),
+    "rms of a force on the ground": (
+        lambda: sp.KanaiTajimiNoise.from_rms(3.0, "N", frequency=1.0, damping=0.5, on="ground"),
+        "on must be a mass with an rms in N, which is that of a force.",
+    ),
+    "rms and intensity": (
+        lambda: sp.KanaiTajimiNoise.from_rms(0.1, "g", frequency=1.0, damping=0.5, intensity=1.0),
+        "intensity must be left out: rms takes its place.",
+    ),
+    "rms in another unit": (
+        lambda: sp.KanaiTajimiNoise.from_rms(0.1, "cm/s2", frequency=1.0, damping=0.5),  # type: ignore[arg-type]
+        "unit must be one of g, m/s2, N, not 'cm/s2'",
+    ),
     "units unknown": (
         lambda: SPECTRAL.from_psd((10, 40), 0.02, "g/rtHz"),  # type: ignore[arg-type]
         "psd_unit must be 'g2/Hz' or 'm2/s4/Hz' or 'N2/Hz', not 'g/rtHz'",

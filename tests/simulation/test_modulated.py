@@ -328,6 +328,26 @@ def test_powers_and_speeds_in_bins_are_those_of_the_run() -> None:
         assert profile.standard_error[0] == pytest.approx(alone[name].error, rel=2e-3)
 
 
+@pytest.mark.parametrize("several", [False, True])
+def test_impacts_that_are_not_slow_in_bins(several: bool) -> None:
+    """Together they are those of the run, and without a least speed all impacts."""
+    given: dict[str, Any] = {"paths": 64, "step": 0.05, "duration": 12.0}
+    noise = sp.WhiteNoise(4.0, on="a" if several else "mass", envelope=ENVELOPE)
+    parts = of_pair(noise).parts if several else (sp.Spring(1.0), sp.Dashpot(0.3), noise)
+    system = sp.System(*parts, gap=sp.Barrier(-0.1, 0.8, **{"between": ("a", "b")} if several else {}))
+    of = "gap_" * several
+    for slowest in (0.0, 0.8):
+        run = sp.simulate(system, **given, profile=[0.0, 3.0, 5.0, 12.0], slowest_counted_impact=slowest)
+        rate, speed = (run.profiles[f"{of}counted_impact_{what}_profile"] for what in ("rate", "speed_mean"))
+        number = rate.value * np.diff(rate.edges)
+        assert number.sum() / 12.0 == pytest.approx(run["counted_impact_rate"].value, rel=1e-9)
+        mean = (number * speed.value).sum() / number.sum()
+        assert mean == pytest.approx(run["counted_impact_speed_mean"].value, rel=1e-9)
+        assert (speed.value > slowest).all()
+        every = run.profiles[f"{of}impact_rate_profile"]
+        assert (rate.value < every.value).all() if slowest else np.array_equal(rate.value, every.value)
+
+
 @pytest.mark.validation
 def test_powers_in_bins_of_one_mass() -> None:
     """What white noise with an envelope feeds in is lost or left in each bin."""

@@ -61,6 +61,10 @@ def exceedance(
             max_time=max_time, save=save, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)
+    if json_:
+        print_json(found.to_dict())
+    else:
+        print("\n".join(map(str, found.curves.values())))
     if plot is not None:
         from springpot.figures import style
         from springpot.figures.passages import plot_return_periods
@@ -69,8 +73,4 @@ def exceedance(
         for curve, ax in zip(found.curves.values(), panels, strict=True):
             plot_return_periods(curve, ax)
         style.save(figure, Path(plot))
-    if json_:
-        print_json(found.to_dict())
-    else:
-        print("\n".join(map(str, found.curves.values())))
     return 1 if {"rare_not_known", "level_not_reached"} & {sentence.name for sentence in found.warnings} else 0

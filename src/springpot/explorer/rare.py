@@ -88,8 +88,12 @@ def growing(
 
 def _shown(curve: ExceedanceCurve, duration: float, said: npt.NDArray[np.bool_]) -> dict[str, Any]:
     """A curve as the page shows it, on an axis that has room for all levels, with the numbers of some."""
+    from springpot.simulation.rare.search import UNSETTLED
+
     title, unit, seen = titled(curve.name), written(curve.unit), curve.probability > 0.0
-    values, low, high = (np.where(seen, each, math.nan) for each in (curve.return_period, *curve.return_interval))
+    periods = (curve.return_period, *curve.return_interval)
+    own = periods if curve.settles else (curve.probability, curve.low, curve.high)
+    values, low, high = (np.where(seen, each, math.nan) for each in own)
     numbers = [
         (f"{title} past {level:.6g} {unit}, within {duration:.4g} s", text_of(words))
         for level, words, is_said in zip(curve.levels, curve.said, said, strict=True)
@@ -99,8 +103,10 @@ def _shown(curve: ExceedanceCurve, duration: float, said: npt.NDArray[np.bool_])
     note = f"{curve.repetitions} repetitions of {curve.paths} paths {how}. The band is the 95 % interval."
     order = np.argsort(curve.levels)  # those below the start are exceeded downwards
     at = curve.levels[order]
-    line = {"name": "return period", "values": values[order], "low": low[order], "high": high[order]}
-    drawn = chart(f"{title}: level against return period", (f"level of {title}", unit), ("return period", "s"), at,
-                  [line], logarithmic="y", note=note)  # fmt: skip
+    note += "" if curve.settles else f" Return periods are {UNSETTLED}."
+    name, axis = ("return period", "s") if curve.settles else ("probability", "")
+    line = {"name": name, "values": values[order], "low": low[order], "high": high[order]}
+    drawn = chart(f"{title}: level against {name}", (f"level of {title}", unit), (name, axis), at, [line],
+                  logarithmic="y", note=note)  # fmt: skip
     found = int(np.count_nonzero(seen))
     return {"numbers": numbers, "charts": [drawn], "said": [*map(str, curve.warnings)], "found": found}

@@ -11,7 +11,7 @@ from springpot.figures.designs import CYCLE, next_design
 from springpot.figures.style import LOOKS, method_curve, panel
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
-from springpot.simulation.rare.search import ExceedanceCurve
+from springpot.simulation.rare.search import UNSETTLED, ExceedanceCurve
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 from springpot.theory.level_crossings import LevelRates
 
@@ -121,6 +121,8 @@ def plot_return_periods(
     ------
     TypeError
         If the data are none of these.
+    ValueError
+        Of `springpot.exceedance`, if the motion has no stationary state: there is no return period.
 
     Examples
     --------
@@ -130,6 +132,8 @@ def plot_return_periods(
     >>> [line.get_label() for line in axes.lines], axes.get_xlabel()
     (['Rice', 'Vanmarcke'], 'level of x (m)')
     """
+    if isinstance(data, ExceedanceCurve) and not data.settles:
+        raise ValueError(f"return periods of {data.name} are {UNSETTLED}; draw its probability against levels.")
     ax = panel(ax)
     design = next_design(ax, color, label)
     mark, own = LOOKS[design.number % len(LOOKS)][1], color or CYCLE[design.number % len(CYCLE)]

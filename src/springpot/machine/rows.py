@@ -179,9 +179,9 @@ def column_of(text: str, units: Mapping[str, Mapping[str, float]], line: int, ti
     match = _HEADER.fullmatch(text)
     name = match[1].lower() if match else text.lower()
     if name not in units:
-        known = listed([*units], "or")
-        raise FileError(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit"
-                        f"{meant(name, units) or '.'}")  # fmt: skip
+        known, such = listed([*units], "or"), listed([f"{each}_{next(iter(own))}" for each, own in units.items()], "or")
+        raise FileError(f"{title}, line {line}: {shown(text)} is not a column: its name must be {known}, with a unit, "
+                        f"as {such}{meant(name, units) or '.'}")  # fmt: skip
     if match is None:
         unit = next(iter(units[name]))
         raise FileError(f"{title}, line {line}: {text} must have its unit, as {name}_{unit}.")

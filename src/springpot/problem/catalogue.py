@@ -350,13 +350,16 @@ CATALOGUE = (
           (f"{_PAIRS}elongation", "the difference of their displacements", "", _OF_SEVERAL["<pair>"], _is_several))),
     *(Quantity(f"{of}_profile", unit, f"{said} in each bin of time", of=_with("stop") if "impact" in of else _always,
                where=where, dimensions=("time_bin",),
-               **_on_request("profile", _OF_SEVERAL.get(of.partition("_")[0], "")))
+               **_on_request("profile", " with `slowest_counted_impact=`" * ("counted" in of)
+                             + _OF_SEVERAL.get(of.partition("_")[0], "")))
       for of, unit, said, where in (
           ("x_mean", "m", "mean displacement", _is_single),
           ("x_mean_square", "m2", "mean square displacement", _is_single),
           ("v_mean_square", "m2 s-2", "mean square velocity", _is_single),
           ("impact_rate", "s-1", "impacts per unit time", _is_single),
           ("impact_speed_mean", "m s-1", "mean speed before an impact", _is_single),
+          ("counted_impact_rate", "s-1", "rate of impacts that are not slower than a speed", _is_single),
+          ("counted_impact_speed_mean", "m s-1", "mean speed of impacts that are not slower than a speed", _is_single),
           ("impact_power", "W", "power that rigid walls take, if all have one constant restitution", _is_single),
           ("damping_power", "W", "power that dampers and memory take", _always),
           ("input_power", "W", "power that excitations feed in; of white noise and impulses its mean, known beforehand",
@@ -369,6 +372,9 @@ CATALOGUE = (
            _is_several),
           (f"{_OF}impact_rate", "s-1", "impacts per unit time on the wall or contact", _is_several),
           (f"{_OF}impact_speed_mean", "m s-1", "mean speed before an impact on it", _is_several),
+          (f"{_OF}counted_impact_rate", "s-1", "rate of impacts on it that are not slower than a speed", _is_several),
+          (f"{_OF}counted_impact_speed_mean", "m s-1", "mean speed of impacts on it that are not slower than a speed",
+           _is_several),
           (f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution", _is_several))),
     Quantity("x", "m", "displacement of the first paths", dimensions=("path", "time"), **_on_request("record")),
     Quantity("v", "m s-1", "velocity of the first paths", dimensions=("path", "time"), **_on_request("record")),

@@ -15,6 +15,7 @@ from scipy import stats
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.rare import search
 from tests import kernels
 from tests.sizes import validation
@@ -78,16 +79,6 @@ def test_the_force_of_a_dashpot_has_the_probabilities_of_its_speed_at_a_long_ste
     assert abs(p - other) < 3.0 * np.hypot(error, its_error) < 0.09 * p
 
 
-def test_what_ends_has_probabilities_and_no_return_period() -> None:
-    quake = sp.System(
-        sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0, envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
-    )
-    found = sp.exceedance(quake, {"x": 0.5}, duration=5.0, step=0.1, rtol=0.3)
-    assert 0.0 < found.probability["x"] < 1.0
-    assert np.isnan(found.return_period["x"])
-    assert "once in" not in str(found)
-
-
 def test_what_all_paths_exceed_has_a_bound_and_no_return_period() -> None:
     curve = sp.exceedance(LIGHT, {"x": [0.01, 1.0]}, **SHORT, rtol=0.3)["x"]
     number = curve.paths * curve.repetitions
@@ -96,6 +87,19 @@ def test_what_all_paths_exceed_has_a_bound_and_no_return_period() -> None:
     assert curve.error[0] > 0.0
     assert np.isnan([curve.rate[0], curve.return_period[0]]).all()
     assert np.isfinite([curve.rate[1], curve.return_period[1]]).all()
+
+
+def test_without_a_stationary_state_there_are_probabilities_and_no_return_periods() -> None:
+    noise = sp.WhiteNoise(0.2, envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
+    curve = sp.exceedance(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), noise), {"x": [0.5, 1.0]}, **SHORT, rtol=0.5)["x"]
+    assert ((curve.probability > 0.0) & (curve.probability < 1.0)).all()
+    assert np.isnan([curve.rate, curve.rate_error, curve.return_period]).all()
+    assert "once in" not in str(curve)
+    assert str(curve).endswith("return periods of x: not known: the motion has no stationary state.")
+    with pytest.raises(ValueError, match="no stationary state"):
+        sp.figures.plot_return_periods(curve)
+    assert not motion_of(sp.System(sp.Spring(1.0), sp.WhiteNoise(0.2))).settles
+    assert motion_of(LIGHT).settles
 
 
 def test_a_stationary_motion_far_from_a_wall_exceeds_levels_above_its_mean() -> None:

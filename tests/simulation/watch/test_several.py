@@ -301,6 +301,18 @@ def test_what_cannot_be_watched_is_said_in_one_sentence(given: dict[str, Any], s
     assert sentence in str(fault.value)
 
 
+def test_two_masses_without_a_part_between_them_have_no_elongation() -> None:
+    springs = (sp.Spring(1.0, between=("ground", at)) for at in "ab")
+    apart = sp.System(*(sp.Mass(1.0, at=at) for at in "ab"), *springs, sp.WhiteNoise(1.0, on="a"))
+    for ask in (
+        lambda: sp.simulate(apart, paths=1, duration=1.0, start="rest", first_passage={"b_a_elongation": 1.0}),
+        lambda: sp.exceedance(apart, {"b_a_distance": 1.0}, duration=1.0, start="rest"),
+        lambda: sp.simulate(apart, paths=1, duration=1.0, start="rest", rainflow={"b_a_elongation": sp.Basquin(4.0)}),
+    ):
+        with pytest.raises(ValueError, match="no part acts between b and a"):
+            ask()
+
+
 def test_a_run_says_that_its_window_begins_at_rest() -> None:
     """Not with a window of one's own."""
     system = sp.System(*LINEAR, sp.WhiteNoise(1.0, on="a"))

@@ -7,10 +7,10 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Self, cast
+from typing import Annotated, Any, Literal, Self, cast, get_args
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
-from springpot.machine.faults import FileError, shown
+from springpot.machine.faults import FileError, known_word, shown
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
 from springpot.problem.parts.registration import Element, Ends, Instead, Number, Part, PointName, checked_ends
@@ -46,6 +46,8 @@ On = PointName
 """A force on the mass, ``"mass"``, or on one of several by its name, or an acceleration a of the ``"ground"``: x is
 then the displacement relative to the ground, and the force is -m a."""
 Units = Callable[[str], str]
+RmsUnit = Literal["g", "m/s2", "N"]
+"""Of a root mean square: of the ground's acceleration in standard gravity or m/s^2, or of a force."""
 Over = Envelope | None
 """An envelope by which a stationary noise is multiplied, a function of time."""
 
@@ -245,6 +247,40 @@ class GroundNoise(Excitation, abstract=True):
         if self.frequency_rate and self.envelope is None:
             raise ValueError("frequency_rate needs an envelope: without one the noise would have no end.")
 
+    @classmethod
+    def from_rms(cls, rms: float, unit: RmsUnit, *, on: str = "", **numbers: Any) -> Self:
+        """The noise with this root mean square: without an envelope, and before its frequency changes.
+
+        Parameters
+        ----------
+        rms : float
+            Of the ground's acceleration, or of a force.
+        unit : {"g", "m/s2", "N"}
+            Of the rms: standard gravity, m/s^2, or N.
+        on : str
+            The mass on which the force acts, by its name, where there are several.
+        **numbers
+            The others of the noise: all but ``intensity``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number or one of the words is not what it must be.
+
+        Examples
+        --------
+        >>> noise = KanaiTajimiNoise.from_rms(0.1, "g", frequency=15.0, damping=0.6)
+        >>> round(noise.intensity, 6), round(noise.rms / 9.80665, 6)
+        (0.063063, 0.1)
+        """
+        known_word(unit, get_args(RmsUnit), "unit")
+        rms = finite_number(rms, "rms", low=0.0, open_low=True, hint="It is the root mean square of the noise.")
+        if "intensity" in numbers:
+            raise TypeError("intensity must be left out: rms takes its place.")
+        kind, size = cast(Any, cls), rms * (STANDARD_GRAVITY if unit == "g" else 1.0)
+        found = kind(**numbers, intensity=1.0, on=_driven(unit, on, "an rms"))
+        return cast(Self, replace(found, intensity=(size / found.rms) ** 2))
+
     def frequency_at(self, time: float, name: str) -> float:
         """That of the ground's filter at a time.
 
@@ -311,11 +347,16 @@ class KanaiTajimiNoise(GroundNoise):
             passed = (1.0 + (twice * ratio) ** 2) / ((1.0 - ratio**2) ** 2 + (twice * ratio) ** 2)
         return self.intensity / (2.0 * math.pi) * passed
 
+    @property
+    def rms(self) -> float:
+        """Its root mean square without an envelope, before its frequency changes, in m/s^2 or N."""
+        return math.sqrt(self.intensity * self.frequency * (0.25 / self.damping + self.damping))
+
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         return self.modulated(
             f"Kanai-Tajimi noise ({name}), filter at {self.frequency:.6g} rad/s with damping ratio {self.damping:.6g}, "
-            f"intensity {self.intensity:.6g} {unit('intensity')}"
+            f"{_strength(self, unit)}"
         )
 
 
@@ -376,12 +417,24 @@ class CloughPenzienNoise(GroundNoise):
             passed = ratio**4 / ((1.0 - ratio**2) ** 2 + (twice * ratio) ** 2)
         return passed * KanaiTajimiNoise(self.frequency, self.damping, self.intensity).density(w)
 
+    @property
+    def rms(self) -> float:
+        """Its root mean square without an envelope, before its frequency changes, in m/s^2 or N.
+
+        From the table of such integrals in G. C. Newton, L. A. Gould and J. F. Kaiser, *Analytical Design of Linear
+        Feedback Controls* (Wiley, 1957), appendix E, for s^4 + a3 s^3 + a2 s^2 + a1 s + a0 with frequencies over wg.
+        """
+        ratio, ground, base = self.base_frequency / self.frequency, 2.0 * self.damping, 2.0 * self.base_damping
+        a3, a2 = ground + base * ratio, 1.0 + ratio * (ratio + ground * base)
+        a1, a0 = ratio * (base + ground * ratio), ratio * ratio
+        passed = (ground * ground * (a1 * a2 - a0 * a3) + a1) / (2.0 * (a1 * (a2 * a3 - a1) - a0 * a3 * a3))
+        return math.sqrt(self.intensity * self.frequency * passed)
+
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
         return self.modulated(
             f"Clough-Penzien noise ({name}), filters at {self.frequency:.6g} and {self.base_frequency:.6g} rad/s with "
-            f"damping ratios {self.damping:.6g} and {self.base_damping:.6g}, intensity {self.intensity:.6g} "
-            f"{unit('intensity')}"
+            f"damping ratios {self.damping:.6g} and {self.base_damping:.6g}, {_strength(self, unit)}"
         )
 
 
@@ -725,18 +778,31 @@ class SpectralExcitation(Excitation):
     def words(self, name: str, unit: Units) -> str:
         """What it is, with its root mean square for comparison with the test's own."""
         of = unit("psd") == "N^2 s"
-        size = f"{self.rms:.4g} N" if of else f"{self.rms:.4g} m/s^2 ({self.rms / STANDARD_GRAVITY:.4g} g)"
+        size = f"{self.rms:.4g} N" if of else _in_gravity(self.rms)
         band = f"{self.frequency[0]:.6g} to {self.frequency[-1]:.6g} Hz in {len(self.psd)} points"
         return self.modulated(f"Gaussian noise of a given spectral density ({name}), {band}, overall rms {size}")
 
 
-def _driven(psd_unit: DensityUnit, on: str) -> str:
-    """What a density in a unit drives."""
-    if psd_unit != "N2/Hz" and on not in ("", "ground"):
-        raise ValueError(f"on must be left out with a density in {psd_unit}, which is that of the ground.")
-    if psd_unit == "N2/Hz" and on == "ground":
-        raise ValueError("on must be a mass with a density in N2/Hz, which is that of a force.")
-    return (on or "mass") if psd_unit == "N2/Hz" else "ground"
+def _strength(noise: KanaiTajimiNoise | CloughPenzienNoise, unit: Units) -> str:
+    """Intensity and root mean square, in words."""
+    size = f"{noise.rms:.4g} N" if unit("intensity") == "N^2 s" else _in_gravity(noise.rms)
+    before = " before the envelope" if noise.envelope is not None else ""
+    return f"intensity {noise.intensity:.6g} {unit('intensity')}, rms{before} {size}"
+
+
+def _in_gravity(acceleration: float) -> str:
+    """An acceleration in m/s^2, in words, also in standard gravity."""
+    return f"{acceleration:.4g} m/s^2 ({acceleration / STANDARD_GRAVITY:.4g} g)"
+
+
+def _driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> str:
+    """What a density or an rms in a unit drives."""
+    is_force = unit in ("N2/Hz", "N")
+    if not is_force and on not in ("", "ground"):
+        raise ValueError(f"on must be left out with {what} in {unit}, which is that of the ground.")
+    if is_force and on == "ground":
+        raise ValueError(f"on must be a mass with {what} in {unit}, which is that of a force.")
+    return (on or "mass") if is_force else "ground"
 
 
 def _positive(values: object, name: str) -> tuple[float, ...]:

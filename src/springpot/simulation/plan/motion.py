@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations
 from typing import Any
 
 from springpot.machine.arguments import LARGEST, finite_number
@@ -203,11 +204,18 @@ class Motion:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
-            known = [*moving, *(self.seen_by_force if forces_only else self.felt)]
-            near = meant(str(name), known) or f"; there are {few(known)}."
+            near = self.near(name, [*moving, *(self.seen_by_force if forces_only else self.felt)])
             raise ValueError(f"{argument} has {shown(name)}, which is no {what}{near}")
         number = self.number_felt(name)
         return Seen({"x": name}, self.displacements_shown + number, feels=(number,))
+
+    def near(self, name: Any, known: Sequence[str]) -> str:
+        """What an unknown name may have meant, or which there are; of two masses, that nothing acts between them."""
+        for a, b in permutations(self.system.points, 2):
+            pairs = (f"{one}_{end}" for one in (f"{a}_{b}", f"{b}_{a}") for end in ("elongation", "distance"))
+            if name in (f"{a}_{b}_elongation", f"{a}_{b}_distance") and not {*pairs} & {*known}:
+                return f": no part acts between {a} and {b}."
+        return meant(str(name), known) or f"; there are {few(known)}."
 
     @property
     def displacements_shown(self) -> int:
@@ -377,6 +385,11 @@ class Motion:
         if not self.recorded:
             return ""
         return f"{'a record' if self.system.of(RecordedExcitation) else 'an envelope'} has a beginning and an end"
+
+    @property
+    def settles(self) -> bool:
+        """Whether there is a stationary state, in which a rate of rare events is constant."""
+        return not self.ends and self.scales.relaxation_time < math.inf
 
     @property
     def walls(self) -> tuple[Barrier, ...]:

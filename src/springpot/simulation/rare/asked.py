@@ -24,7 +24,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.faults import few, meant, shown
+from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
@@ -115,7 +115,7 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
             name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, "levels")
         )
     if name not in known:
-        near = meant(str(name), [*known, *motion.felt]) or f"; there are {few([*known, *motion.felt])}."
+        near = motion.near(name, [*known, *motion.felt])
         raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
     kind, seen = known[name]
     if kind == "impact_speed" and not motion.touched:

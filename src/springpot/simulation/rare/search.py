@@ -21,7 +21,7 @@ from springpot.simulation.rare.asked import Asked
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.splitting import Tally, repetitions
 
-__all__ = ["ExceedanceCurve", "search"]
+__all__ = ["UNSETTLED", "ExceedanceCurve", "search"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,6 +41,7 @@ FARTHER = 0.25  # power of the paths of a repetition with which the coordinate g
 USUAL_LENGTH = 4.0  # of a path with its branches, in path lengths
 USUAL_RATE = 2e8  # path-steps per second of a thread, until MEASURED of them tell
 MEASURED = 1e8
+UNSETTLED = "not known: the motion has no stationary state"
 _ROUNDING = 1e-12  # of a probability of 1, which splitting has as a sum of shares
 
 
@@ -60,8 +61,8 @@ class ExceedanceCurve:
         where all did, a lower one.
     rate, rate_error : ndarray
         Of first exceedances in the second half of the time, per second, and the standard errors; NaN where no path was
-        left by the end, where one repetition saw half of these exceedances or none saw any, and under an envelope that
-        ends.
+        left by the end, where one repetition saw half of these exceedances or none saw any, and where the motion has no
+        stationary state.
     method : {"plain", "splitting"}
     repetitions, paths : int
         Independent repetitions, and the paths of each.
@@ -69,6 +70,8 @@ class ExceedanceCurve:
         Standard deviation of the repetitions over their mean, at the rarest level.
     iterations, path_steps, seconds : float
         Of a repetition, on average; steps of all paths, and the time that they took.
+    settles : bool
+        Whether the motion has a stationary state; without one exceedances have no rate.
     warnings : tuple of str
     """
 
@@ -88,6 +91,7 @@ class ExceedanceCurve:
     iterations: float
     path_steps: float
     seconds: float
+    settles: bool = True
     warnings: tuple[Message, ...] = ()
 
     @property
@@ -129,7 +133,8 @@ class ExceedanceCurve:
 
     def __str__(self) -> str:
         levels = zip(np.ravel(self.levels), self.said, strict=True)
-        return "\n".join(f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}" for level, said in levels)
+        each = [f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}" for level, said in levels]
+        return "\n".join(each + [f"return periods of {self.name}: {UNSETTLED}."] * (not self.settles))
 
 
 def search(
@@ -330,7 +335,7 @@ class _Repetitions:
         all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
         late = whole - half
         of_few = late.max(axis=0) >= MOST_OF_A_RATE * late.sum(axis=0)  # or of none
-        p_of_most = np.where(all_did | of_few | bool(self.simulation.motion.ends), np.nan, p)  # what ends has no rate
+        p_of_most = np.where(all_did | of_few | (not self.simulation.motion.settles), np.nan, p)
         rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
         rate_error = 2.0 / self.asked.duration * _error(late) / (1.0 - p_of_most)
         unseen = UPPER / (self.paths * count)
@@ -345,6 +350,7 @@ class _Repetitions:
             iterations=float(np.concatenate([tally.iterations for tally in self.tallies]).mean()),
             path_steps=self.path_steps,
             seconds=seconds,
+            settles=self.simulation.motion.settles,
             warnings=tuple(self._doubts(p, error, high, reason)),
         )  # fmt: skip
 

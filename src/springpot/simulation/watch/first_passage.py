@@ -33,7 +33,7 @@ from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import cause_of, few, meant, shown
+from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.messages import Message, say
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
@@ -145,8 +145,7 @@ def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
             raise ValueError(
                 f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
             )
-        known = sorted({*motion.levels, *motion.felt})
-        near = meant(str(name), known) or f"; there are {few(known)}."
+        near = motion.near(name, sorted({*motion.levels, *motion.felt}))
         raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
     if not quantity:
         function, given = _observable(plan, name, given)
@@ -295,7 +294,7 @@ def _passage_times(simulation: Simulation, passage: Passage, level: float, passe
     horizon = high * settings.step - begin
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = math.inf if simulation.motion.ends else SETTLED * simulation.motion.scales.relaxation_time
+    settling = SETTLED * simulation.motion.scales.relaxation_time if simulation.motion.settles else math.inf
     return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
 
 

@@ -41,10 +41,10 @@ _UNSEEN = UPPER / NORMAL  # over the time that was watched: the error of the rat
 
 _LENGTH, _SPEED = HEADER.index("length"), HEADER.index("speed")
 _PATHS = HEADER.index("lanes")
-# After the header: the present bin, the number of ends, x and v before the step and the sums of each lane, the ends in
-# steps, the sums of all lanes
+# After the header: the present bin, the number of ends, the least speed of an impact that counts, x and v before the
+# step and the sums of each lane, the ends in steps, the sums of all lanes
 _PLACE = len(HEADER)
-_COUNT, _BEFORE = _PLACE + 1, _PLACE + 2
+_COUNT, _LEAST, _BEFORE = _PLACE + 1, _PLACE + 2, _PLACE + 3
 _SUMS = _BEFORE + 2 * LANES
 _ENDS = _SUMS + _KINDS * LANES
 # Of powers: the present bin, the numbers of ends and of the kernel's sums, the factors of these in the power of dampers
@@ -132,11 +132,11 @@ def _size(ends: int) -> int:
     return _ENDS - _PLACE + ends + 2 * _KINDS * ends
 
 
-def profile_of(seen: Seen, edges: npt.NDArray[np.int64], settings: Settings) -> Observer:
-    """The sums of a displacement, and of the impacts that belong to it."""
+def profile_of(seen: Seen, edges: npt.NDArray[np.int64], settings: Settings, slowest: float = 0.0) -> Observer:
+    """The sums of a displacement, and of the impacts that belong to it and are not slower than a speed in m/s."""
     on_steps, on_impacts = _parts()
     initial = np.zeros(_size(edges.size))
-    initial[:2] = 1.0 if edges[0] == settings.window_steps[0] else 0.0, edges.size
+    initial[:3] = 1.0 if edges[0] == settings.window_steps[0] else 0.0, edges.size, slowest
     initial[_ENDS - _PLACE :][: edges.size] = edges
     # impacts alone have no states, but the steps must tell the bins
     return observer_of(
@@ -190,6 +190,8 @@ def _parts() -> tuple[Any, Any]:
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         before = abs(array[_SPEED]) * speed  # negative where the kernel sees the motion mirrored
+        if before < array[_LEAST]:
+            return
         array[_SUMS + _HITS * LANES + lane] += count
         array[_SUMS + _SQUARES * LANES + lane] += count * before * before
         array[_SUMS + _SPEEDS * LANES + lane] += count * before
@@ -331,6 +333,9 @@ def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
             found.append((mean, _SPEEDS, 1.0))
         if not math.isnan(taken := _taken(motion, seen)):
             found.append((f"{start}impact_power", _SQUARES, taken))
+    if "counted_impact_speed" in seen.names:
+        mean = f"{seen.names['counted_impact_speed']}_mean"
+        found += [(f"{mean.removesuffix('speed_mean')}rate", _HITS, 1.0), (mean, _SPEEDS, 1.0)]
     return found
 
 

@@ -238,7 +238,8 @@ def requested(
     counted = (*motion.seen, *felt) if distributions else ()
     moving = () if spectrum is None else tuple(seen for seen in (*motion.seen, *felt) if "x" in seen.names)
     moved = () if profile is None else (*motion.seen, *(seen for seen in felt if seen.feels))
-    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved) + 1)
+    fast = () if profile is None or slowest_counted_impact is None else motion.speeds.items()
+    edges = np.zeros(0, np.int64) if profile is None else checked_edges(profile, settings, len(moved) + len(fast) + 1)
     frequencies = np.zeros(0) if spectrum is None else checked_frequencies(spectrum, settings, fastest, len(moving))
     wanted = Requested(
         observables={name: mean_of(motion, name, function, "state") for name, function in state.items()},
@@ -250,7 +251,13 @@ def requested(
         passages=checked(plan, first_passage),
         counted={} if slowest_counted_impact is None else _fast(plan, slowest_counted_impact),
         edges=edges,
-        profiles=tuple((seen, profile_of(seen, edges, settings)) for seen in moved),
+        profiles=(
+            *((seen, profile_of(seen, edges, settings)) for seen in moved),
+            *(
+                (seen, profile_of(seen, edges, settings, float(slowest_counted_impact or 0.0)))
+                for seen in (_counted_of(name, own) for name, own in fast)
+            ),
+        ),
         felt=tuple((seen, squares(seen) if seen.feels else of_impacts(seen)) for seen in felt),
         cycles=wanted_cycles(motion, rainflow),
     )
@@ -275,6 +282,11 @@ def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:
             "record_every."
         )
     return tuple(found)
+
+
+def _counted_of(name: str, seen: Seen) -> Seen:
+    """The same impacts, by the name of those that are not slow."""
+    return replace(seen, names={"counted_impact_speed": f"{name.removesuffix('impact_speed')}counted_impact_speed"})
 
 
 def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:
