@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -134,6 +135,18 @@ sphinx_gallery_conf: dict[str, Any] = {
     "backreferences_dir": "api/backreferences",
     "inspect_global_variables": False,
 }
+
+
+def to_built_gallery(app: Any, docname: str, source: list[str]) -> None:
+    """Links to files of the gallery, which a reader of the repository can follow, lead to the pages made of them."""
+    link = r"(?<=[(/])gallery/(?:README\.rst|(plot_\w+)\.py)(?=\))"
+    source[0] = re.sub(link, lambda found: f"auto_gallery/{found[1] or 'index'}.rst", source[0])
+
+
+def setup(app: Any) -> None:
+    """What Sphinx calls first."""
+    app.connect("source-read", to_built_gallery)
+
 
 # the kernel that runs the pages, without its word of warning about the loopback network
 os.environ["JUPYTER_PATH"] = str(Path(__file__).parent / "_jupyter")
