@@ -112,7 +112,7 @@ def test_runs_have_the_exact_mean_squares_to_half_a_per_cent(order: float, name:
     system, end = sp.System(*parts, noise(PROFILES[name], at)), 240.0 if name != "narrow" else 440.0
     exact = sp.theory.linear(system)
     known = {"x_mean_square": exact.x_mean_square, "v_mean_square": exact.v_mean_square,
-             "acceleration_mean_square": exact.mean_square(what="acceleration")}  # fmt: skip
+             "acceleration_mean_square": exact.mean_square(of="acceleration")}  # fmt: skip
     run = sp.simulate(
         system, paths=64_000, duration=end, window=(40.0, end), step=0.02, seed=5, forces=["acceleration"]
     )
