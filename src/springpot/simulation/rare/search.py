@@ -335,8 +335,9 @@ class _Repetitions:
         all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
         late = whole - half
         of_few = late.max(axis=0) >= MOST_OF_A_RATE * late.sum(axis=0)  # or of none
-        p_of_most = np.where(all_did | of_few | (not self.simulation.motion.settles), np.nan, p)
-        rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half.mean(axis=0)))
+        no_rate = all_did | of_few | (not self.simulation.motion.settles)
+        p_of_most, half_of_most = (np.where(no_rate, np.nan, each) for each in (p, half.mean(axis=0)))
+        rate = -2.0 / self.asked.duration * (np.log1p(-p_of_most) - np.log1p(-half_of_most))
         rate_error = 2.0 / self.asked.duration * _error(late) / (1.0 - p_of_most)
         unseen = UPPER / (self.paths * count)
         error, low = np.where(all_did, unseen / NORMAL, error), np.where(all_did, math.exp(-unseen), p / wide)
