@@ -8,7 +8,6 @@ import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from llvmlite.binding import get_host_cpu_name
 from numba.core.config import CPU_NAME
 
 from springpot.machine.processors import threads_available
+from springpot.machine.versions import versions
 
 __all__ = ["Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "load", "machine"]
 
@@ -95,11 +95,11 @@ def load() -> float:
 def machine() -> list[Row]:
     """What the numbers were measured with."""
     waiting = load()
-    versions = ", ".join(f"{name} {version(name)}" for name in ("springpot", "numba", "llvmlite", "numpy"))
+    packages = ", ".join(f"{name} {own}" for name, own in versions("numba", "llvmlite", "numpy").items())
     words = {
         "processor": f"{_processor()} (LLVM: {CPU_NAME or get_host_cpu_name()}), {threads_available()} threads",
         "system": f"{platform.system()} {platform.machine()}",
-        "versions": f"Python {platform.python_version()}, {versions}",
+        "versions": f"Python {platform.python_version()}, {packages}",
         "load before the run": "unknown" if math.isnan(waiting) else f"{waiting:.1f}",
     }
     return [Row("machine", name, None, "", note=text) for name, text in words.items()]

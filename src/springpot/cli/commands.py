@@ -38,7 +38,7 @@ from springpot.machine.places import place_for
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-__all__ = ["app", "place_of", "tell", "warn"]
+__all__ = ["app", "by_name", "place_of", "tell", "warn"]
 
 _LEVELS = Parameter(
     negative="",
@@ -150,10 +150,9 @@ def _formulas(system: System, levels: Sequence[tuple[str, float]], curves: Seque
 
     found: dict[str, Any] = {}
     if levels:
-        asked = {name: [level for other, level in levels if other == name] for name, _ in levels}
         found["exceedance_rate"] = {
             f"{name} {level:g}": {formula: float(rate[place]) for formula, rate in of_name.rate.items()}
-            for name, of_name in exceedance(system, asked).items()
+            for name, of_name in exceedance(system, by_name(levels)).items()
             for place, level in enumerate(of_name.levels)
         }
     if curves:
@@ -330,7 +329,7 @@ def _levels(problem: System, asked: Sequence[tuple[str, Sequence[float]]]) -> di
     for name, _ in asked if len(problem.points) == 1 else ():
         if name not in felt_in(problem):
             known_word(name, LEVELS, "--first-passage")
-    return _by_name((name, each[0] if len(each) == 1 else (*each,)) for name, each in asked)
+    return _one_or_many((name, each[0] if len(each) == 1 else (*each,)) for name, each in asked)
 
 
 def _curves(asked: Sequence[tuple[str, Sequence[float]]]) -> dict[str, Any]:
@@ -343,14 +342,19 @@ def _curves(asked: Sequence[tuple[str, Sequence[float]]]) -> dict[str, Any]:
             pairs.append((name, Basquin(*numbers)))
         except ValueError as error:
             raise ValueError(f"--rainflow of {name}: {error}") from None
-    return _by_name(pairs)
+    return _one_or_many(pairs)
 
 
-def _by_name(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+def by_name(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:
+    """The values that a flag which may be repeated has for each name."""
     found: dict[str, list[Any]] = {}
     for name, value in pairs:
         found.setdefault(name, []).append(value)
-    return {name: values if len(values) > 1 else values[0] for name, values in found.items()}
+    return found
+
+
+def _one_or_many(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    return {name: values if len(values) > 1 else values[0] for name, values in by_name(pairs).items()}
 
 
 @app.command

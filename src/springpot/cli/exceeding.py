@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from springpot.cli.commands import warn
+from springpot.cli.commands import by_name, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of, written
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json
 from springpot.machine.interrupt import leave_at_once
@@ -48,16 +48,13 @@ def exceedance(
 ) -> int:
     """Probabilities of rare events; its help is in `springpot.cli.commands`."""
     problem = problem_of(file, flags)
-    asked: dict[str, list[float]] = {}
-    for name, level in levels:
-        asked.setdefault(name, []).append(level)
     check_picture(plot)
     with leave_at_once():
         from springpot.simulation.rare.exceedance import exceeded
 
     with Bar("splitting paths", first="simulating") as bar:
         found = exceeded(
-            problem, asked, duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
+            problem, by_name(levels), duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
             max_time=max_time, save=save, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)

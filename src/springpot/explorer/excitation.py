@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from springpot.explorer.ends import titled
+from springpot.machine.plain import plain
 from springpot.problem.parts import (
     CloughPenzienNoise,
     ColoredNoise,
@@ -41,16 +42,7 @@ def chart(
     >>> chart("e(t)", ("t", "s"), ("e", ""), [0.0, 1.0], [{"name": "e", "values": [0.0, math.nan]}])["lines"]
     [{'name': 'e', 'values': [0.0, None]}]
     """
-    whole = [{name: _plain(own) for name, own in line.items()} for line in lines]
-    return {"title": title, "x": x, "y": y, "at": _plain(at), "lines": whole} | {n: _plain(v) for n, v in more.items()}
-
-
-def _plain(values: Any) -> Any:
-    """Numbers for JSON, None for what is not finite; anything else as it is."""
-    if isinstance(values, bool | str):
-        return values
-    found = np.asarray(values, float)
-    return np.where(np.isfinite(found), found, None).tolist()  # type: ignore[call-overload]
+    return {"title": title, "x": x, "y": y, **plain({"at": at, "lines": lines, **more})}
 
 
 def charts_of_excitation(system: System, frequency: float) -> Iterator[dict[str, Any]]:

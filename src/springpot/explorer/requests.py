@@ -15,7 +15,7 @@ from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Observe
 from springpot.explorer.sliders import raised, written
 from springpot.machine.faults import Stopped, with_error
-from springpot.problem.basquin import Basquin
+from springpot.problem.basquin import HOUR, Basquin
 from springpot.problem.catalogue import results_on_request, unit_of_result
 from springpot.problem.system import System
 
@@ -182,7 +182,7 @@ def _cycles(run: Run, name: str) -> Iterator[dict[str, Any]]:
         from springpot.simulation.paths.statistics import NORMAL
         from springpot.simulation.watch.rainflow import longer_cycles  # Numba is slow to import
 
-        rate = 3600.0 * run[f"{name}_cycle_rate"].value
+        rate = HOUR * run[f"{name}_cycle_rate"].value
         place, longer, error = longer_cycles(run.distributions[f"{name}_range"], rate)
         low, high = longer - NORMAL * error, longer + NORMAL * error
         line = {"name": "longer cycles", "values": longer, "low": np.where(low > 0.0, low, np.nan), "high": high}

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from springpot.simulation import Run
     from springpot.simulation.rare.search import ExceedanceCurve
 
-__all__ = ["Column", "columns_of", "names_in_results", "numbers_of_curves", "numbers_of_run", "scalars_of"]
+__all__ = ["Column", "columns_of", "levels_of", "names_in_results", "numbers_of_curves", "numbers_of_run", "scalars_of"]
 
 SAID = {
     "": "",
@@ -34,7 +34,11 @@ _EXCEEDED = {
     "return_period": ("s", ("", "_se")),
 }
 _PASSED = {f"first_passage_{what}": (unit, endings) for what, (unit, _, endings) in OF_A_LEVEL.items()}
-"""The numbers of each level, with their units and endings."""
+_OF_LEVELS = {
+    "exceedance": ("levels", "level", _EXCEEDED),
+    "monte_carlo": ("first_passage", "first_passage_level", _PASSED),
+}
+"""Of a method the setting with levels, their dimension, and the numbers of each, with their units and endings."""
 
 
 @dataclass(frozen=True)
@@ -72,15 +76,24 @@ def _of_names(system: System, names: Iterable[str], endings: Sequence[str]) -> I
             yield Column(name + ending, unit, walls.get(name, name), ending, dimension)
 
 
-def _of_levels(
-    levels: Mapping[str, Sequence[float]], numbers: Mapping[str, tuple[str, Sequence[str]]], dimension: str
-) -> Iterator[Column]:
-    for name, own in levels.items():
-        for level in own:
-            for what, (unit, endings) in numbers.items():
+def levels_of(method: str, settings: Mapping[str, Any]) -> dict[str, tuple[str, Sequence[float]]]:
+    """Of each dimension of levels in a method's results its quantity and the levels.
+
+    Examples
+    --------
+    >>> levels_of("exceedance", {"levels": {"x": [0.5, 1.0]}})
+    {'x_level': ('x', [0.5, 1.0])}
+    """
+    setting, dimension, _ = _OF_LEVELS[method]
+    return {f"{name}_{dimension}": (name, own) for name, own in settings.get(setting, {}).items()}
+
+
+def _of_levels(method: str, settings: Mapping[str, Any]) -> Iterator[Column]:
+    for dimension, (name, levels) in levels_of(method, settings).items():
+        for level in levels:
+            for what, (unit, endings) in _OF_LEVELS[method][2].items():
                 for ending in endings:
-                    column = f"{_at(name, level)}{what}{ending}"
-                    yield Column(column, unit, f"{name}_{what}", ending, f"{name}_{dimension}")
+                    yield Column(f"{_at(name, level)}{what}{ending}", unit, f"{name}_{what}", ending, dimension)
 
 
 def _at(name: str, level: float) -> str:
@@ -100,15 +113,14 @@ def columns_of(method: str, system: System, settings: Mapping[str, Any] | None =
     """
     given = settings or {}
     if method == "exceedance":
-        return tuple(_of_levels(given.get("levels", {}), _EXCEEDED, "level"))
+        return tuple(_of_levels(method, given))
     felt = numbers_on_request(system, "forces", given.get("forces", ()))
     if method != "monte_carlo":
         return tuple(_of_names(system, (*names_of_results(system), *felt), ("",)))
     cycles = numbers_on_request(system, "rainflow", given.get("rainflow", ()))
     counted = numbers_on_request(system, "slowest_counted_impact") if "slowest_counted_impact" in given else ()
     names = dict.fromkeys((*possible_results(system), *felt, *cycles, *counted))
-    passed = _of_levels(given.get("first_passage", {}), _PASSED, "first_passage_level")
-    return (*_of_names(system, names, ("", "_se", "_error")), *passed)
+    return (*_of_names(system, names, ("", "_se", "_error")), *_of_levels(method, given))
 
 
 def scalars_of(system: System) -> tuple[str, ...]:

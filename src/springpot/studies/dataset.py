@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
-from springpot.studies.columns import SAID, Column
+from springpot.studies.columns import SAID, Column, levels_of
 from springpot.studies.question import Study
 from springpot.studies.store import Store, document
 from springpot.studies.tables import PARAMETERS, SIMULATED
@@ -67,13 +67,13 @@ def open_tree(store: Store) -> xarray.DataTree:
         coordinates = {"theory": ("theory", theories), **_coordinates(study)}
         variables = _variables(answers, {"theory": len(theories), **shape}, "", study)
         parts["/theory"] = xarray.Dataset(variables, coordinates)
-    for method, group, words, dimension in (
-        ("monte_carlo", "/simulation", "Monte Carlo: ", "first_passage_level"),
-        ("exceedance", "/exceedance", "exceedance: ", "level"),
+    for method, group, words in (
+        ("monte_carlo", "/simulation", "Monte Carlo: "),
+        ("exceedance", "/exceedance", "exceedance: "),
     ):
         if method in study.methods:
             variables = _variables([Results(store, method)], shape, words, study)
-            parts[group] = xarray.Dataset(variables, _coordinates(study) | _levels(study, method, dimension))
+            parts[group] = xarray.Dataset(variables, _coordinates(study) | _levels(study, method))
     tree = xarray.DataTree.from_dict(parts, name=study.name.replace("/", " "))
     tree.attrs = {
         "Conventions": "CF-1.11",
@@ -97,9 +97,9 @@ def _coordinates(study: Study) -> dict[str, Any]:
     return coordinates | {axis: (axis, range(1, n + 1)) for axis, n in study.shape.items() if axis not in coordinates}
 
 
-def _levels(study: Study, method: str, dimension: str) -> dict[str, Any]:
+def _levels(study: Study, method: str) -> dict[str, Any]:
     """The levels of each quantity as coordinates."""
-    given = study.settings(method).get("first_passage" if method == "monte_carlo" else "levels", {})
+    given = levels_of(method, study.settings(method))
     if not given:
         return {}
     from springpot.simulation.plan.motions import motion_of  # slow to import
@@ -107,11 +107,9 @@ def _levels(study: Study, method: str, dimension: str) -> dict[str, Any]:
 
     motion = motion_of(study.system)
     return {
-        f"{name}_{dimension}": (
-            f"{name}_{dimension}", list(levels), {"units": quantity_of(motion, name).unit, "long_name": name}
-        )
-        for name, levels in given.items()
-    }  # fmt: skip
+        dimension: (dimension, list(levels), {"units": quantity_of(motion, name).unit, "long_name": name})
+        for dimension, (name, levels) in given.items()
+    }
 
 
 def result_columns(study: Study, *methods: str) -> dict[str, Column]:

@@ -117,8 +117,7 @@ class ExceedanceCurve:
     def to_dict(self) -> dict[str, Any]:
         """Its numbers and words, but the warnings; what is not finite is None."""
         own = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "warnings"}
-        own["return_period"] = self.return_period
-        return plain({name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in own.items()})
+        return plain(own | {"return_period": self.return_period})
 
     def arranged(self, order: npt.NDArray[np.int64], shape: tuple[int, ...]) -> ExceedanceCurve:
         """The same with its levels in another order and shape."""
