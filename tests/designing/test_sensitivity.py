@@ -147,6 +147,15 @@ def test_monte_carlo_is_chosen_where_no_method_is_recommended() -> None:
     assert "is a guess" in chosen_method(lossy, "theory")[1]
 
 
+def test_monte_carlo_is_chosen_for_a_force_that_linear_theory_does_not_cover() -> None:
+    parts = sp.Mass(2.0), sp.Spring(8.0), sp.WhiteNoise(1.0, on="ground"), sp.ParametricNoise(0.1)
+    model = sp.System(*parts, mount=sp.Dashpot(sp.free("c", 1.0, (0.5, 2.0))))
+    with pytest.raises(ValueError, match="a noise that multiplies an elongation is not covered in mount_force"):
+        sp.sensitivity(model, "mount_force_mean_square", method="linear")
+    found = sp.sensitivity(model, "mount_force_mean_square", paths=64, duration=20.0, step=0.05)
+    assert found.method == "monte_carlo"
+
+
 def test_a_force_changes_with_the_order_of_its_mount() -> None:
     """By linear theory, against its own difference, and by Monte Carlo."""
 

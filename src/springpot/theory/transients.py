@@ -33,6 +33,7 @@ from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.linearization import NearestLinear, nearest_in_time
 from springpot.theory.methods.systems.states import States, states_of
+from springpot.theory.normal_modes import free_motion
 
 __all__ = ["Transient", "transient"]
 
@@ -179,8 +180,9 @@ def _linearized(system: System, nearest: NearestLinear, times: FloatArray, end: 
     else:
         raise NotCoveredError(f"{_REACH}, whose springs do not grow so stiff that no step resolves them.")
     warnings: tuple[str, ...] = ()
-    if beyond.most > 0.0:
-        here = replace(own, stiffness=beyond.stiffness, damping=beyond.damping)
+    if beyond.spreads.any():
+        stiffness, damping, _ = nearest.equivalents(still, beyond.spreads)
+        here = replace(own, stiffness=stiffness, damping=damping)
         warnings = tuple(nearest.doubts(system, here, nearest.joined(still, *beyond.spreads.T)))
         bent = any(not damper.is_linear for row in nearest.bent for damper in row.dampers)
         warnings += (_FADING,) if bent and any(noise.envelope is not None for noise in own.noises) else ()
@@ -192,19 +194,23 @@ def _linearized(system: System, nearest: NearestLinear, times: FloatArray, end: 
 
 def _fastest(mass: FloatArray, stiffness: FloatArray) -> float:
     """The highest natural frequency, in rad/s."""
-    return math.sqrt(float(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max()))
+    squares, _ = free_motion(mass, stiffness)
+    return math.sqrt(float(squares[-1]))
 
 
 class _Beyond:
-    """What the linear system of each time has beyond the constant one, as impulses; and the fastest of them."""
+    """What the linear system of each time has beyond the constant one, as impulses.
+
+    Kept are the fastest of them, and the spreads where the elongations were largest.
+    """
 
     def __init__(self, nearest: NearestLinear, states: States) -> None:
-        self.nearest, self.states, self.fastest, self.most = nearest, states, 0.0, -1.0
+        self.nearest, self.states, self.fastest = nearest, states, 0.0
         self.still = np.zeros(len(states.light))
         self.x = np.array([states.x(row.g) for row in nearest.bent])
         self.v = np.array([states.v(row.g) for row in nearest.bent])
         self.back = np.linalg.inv(states.root).T  # from states to displacements
-        self.spreads, self.stiffness, self.damping = self.equivalents(np.zeros_like(states.rates))
+        self.spreads = np.zeros((len(nearest.bent), 2))
 
     def equivalents(self, covariance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Spreads of the bent rows, stiffness and damping."""
@@ -218,8 +224,8 @@ class _Beyond:
             return covariance
         middle = self._moved(covariance, 0.5 * time, *self.equivalents(covariance)[1:])
         spreads, stiffness, damping = self.equivalents(middle)
-        if (size := float((spreads[:, 0] ** 2).sum())) > self.most:
-            self.most, self.spreads, self.stiffness, self.damping = size, spreads, stiffness, damping
+        if (spreads[:, 0] ** 2).sum() > (self.spreads[:, 0] ** 2).sum():
+            self.spreads = spreads
             self.fastest = max(self.fastest, _fastest(self.states.companion.mass, stiffness))
         return self._moved(covariance, time, stiffness, damping)
 

@@ -291,12 +291,11 @@ def _why_not(motion: Motion, name: str) -> str:
     """The words ": ..." with the reason why a result of the motion cannot be controlled, if there is one."""
     if name in motion.zeros:
         return ": it is 0."
-    if name.removesuffix("_square").removesuffix("_mean") in motion.felt and name not in possible_results(
-        motion.system
-    ):
-        return ": rtol does not see forces, so give paths, duration, step and forces= in its place."
+    if name not in possible_results(motion.system):
+        is_felt = name.removesuffix("_square").removesuffix("_mean") in motion.felt
+        return ": rtol does not see forces, so give paths, duration, step and forces= in its place." if is_felt else ""
     reason = motion.uncounted_because(name)
-    return f": {reason}." if reason and name in possible_results(motion.system) else ""
+    return f": {reason}." if reason else ""
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:

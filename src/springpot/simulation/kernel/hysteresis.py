@@ -88,16 +88,7 @@ def _stroke_plastic(law, slider, begin, way):
 
 
 @answers(stroke, WholePower)
-def _stroke_whole_power(law, slider, begin, way):
-    return _stroke_smooth(law, slider, begin, way)
-
-
 @answers(stroke, AnyPower)
-def _stroke_any_power(law, slider, begin, way):
-    return _stroke_smooth(law, slider, begin, way)
-
-
-@njit(**INLINE)
 def _stroke_smooth(law, slider, begin, way):
     sign = typed(1.0, way) if way > typed(0.0, way) else typed(-1.0, way)
     return slider + sign * _slip(law, sign * (begin - slider), abs(way))

@@ -309,12 +309,14 @@ class _Repetitions:
         return np.asarray(self.exceeded[:, 1, -1])
 
     @property
+    def rarest(self) -> Floats:
+        """Of each the probability of the rarest level that any exceeded."""
+        return np.asarray(self.exceeded[:, 1, np.flatnonzero(self.exceeded[:, 1].any(axis=0))[-1:]].sum(axis=1))
+
+    @property
     def spread(self) -> float:
         """Standard deviation over the mean, at the last level; if that is out of reach, at the last one exceeded."""
-        rarest, known = self.last, self.exceeded[:, 1].any(axis=0)
-        if known.any() and self.is_hopeless:
-            rarest = self.exceeded[:, 1, np.flatnonzero(known)[-1]]
-        return float(rarest.std(ddof=1) / rarest.mean()) if rarest.any() else math.inf
+        return _spread(self.rarest if self.is_hopeless else self.last)
 
     @property
     def is_dear(self) -> bool:
@@ -370,8 +372,7 @@ class _Repetitions:
             known = {"reached": per_cent(error[n] / p[n]), "rtol": per_cent(rtol), "reason": reason}
             said.append(say("rare_not_known", **of, level=self.asked.given[n], **known))
         if self.splits and p.any():
-            rarest = self.exceeded[:, 1, np.flatnonzero(p)[-1]]  # of the levels that were exceeded
-            spread, largest = float(rarest.std(ddof=1) / rarest.mean()), float(rarest.max() / rarest.sum())
+            spread, largest = _spread(self.rarest), float(self.rarest.max() / self.rarest.sum())
             if spread > DOUBTFUL or largest > LARGEST_SHARE:
                 said.append(say("uneven_repetitions", **of, spread=spread, most=per_cent(largest)))
         return said
@@ -386,6 +387,11 @@ def unknown(asked: Asked) -> ExceedanceCurve:
         method="plain", repetitions=0, paths=0, spread=math.inf, iterations=0.0, path_steps=0.0, seconds=0.0,
         warnings=(said,),
     )  # fmt: skip
+
+
+def _spread(samples: Floats) -> float:
+    """Standard deviation over the mean; infinite without either."""
+    return float(samples.std(ddof=1) / samples.mean()) if samples.any() else math.inf
 
 
 def _error(samples: Floats) -> Floats:
