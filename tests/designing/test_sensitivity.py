@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.designing.approximation import leading
 from springpot.designing.differences import BACKWARD, CENTRAL, FORWARD, Stencil, extrapolated
+from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import chosen_method
 from springpot.designing.sensitivities import _difference
 
@@ -154,6 +156,7 @@ def test_monte_carlo_is_chosen_for_a_force_that_linear_theory_does_not_cover() -
         sp.sensitivity(model, "mount_force_mean_square", method="linear")
     found = sp.sensitivity(model, "mount_force_mean_square", paths=64, duration=20.0, step=0.05)
     assert found.method == "monte_carlo"
+    assert leading([model], ("mount_force_mean_square",), DesignProgress(None, None, 1)) == "monte_carlo"
 
 
 def test_a_force_changes_with_the_order_of_its_mount() -> None:

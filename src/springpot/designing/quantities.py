@@ -10,7 +10,7 @@ from springpot.evidence.recommendation import recommended
 from springpot.machine.faults import known_word
 from springpot.problem.felt import felt_in
 from springpot.problem.system import System
-from springpot.theory import solve_all, solve_one
+from springpot.theory import NotCoveredError, solve_all, solve_one
 from springpot.theory.methods.systems.linear import LinearResponse
 from springpot.theory.registry import METHODS
 
@@ -51,7 +51,10 @@ def theory_values(system: System, method: str, felt: Collection[str] = ()) -> tu
         return {}, statement
     found = {name: float(value) for name, value in result.numbers.items() if not math.isnan(value)}
     if isinstance(result, LinearResponse):
-        found |= {name: result.mean_square(of) for name, of in squares_felt(system).items() if name in felt}
+        try:
+            found |= {name: result.mean_square(of) for name, of in squares_felt(system).items() if name in felt}
+        except NotCoveredError as refusal:
+            return {}, str(refusal)
     return found, ""
 
 

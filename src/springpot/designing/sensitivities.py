@@ -103,8 +103,7 @@ def sensitivity(
     chosen, doubt = chosen_method(system, method)
     felt = squares_felt(system) if method in (None, "linear", MONTE_CARLO) else {}  # other methods do not have them
     if method is None and chosen != MONTE_CARLO and not felt.keys().isdisjoint(names):  # of theory linear theory
-        known = if_allowed(lambda: theory_values(system, "linear", names)[0]) or {}
-        chosen, doubt = "linear" if {*names} <= {*known} else MONTE_CARLO, ""
+        chosen, doubt = "linear" if {*names} <= {*theory_values(system, "linear", names)[0]} else MONTE_CARLO, ""
     said = [doubt] if doubt else []
     said += [f"{name} is 0: it has no relative change." for name, value in numbers.values.items() if value == 0.0]
     moved = replace(numbers, values={name: value for name, value in numbers.values.items() if value != 0.0})
