@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from springpot.theory import (
 from tests.sizes import validation
 
 COLUMNS = read_map(SYSTEMS_MAP.file)
+README = Path(__file__).resolve().parents[2] / "README.md"
 PLACES = [Cell(*row) for row in zip(*(COLUMNS[name].tolist() for name in Cell._fields), strict=True)]
 HARD = sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1.0))
 WHITE = sp.WhiteNoise(1.0)
@@ -194,3 +196,12 @@ def test_the_map_of_systems_goes_on_where_it_was(tmp_path) -> None:
     assert float(first["linearization:x_mean_square"]) == pytest.approx(0.0, abs=0.01)
     assert second["linearization:x_mean_square"] == "inf"
     assert first["envelope:impact_rate"] == "nan"
+
+
+def test_the_readme_has_the_largest_errors_of_half_cycles() -> None:
+    gaps = np.abs([COLUMNS["half_cycles:impact_rate"], COLUMNS["position"]]).T
+    gaps = gaps[np.isfinite(gaps[:, 0])]
+    far = gaps[gaps[:, 1] >= 1.5]
+    assert len(far) > 100
+    words = f"rates up to {gaps[:, 0].max():.0f} % off, {far[:, 0].max():.0f} % with both 1.5 standard deviations away"
+    assert words in README.read_text(encoding="utf-8")
