@@ -10,8 +10,6 @@ import sys
 from springpot.machine.interrupt import attended, leave_at_once
 from springpot.machine.one_thread import ONE_THREAD
 
-__all__ = ["main"]
-
 
 def main() -> int:
     """Load the command line and run it; see `springpot.cli.main`."""

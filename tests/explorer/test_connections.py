@@ -22,10 +22,10 @@ from websockets.exceptions import ConnectionClosed
 import springpot as sp
 from springpot.explorer import connections
 from springpot.explorer.connections import MOST_CONNECTIONS, REQUEST_SECONDS
-from springpot.explorer.engine import Engine
+from springpot.explorer.engine import MOST_SESSIONS, Engine
 from springpot.explorer.protocol import Problem
 from springpot.explorer.question import Opened
-from springpot.explorer.server import FIRST_MESSAGE_SECONDS, MOST_SESSIONS
+from springpot.explorer.server import FIRST_MESSAGE_SECONDS
 from springpot.explorer.session import Session
 from tests.explorer.conftest import Server, running
 from tests.explorer.talk import tab

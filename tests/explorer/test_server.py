@@ -19,8 +19,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from springpot.explorer.engine import MOST_SESSIONS
 from springpot.explorer.protocol import LONGEST_MESSAGE
-from springpot.explorer.server import MOST_SESSIONS, allowed_hosts
+from springpot.explorer.server import allowed_hosts
 from tests.explorer.conftest import COMMAND, Server, running
 from tests.explorer.talk import Tab, numbers, tab
 from tests.signals import in_a_terminal

@@ -14,11 +14,12 @@ import springpot as sp
 from springpot import MeasuredImpacts as Impacts
 from springpot import MeasuredModuli as Moduli
 from springpot.fitting.kalman import innovations_of
-from springpot.fitting.likelihood import FloatArray, slopes
+from springpot.fitting.likelihood import slopes
 from springpot.fitting.moduli import ModuliLikelihood, complex_modulus
 from springpot.fitting.records import RecordLikelihood
 from springpot.fitting.spectral_density import folded, response, windowed
 from springpot.fitting.state_space import Sampled, state_space
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import Stopped
 from springpot.problem.free_numbers import free_numbers
 from springpot.theory.methods.systems.linear import companion_of
@@ -47,12 +48,12 @@ def moduli(modulus: Any, error: float, seed: int, **given: Any) -> sp.MeasuredMo
     return sp.MeasuredModuli(F, modulus.real * noise[0], modulus.imag * noise[1], **given)
 
 
-def paths_of(system: sp.System, step: float, samples: int, noise: float, seed: int, paths: int = 1) -> FloatArray:
+def paths_of(system: sp.System, step: float, samples: int, noise: float, seed: int, paths: int = 1) -> Floats:
     """Samples with the exact law of a system's displacement."""
     own = state_space(system, "x", step, samples * step).sampled(step)
     rng = np.random.default_rng(seed)
 
-    def root(matrix: FloatArray) -> FloatArray:
+    def root(matrix: Floats) -> Floats:
         values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
         return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
@@ -173,7 +174,7 @@ def test_folds_and_leakage_of_a_density_are_exact() -> None:
     a, step = 0.7, 0.5
     f = np.linspace(0.05, 1.0, 20)
 
-    def density(frequency: FloatArray) -> FloatArray:
+    def density(frequency: Floats) -> Floats:
         return np.asarray(4.0 * a / (a**2 + (2.0 * np.pi * frequency) ** 2))
 
     phi = np.exp(-a * step)
@@ -202,7 +203,7 @@ def test_the_response_is_that_of_the_theory() -> None:
     assert np.allclose(response(system, "v")(f), expected * (2.0 * np.pi * f) ** 2, rtol=1e-12)
 
 
-def dense(correlation: FloatArray, values: FloatArray) -> float:
+def dense(correlation: Floats, values: Floats) -> float:
     """-2 ln L from the covariance of all samples."""
     root = np.linalg.cholesky(linalg.toeplitz(correlation))
     z = linalg.solve_triangular(root, values, lower=True)
@@ -210,7 +211,7 @@ def dense(correlation: FloatArray, values: FloatArray) -> float:
 
 
 @cache
-def exact_correlation(system: sp.System, step: float, samples: int) -> FloatArray:
+def exact_correlation(system: sp.System, step: float, samples: int) -> Floats:
     """Of the displacement, from the modulus itself, by quadrature, without a sum of modes."""
     x, weights = np.polynomial.legendre.leggauss(16)
     edges = np.concatenate(

@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arrays import Floats
 from springpot.memory import direct
 from springpot.problem.parts import Springpot
 from springpot.simulation.kernel.lanes import FAST, GROUP, f64
 from springpot.simulation.kernel.questions import Forcing, begin, bounce, kick, push
 from springpot.simulation.kernel.random import normals
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
-from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Simulation
 
 __all__ = ["DirectPath", "direct_path"]

@@ -11,9 +11,9 @@ from scipy import linalg
 
 import springpot as sp
 from springpot.fitting.state_space import state_space
+from springpot.machine.faults import NotCoveredError
 from springpot.simulation.lowering.memory import turned_in_step
 from springpot.simulation.lowering.parts import Arm
-from springpot.theory.result import NotCoveredError
 
 from .problems import assert_agrees
 

@@ -22,7 +22,8 @@ from springpot.machine.faults import FileError
 from springpot.simulation.plan.plan import COARSEST
 from springpot.studies.axes import spread
 from springpot.studies.layout import place_of
-from springpot.studies.question import PARAMETERS, Method, Study, read_study, system_at
+from springpot.studies.question import Method, Study, read_study, system_at
+from springpot.studies.tables import PARAMETERS
 from springpot.studies.tasks import check_some, task_at, tasks
 from springpot.studies.template import OF_OSCILLATORS, TEMPLATE
 from springpot.theory.result import MOMENTS

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from springpot.machine.faults import per_cent
+from springpot.machine.faults import NotCoveredError, per_cent
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory import averaging, envelope, exact, fokker_planck, memory_closure
 from springpot.theory.numerics.panels import panel_rule
-from springpot.theory.result import NotCoveredError
 from tests.sizes import validation
 
 

@@ -8,6 +8,7 @@ import pytest
 from scipy import integrate, stats
 
 from springpot.evidence.reliability import warnings_of
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
@@ -17,7 +18,7 @@ from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
-from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
+from springpot.theory.result import MOMENTS, NoStationaryStateError
 from tests.sizes import validation
 
 

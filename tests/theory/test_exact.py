@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.exact import Exact, exact
 from springpot.theory.numerics.contours import dashpot_mean_squares, mean_squares, relaxation
-from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
+from springpot.theory.result import MOMENTS, NoStationaryStateError
 from tests.sizes import validation
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
 from springpot.simulation import simulate
@@ -17,7 +18,7 @@ from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, Grid, 
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.methods.fokker_planck.transition import QuadraticForm
 from springpot.theory.problem import Problem, problem_and_units
-from springpot.theory.result import MOMENTS, NoStationaryStateError, NotCoveredError
+from springpot.theory.result import MOMENTS, NoStationaryStateError
 from tests.sizes import validation
 
 

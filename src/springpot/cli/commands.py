@@ -38,8 +38,6 @@ from springpot.machine.places import place_for
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-__all__ = ["app", "by_name", "place_of", "tell", "warn"]
-
 _LEVELS = Parameter(
     negative="",
     metavar="NAME LEVEL",

@@ -23,8 +23,6 @@ from springpot.cli.terminal import Bar, Json, Whole, check_picture
 from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 
-__all__ = ["design", "sensitivity"]
-
 _WISHES = Group("What is asked for", sort_key=1)
 
 

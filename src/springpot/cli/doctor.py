@@ -17,8 +17,6 @@ from springpot.machine.versions import versions
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot
 
-__all__ = ["cache_folder", "diagnose", "processor", "self_check", "threads"]
-
 # The vector extensions that decide the speed of the compiled step, widest last; the full list runs to a hundred.
 _VECTOR_FEATURES = ("sse2", "avx", "fma", "avx2", "avx512f", "neon", "sve")
 _TOLERANCE = 0.01

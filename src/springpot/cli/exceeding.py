@@ -12,8 +12,6 @@ from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Thread
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json
 from springpot.machine.interrupt import leave_at_once
 
-__all__ = ["exceedance"]
-
 _LEVELS = Parameter(
     group=MONTE_CARLO,
     negative="",

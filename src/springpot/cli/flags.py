@@ -18,12 +18,6 @@ from springpot.simulation.plan.options import hints, words
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-__all__ = [
-    "AS_USUAL", "MONTE_CARLO", "OUTPUT", "RAINFLOW", "STANDARD", "Flags", "OscillatorFile", "OscillatorFlags",
-    "Overwrite", "PageFile", "RunFlags", "RunSettings", "SystemFile", "Threads", "in_flags", "monte_carlo",
-    "named_numbers", "problem_of", "written",
-]  # fmt: skip
-
 _DEFAULT = Dimensionless().numbers
 _PER_MASS = Group("Oscillator", sort_key=0)
 MONTE_CARLO = Group("Monte Carlo", sort_key=2)

@@ -21,8 +21,6 @@ from springpot.cli.commands import app
 from springpot.cli.flags import in_flags
 from springpot.machine.faults import listed, nearest
 
-__all__ = ["of_the_system", "one_sentence", "usage"]
-
 _PAIRS = {"--window": "two times, START and END", "--springpot": "two numbers, ORDER and K_ALPHA"}
 
 

@@ -15,8 +15,6 @@ from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, 
 from springpot.machine.interrupt import leave_at_once
 from springpot.problem.numbers import label_of
 
-__all__ = ["app"]
-
 app = App(
     name="study",
     help="Study: a grid of oscillators or systems, described in a file.  Results are saved on disk; interrupted runs "

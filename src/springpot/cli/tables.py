@@ -12,8 +12,6 @@ from springpot.machine.faults import per_cent, with_error
 if TYPE_CHECKING:
     from springpot.evidence.comparison import Gap
 
-__all__ = ["gap", "is_number", "plain", "print_estimates"]
-
 
 def gap(gap_of_method: Gap | None) -> str:
     if gap_of_method is None:

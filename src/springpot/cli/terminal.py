@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from springpot.machine.progress import Estimate
 
-__all__ = ["Bar", "Json", "Whole", "check_picture", "print_json", "print_table", "say", "warnings_as_sentences"]
-
 QUIET_SECONDS = 2.0
 LONG_SECONDS = 10.0
 MUCH_MORE = 1.5  # times the work that was announced is worth another sentence

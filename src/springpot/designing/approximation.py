@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, squares_felt, theory_values
@@ -13,14 +12,11 @@ from springpot.designing.samples import samples_of
 from springpot.designing.statement import Space
 from springpot.designing.surfaces import surface_through
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, trust
+from springpot.machine.arrays import Floats
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.theory.registry import METHODS
-
-__all__ = ["approximated", "leading", "places_of", "smooth"]
-
-Floats = NDArray[np.float64]
 
 Quantities = Callable[[Mapping[str, float]], dict[str, float]]
 """From numbers by name to quantities by name; empty where there is no answer."""

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
 from springpot.designing.approximation import approximated, places_of
 from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import MONTE_CARLO, squares_felt
-from springpot.designing.results import Curve, Design, Promise, Round, in_words
+from springpot.designing.results import Design, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
@@ -27,10 +24,6 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import check_stationary
 from springpot.simulation.plan.settings import checked_seed
 from springpot.theory.registry import METHODS
-
-__all__ = ["Curve", "Design", "Promise", "Round", "design"]
-
-Floats = NDArray[np.float64]
 
 AT_BOUND = 1e-4  # of the whole range
 

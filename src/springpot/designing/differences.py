@@ -7,9 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Stencil", "extrapolated", "stencil"]
+from springpot.machine.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -53,9 +52,7 @@ def stencil(allowed: Callable[[float], bool], step: float) -> Stencil | None:
     return BACKWARD if below else FORWARD if above else None
 
 
-def extrapolated(
-    differences: Sequence[NDArray[np.float64]], powers: Sequence[int]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def extrapolated(differences: Sequence[Floats], powers: Sequence[int]) -> tuple[Floats, Floats]:
     """Richardson's extrapolation of differences at a step and its halves, with an estimate of the error.
 
     Parameters

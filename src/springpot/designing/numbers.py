@@ -11,8 +11,6 @@ from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, unit_of, with_numbers
 from springpot.problem.system import System
 
-__all__ = ["Numbers", "moved_numbers", "units_of_free"]
-
 
 @dataclass(frozen=True)
 class Numbers:

@@ -7,11 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Pooled", "RoundValue", "pooled"]
-
-Floats = NDArray[np.float64]
+from springpot.machine.arrays import Floats
 
 SLOPE_WITH_THEORY = 0.5  # change of the logarithm of the ratio over that of theory, between two places
 SLOPE_WITH_PLACE = 0.1  # change of the logarithm of the ratio over the distance of two places, as a share of the bounds

@@ -7,8 +7,6 @@ import math
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.simulation.paths.simulation import Progress
 
-__all__ = ["DesignProgress"]
-
 SEARCH = 0.2  # of the whole: what comes before the first round of Monte Carlo
 LITTLE = 0.01  # of what is left of the search: one step of it, whose number is not known beforehand
 

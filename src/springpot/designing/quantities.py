@@ -14,8 +14,6 @@ from springpot.theory import NotCoveredError, solve_all, solve_one
 from springpot.theory.methods.systems.linear import LinearResponse
 from springpot.theory.registry import METHODS
 
-__all__ = ["MONTE_CARLO", "chosen_method", "if_allowed", "squares_felt", "theory_values"]
-
 Answer = TypeVar("Answer")
 
 MONTE_CARLO = "monte_carlo"

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.designing.search import CLOSE, Found
 from springpot.designing.statement import Cost, Limit, name_of
+from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, per_cent
 from springpot.machine.plain import plain
@@ -21,10 +21,6 @@ from springpot.simulation.estimate.few_events import chance_below
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["Curve", "Design", "Promise", "Round", "in_words"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

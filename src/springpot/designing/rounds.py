@@ -10,7 +10,6 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.designing.pooling import Pooled, RoundValue, pooled
 from springpot.designing.progress import DesignProgress
@@ -18,16 +17,13 @@ from springpot.designing.quantities import squares_felt
 from springpot.designing.results import Promise, Round
 from springpot.designing.search import CLOSE, Approximation, Found, search
 from springpot.designing.statement import Limit, cost_of
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.result.results import Run
-
-__all__ = ["MOST_ROUNDS", "DesignTask", "Searched", "by_monte_carlo", "rounds"]
-
-Floats = NDArray[np.float64]
 
 MOST_ROUNDS = 6
 SPARE = 0.15  # errors beyond those that the wanted probability needs

@@ -8,9 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from springpot.machine.arrays import Floats
 from springpot.problem.system import System
 from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import adapt
@@ -22,10 +20,6 @@ from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
 from springpot.simulation.watch.observables import squares
 from springpot.simulation.watch.requested import moments_felt
-
-__all__ = ["SampledRun", "sampled_run", "samples_of"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

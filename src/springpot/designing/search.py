@@ -8,13 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.designing.statement import Cost, Limit, Space, cost_of
+from springpot.machine.arrays import Floats
 
-__all__ = ["Approximation", "Correct", "Found", "search"]
-
-Floats = NDArray[np.float64]
 Correct = Callable[[Floats, dict[str, float]], dict[str, float]]
 """What is known of quantities at a place, from those of a model there."""
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.designing.differences import Stencil, extrapolated, stencil
 from springpot.designing.numbers import Numbers, moved_numbers
@@ -16,6 +15,7 @@ from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowe
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System, checked_system
 from springpot.simulation.paths.simulation import Progress
@@ -24,12 +24,8 @@ from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.simulation.plan.settings import Settings
 
-__all__ = ["Sensitivity", "sensitivity"]
-
 THEORY_STEP = 0.04  # of the logarithm of a number; halved twice
 USUAL_CHANGE = 0.1
-
-Floats = NDArray[np.float64]
 
 
 def sensitivity(

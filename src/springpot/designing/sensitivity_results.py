@@ -16,8 +16,6 @@ from springpot.simulation.plan.settings import Settings
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Sensitivity", "Table"]
-
 Table = dict[str, dict[str, float]]
 
 

@@ -7,14 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, known_word, meant, shown
 
-__all__ = ["Cost", "Limit", "Space", "check_names", "checked_cost", "checked_limits", "cost_of", "name_of"]
-
-Floats = NDArray[np.float64]
 Cost = str | Callable[[Mapping[str, float]], float]
 
 

@@ -14,9 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Form", "Surface", "fewest", "places", "surface_through"]
+from springpot.machine.arrays import Floats
 
-FloatArray = NDArray[np.float64]
 Form = Literal["plane", "quadratic", "spline"]
 
 _CORNER = 0.8  # of the way to a corner of the region
@@ -44,36 +43,36 @@ class Surface:
         Root mean square of what the surface leaves of the runs, beyond what the error of simulation explains.
     """
 
-    centre: FloatArray
-    reach: FloatArray
+    centre: Floats
+    reach: Floats
     logarithmic: NDArray[np.bool_]
-    heights: FloatArray
+    heights: Floats
     weights: _Polynomial | _Spline
-    samples: FloatArray
-    misfit: FloatArray
+    samples: Floats
+    misfit: Floats
 
-    def local(self, u: FloatArray) -> FloatArray:
+    def local(self, u: Floats) -> Floats:
         """Coordinates relative to the region: 1 at its ends."""
         return np.asarray((u - self.centre) / self.reach)
 
-    def __call__(self, u: FloatArray) -> FloatArray:
+    def __call__(self, u: Floats) -> Floats:
         """The numbers at a place, shape (n,)."""
         found = self.weights.at(self.local(u)) @ self.heights
         return np.asarray(np.where(self.logarithmic, np.exp(np.where(self.logarithmic, found, 0.0)), found))
 
-    def slope(self, u: FloatArray) -> FloatArray:
+    def slope(self, u: Floats) -> Floats:
         """Derivatives by the coordinates, shape (n, numbers)."""
         found = (self.weights.slopes(self.local(u)) @ self.heights).T / self.reach
         return np.asarray(found * np.where(self.logarithmic, self(u), 1.0)[:, None])
 
-    def slope_samples(self, u: FloatArray) -> FloatArray:
+    def slope_samples(self, u: Floats) -> Floats:
         """What each group of paths adds to the error of the slopes, shape (groups, n, numbers)."""
         own = np.tensordot(self.weights.slopes(self.local(u)), self.samples, axes=1)
         scaled = own * np.where(self.logarithmic, self(u), 1.0) / self.reach[:, None, None]
         groups = scaled.shape[1]
         return np.asarray(np.moveaxis(scaled, 0, -1) / np.sqrt(groups * (groups - 1.0)))
 
-    def covariance(self, u: FloatArray) -> FloatArray:
+    def covariance(self, u: Floats) -> Floats:
         """Of the error of simulation at a place, shape (n, n), group by group of paths."""
         own = np.tensordot(self.weights.at(self.local(u)), self.samples, axes=1)
         own = own * np.where(self.logarithmic, self(u), 1.0)
@@ -82,14 +81,14 @@ class Surface:
 
 
 def surface_through(
-    u: FloatArray,
-    values: FloatArray,
-    centre: FloatArray,
-    reach: FloatArray,
+    u: Floats,
+    values: Floats,
+    centre: Floats,
+    reach: Floats,
     *,
     form: Form,
     logarithmic: NDArray[np.bool_],
-    samples: FloatArray | None = None,
+    samples: Floats | None = None,
 ) -> Surface:
     """The surface with the least squares of what it leaves of the runs.
 
@@ -134,15 +133,15 @@ def surface_through(
 class _Polynomial:
     """What the runs count for at a place, by least squares; the solver leads from their numbers to the terms."""
 
-    def __init__(self, z: FloatArray, quadratic: bool) -> None:
+    def __init__(self, z: Floats, quadratic: bool) -> None:
         self._quadratic = quadratic
         self._solver = np.linalg.pinv(np.stack([_row(each, quadratic) for each in z]))
 
-    def at(self, z: FloatArray) -> FloatArray:
+    def at(self, z: Floats) -> Floats:
         """Shape (runs,)."""
         return np.asarray(_row(z, self._quadratic) @ self._solver)
 
-    def slopes(self, z: FloatArray) -> FloatArray:
+    def slopes(self, z: Floats) -> Floats:
         """Derivatives by the coordinates, shape (numbers, runs)."""
         return np.asarray(_slopes(z, self._quadratic) @ self._solver)
 
@@ -150,15 +149,15 @@ class _Polynomial:
 class _Spline:
     """A thin plate spline: the surfaces through runs of which one is 1 and the others are 0."""
 
-    def __init__(self, z: FloatArray) -> None:
+    def __init__(self, z: Floats) -> None:
         from scipy.interpolate import RBFInterpolator
 
         self._of_each = RBFInterpolator(z, np.eye(len(z)), kernel="thin_plate_spline", degree=1, smoothing=_SMOOTHING)
 
-    def at(self, z: FloatArray) -> FloatArray:
+    def at(self, z: Floats) -> Floats:
         return np.asarray(self._of_each(z[None, :])[0])
 
-    def slopes(self, z: FloatArray) -> FloatArray:
+    def slopes(self, z: Floats) -> Floats:
         steps = _DIFFERENCE * np.eye(z.size)
         return np.asarray((self._of_each(z + steps) - self._of_each(z - steps)) / (2.0 * _DIFFERENCE))
 
@@ -174,7 +173,7 @@ def fewest(numbers: int, *, quadratic: bool) -> int:
     return 1 + numbers + (numbers * (numbers + 1) // 2 if quadratic else 0)
 
 
-def places(numbers: int, *, quadratic: bool, seed: int) -> FloatArray:
+def places(numbers: int, *, quadratic: bool, seed: int) -> Floats:
     """Where to run, relative to a region: its centre, the middles of its sides, and near its corners.
 
     For terms of the second degree this is a central composite design (G. E. P. Box and K. B. Wilson, Journal of the
@@ -211,12 +210,12 @@ def places(numbers: int, *, quadratic: bool, seed: int) -> FloatArray:
     return np.concatenate([axes, _CORNER * corners])
 
 
-def _row(z: FloatArray, quadratic: bool) -> FloatArray:
+def _row(z: Floats, quadratic: bool) -> Floats:
     products = [z[i] * z[j] for i, j in _pairs(z.size)] if quadratic else []
     return np.array([1.0, *z, *products])
 
 
-def _slopes(z: FloatArray, quadratic: bool) -> FloatArray:
+def _slopes(z: Floats, quadratic: bool) -> Floats:
     """Derivatives of each term by each coordinate, shape (numbers, terms)."""
     unit = np.eye(z.size)
     columns = [np.zeros(z.size), *unit]

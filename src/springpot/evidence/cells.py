@@ -24,8 +24,6 @@ from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System
 from springpot.theory.methods.systems.coverage import check_kinds
 
-__all__ = ["Cell", "PaperCell", "cell_of", "system_of"]
-
 
 class PaperCell(NamedTuple):
     """One point of the map of the paper's problem, in the same units."""

@@ -20,8 +20,6 @@ from springpot.problem.system import System, checked_system
 from springpot.theory import modes, solve_all, transient
 from springpot.theory.solve import grouped
 
-__all__ = ["equation", "explain"]
-
 _X = re.compile(r"\bx\b")
 MOST_TERMS = 12  # of one side of the equation
 _STIFFENED = 1.001  # resonance over natural frequency from which it is said

@@ -13,8 +13,6 @@ from springpot.theory.registry import METHODS
 from springpot.theory.result import Result, names_of_moments, no_answer
 from springpot.theory.solve import solve_all
 
-__all__ = ["Recommendation", "all_methods", "recommended"]
-
 _PREFERRED = (
     "path_integration",
     "half_cycles",

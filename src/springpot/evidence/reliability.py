@@ -17,18 +17,14 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from springpot.evidence.cells import cell_of
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, listed
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS, Result
-
-__all__ = [
-    "PAPER_MAP", "SYSTEMS_MAP", "Map", "Trust", "exists", "moment_of", "place_of", "read_map", "trust", "warnings_of",
-]  # fmt: skip
 
 _WORDS = {
     "amplitude_mean_square": "<A^2>",
@@ -42,8 +38,6 @@ _WORDS = {
 }
 
 _FARTHEST = 4.3  # of the map's walls, in the unit of their place
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

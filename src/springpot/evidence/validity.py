@@ -22,8 +22,6 @@ from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.options import own_seed
 from springpot.theory.solve import solve_one
 
-__all__ = ["CELLS", "SYSTEM_CELLS", "gaps_of", "make_map", "simulate_cell"]
-
 ORDERS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
 COEFFICIENTS = (0.03, 0.1, 0.3, 1.0, 3.0)
 PLACES = dict.fromkeys((1.0, 0.8, 0.5), (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0)) | {0.9: (0.0,), 0.7: (0.0,)}

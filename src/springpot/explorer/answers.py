@@ -16,6 +16,7 @@ from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import warnings_of
 from springpot.explorer.ends import followed
 from springpot.explorer.question import papers_of
+from springpot.machine.arrays import Floats
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import ColoredNoise, Constant, KanaiTajimiNoise, Springpot, ThermalNoise, WhiteNoise
@@ -26,8 +27,6 @@ from springpot.theory.distributions import normal
 from springpot.theory.registry import METHODS
 from springpot.theory.solve import solve_one
 
-__all__ = ["ORDERS", "POINTS", "along_the_order", "growth", "plain", "plain_number", "solve", "table"]
-
 POINTS = 161  # of a density's curve
 ORDERS = tuple(float(order) for order in np.linspace(0.04, 1.0, 33).round(6))
 """Orders at which <A^2> is drawn."""
@@ -36,8 +35,6 @@ AVERAGING = ("averaging", "averaging_printed")
 """The paper's method: drawn with the recommended one, and used where there is no stationary state."""
 
 _UNKNOWN = NotCoveredError, NoStationaryStateError, NoConvergenceError
-
-Floats = npt.NDArray[np.float64]
 
 
 @lru_cache(maxsize=256)

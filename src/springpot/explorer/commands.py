@@ -14,8 +14,6 @@ from springpot.problem.system import System
 if TYPE_CHECKING:
     from springpot.explorer.question import Opened
 
-__all__ = ["explore", "open_file", "open_page"]
-
 
 def explore(system: System, *, host: str = "127.0.0.1", port: int = 8765, browser: bool = True) -> None:
     """Open a page in the browser with a slider for each number of a system, and serve it until Ctrl-C.

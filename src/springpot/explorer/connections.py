@@ -16,8 +16,6 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 if TYPE_CHECKING:
     from uvicorn._types import ASGISendEvent
 
-__all__ = ["ANSWER_SECONDS", "MOST_CONNECTIONS", "REQUEST_SECONDS", "HttpConnection", "WebSocketConnection"]
-
 MOST_CONNECTIONS = 256  # open at once, of both kinds
 REQUEST_SECONDS = 5.0  # from the connection, or the answer before, until a request is complete
 ANSWER_SECONDS = 30.0  # from the request until its answer has been sent

@@ -11,8 +11,6 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import RecordedExcitation, SpectralExcitation
 from springpot.problem.system import System
 
-__all__ = ["command_of", "python_of"]
-
 MOST_WRITTEN = 20  # points of a table
 
 

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
-
-__all__ = ["GROUND", "ends_of", "followed", "rows_of", "titled"]
 
 GROUND = -1
 
@@ -35,7 +33,7 @@ def ends_of(system: System) -> dict[str, tuple[int, int]]:
     return found
 
 
-def rows_of(system: System, kind: type[Element]) -> npt.NDArray[np.float64]:
+def rows_of(system: System, kind: type[Element]) -> Floats:
     """The row of each part of a kind, in their order: of numbers for the displacements of all points.
 
     Examples

@@ -14,8 +14,6 @@ from springpot.explorer.shelf import Shelf
 from springpot.machine.processors import threads_available
 from springpot.problem.system import System
 
-__all__ = ["MOST_SESSIONS", "Engine", "Turns"]
-
 KERNELS = 2  # tabs that simulate at the same time
 MOST_SESSIONS = 16  # tabs that are open
 

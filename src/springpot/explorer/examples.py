@@ -11,8 +11,6 @@ from springpot.problem.parts import Barrier, Dashpot, Springpot
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System
 
-__all__ = ["examples"]
-
 _ORDER, _COEFFICIENT, _STIFFNESS = "springpot-order", "springpot-coefficient", "spring-stiffness"
 _POSITION, _RESTITUTION = "barrier-position", "barrier-restitution"
 _PAPER: dict[str, tuple[str, dict[str, float]]] = {

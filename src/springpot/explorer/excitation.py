@@ -23,8 +23,6 @@ from springpot.problem.parts.excitations import Excitation
 from springpot.problem.spectral_density import STANDARD_GRAVITY, densities_in
 from springpot.problem.system import System
 
-__all__ = ["chart", "charts_of_excitation", "table_of", "with_table"]
-
 POINTS, POINTS_OF_TABLE = 241, 41
 WIDE = 30.0  # of the natural frequency, on both sides: what is drawn of a density that has no ends
 DECADES = 1e-6  # of the largest density: what is drawn

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from springpot.fitting.likelihood import Table
     from springpot.fitting.reading import Data
 
-__all__ = ["described", "fitted", "freed"]
-
 FARTHER = 1000.0  # beyond the ends of a logarithmic slider, on either side
 FARTHER_SIMULATED = 10.0  # the same, where every place between the bounds may be simulated
 INSIDE = 1e-3  # of a linear slider, from its ends

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["DENSITIES", "GROWTH", "MOTION", "pack"]
-
 MOTION, DENSITIES, GROWTH = 1, 2, 3
 
 

@@ -7,8 +7,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
@@ -18,14 +18,10 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.warnings import doubts
 from springpot.simulation.watch.distributions import Distribution, distributions_in, observer_of, sketches
 
-__all__ = ["BINS", "Gathering", "growth_times"]
-
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
 AT_ONCE = 0.03  # s of work per call of `grow`
 MOST_BLOCKS = 64  # per call: each has its own row in the observer's result
-
-Floats = npt.NDArray[np.float64]
 
 
 def growth_times(plan: Plan) -> Floats:

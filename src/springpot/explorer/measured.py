@@ -14,8 +14,6 @@ from springpot.explorer.protocol import FilePart
 from springpot.machine.faults import Stopped
 from springpot.problem.system import System
 
-__all__ = ["Measured", "Parts", "Work", "sentence_of"]
-
 TOLD = 0.2  # s between two messages of how far a fit is
 
 

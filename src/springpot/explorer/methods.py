@@ -6,8 +6,6 @@ import json
 
 from springpot.theory.registry import METHODS
 
-__all__ = ["method_list"]
-
 LINE_WIDTH = 2.0  # px, of the page's curves
 
 

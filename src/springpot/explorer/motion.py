@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.signal import lfilter
 
 from springpot.explorer.ends import rows_of
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import PiezoelectricCircuit, ResonantCircuit
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import SoftStop, Stop
@@ -19,14 +20,10 @@ from springpot.simulation.lowering.parts import Arm
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.settings import Settings
 
-__all__ = ["Motion", "Player", "blocks", "record"]
-
 MOST_STEPS = 400_000  # of a path that is shown: 6 MB
 POINTS_PER_RADIAN = 40  # that are drawn
 MOST_POINTS = 1200  # of one frame
 NUDGE = 0.1  # in 1 / Omega, by which a single step moves time
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-__all__ = [
-    "LONGEST_MESSAGE", "AnyMessage", "File", "FilePart", "Fit", "NextPath", "Observe", "Play", "Problem",
-    "Rare", "Step", "StopFit", "StopObserving", "StopRare", "parse",
-]  # fmt: skip
-
 LONGEST_MESSAGE = 16_384  # bytes; some 100, and 50 for each number that was changed
 MOST_NUMBERS = 400
 MOST_FREE = 20

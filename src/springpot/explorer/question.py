@@ -19,8 +19,6 @@ from springpot.simulation.plan.options import StartKind
 if TYPE_CHECKING:
     from springpot.simulation.plan.motion import Motion
 
-__all__ = ["Opened", "Question", "papers_of", "question_of"]
-
 
 @dataclass(frozen=True)
 class Opened:

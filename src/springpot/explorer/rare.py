@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from springpot.problem.system import System
     from springpot.simulation.rare.search import ExceedanceCurve
 
-__all__ = ["LEVELS", "growing"]
-
 LEVELS = 13  # of the curve
 
 

@@ -22,8 +22,6 @@ from springpot.problem.system import System
 if TYPE_CHECKING:
     from springpot.simulation.result.results import Run
 
-__all__ = ["observed", "offered", "text_of"]
-
 HISTOGRAM_BINS = 60
 POINTS = 161  # of a survival curve
 _IN_BINS = ("mean_square_profile", "impact_rate_profile")

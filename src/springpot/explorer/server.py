@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["MOST_SESSIONS", "application", "listen_on", "serve"]
-
 STATIC = Path(__file__).with_name("static")
 FRAMES_PER_SECOND = 60.0
 PATIENCE = 1.0  # s to wait for the first page before loading

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from springpot.explorer.motion import Player
     from springpot.problem.system import System
 
-__all__ = ["Session"]
-
 LONGEST_WAIT = 0.25  # s; the longest time between two frames by which the motion is advanced
 SETTLE = 0.15  # s without a new problem before the slow curve over the order is computed
 HISTOGRAM_BINS = 60

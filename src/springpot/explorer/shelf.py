@@ -12,8 +12,6 @@ from springpot.problem.file import read_system
 from springpot.problem.parts import Barrier, Contact, Dashpot, Mass, Spring, Springpot, WhiteNoise
 from springpot.problem.system import System
 
-__all__ = ["Shelf"]
-
 MOST_FILES = 64  # that are kept; the oldest is forgotten
 
 

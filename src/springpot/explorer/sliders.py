@@ -18,8 +18,6 @@ from springpot.problem.parts.registration import Number, Part, kind_of, powers_o
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 
-__all__ = ["Slider", "changed", "described_parts", "numbers", "raised", "sliders", "written"]
-
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
 _STEPS = 200

@@ -19,8 +19,6 @@ from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.system import System
 
-__all__ = ["densities_of", "labels", "opened_script", "paper_view", "sizes", "view_of"]
-
 _DEVIATIONS = 4.5  # of x and v that are seen at first
 
 

@@ -17,8 +17,6 @@ from springpot.problem.parts import Barrier, Springpot
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_design_chart"]
-
 FINE = 60  # points along each axis
 LINES = 10
 MOST_LINES = 14

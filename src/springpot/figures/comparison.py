@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from springpot.simulation import Run
 
-__all__ = ["plot_comparison"]
-
 
 def plot_comparison(observed: Run, answers: Mapping[str, Result]) -> Figure:
     """Draw densities of x, v, amplitude and impact speed, and the spectrum of x.

@@ -14,8 +14,6 @@ from springpot.figures.style import COLORS, LOOKS, bars, panel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_convergence"]
-
 _LENGTH = 5.0  # of the line of known slope: the ratio of the steps at its ends
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.dimensionless import Dimensionless
@@ -20,14 +20,8 @@ if TYPE_CHECKING:
 
     from springpot.simulation import Run
 
-__all__ = [
-    "Data", "FloatArray", "Theory", "Wall", "as_dataset", "error_of_mean", "paper_of", "recorded", "result_of",
-    "results", "spacing_in_steps", "walls_of",
-]  # fmt: skip
-
 Data: TypeAlias = "Run | xarray.Dataset"
 Theory: TypeAlias = "Result | Iterable[Result]"
-FloatArray = NDArray[np.float64]
 
 
 def as_dataset(data: Data) -> xarray.Dataset:
@@ -108,7 +102,7 @@ def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
     )
 
 
-def _rows(data: xarray.Dataset, of: str) -> tuple[FloatArray, dict[str, FloatArray]]:
+def _rows(data: xarray.Dataset, of: str) -> tuple[Floats, dict[str, Floats]]:
     """The row of numbers by which a displacement is made of those of all masses, and the rows of all parts with ends.
 
     Raises
@@ -130,7 +124,7 @@ def _rows(data: xarray.Dataset, of: str) -> tuple[FloatArray, dict[str, FloatArr
     raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}{said}.")
 
 
-def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, FloatArray, FloatArray, FloatArray]:
+def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, Floats, Floats, Floats]:
     """Dataset, times (n,), x and v (paths, n) of the recorded paths.
 
     Parameters
@@ -196,7 +190,7 @@ def result_of(data: xarray.Dataset, quantity: str, of: str = "") -> str:
     raise ValueError(f"data holds no {quantity} of {of}.")
 
 
-def error_of_mean(values: FloatArray) -> FloatArray:
+def error_of_mean(values: Floats) -> Floats:
     """The standard error of the mean over the first axis, independent paths; NaN of a single one.
 
     Examples

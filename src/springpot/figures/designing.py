@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["plot_design_curve", "plot_sensitivities"]
-
 _LOOKS = (("blue", ""), ("orange", "//"), ("green", ".."), ("purple", "xx"))
 
 

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, results
+from springpot.figures.data import Data, Theory, results
 from springpot.figures.style import COLORS, LOOKS, bars, method_curve, method_label, panel
+from springpot.machine.arrays import Floats
 from springpot.theory import NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["CYCLE", "Design", "design_at", "from_zero", "next_design"]
-
-Curve: TypeAlias = Callable[[FloatArray], FloatArray]
+Curve: TypeAlias = Callable[[Floats], Floats]
 
 CYCLE = tuple(COLORS[name] for name, _ in LOOKS)
 """Colors of the first, second, ... design, safe for color-blind readers."""
@@ -62,7 +61,7 @@ class Design:
         label = self.named(method_label(method))
         method_curve(self.ax, method, place, values, color=self.color, label=label, gid=self.gid)
 
-    def curves(self, theory: Theory, curve_of: Callable[[Result], Curve | None], place: FloatArray) -> None:
+    def curves(self, theory: Theory, curve_of: Callable[[Result], Curve | None], place: Floats) -> None:
         """Draw the curve of each result that has one."""
         for result in results(theory):
             curve = curve_of(result)
@@ -82,7 +81,7 @@ class Design:
 
 def design_at(
     data: Data | None, at: ArrayLike | None, ax: Axes | None, color: str | None, label: str | None, word: str = "where"
-) -> tuple[Design, FloatArray]:
+) -> tuple[Design, Floats]:
     """The next design on given or new axes, and the places at which theory is drawn; none yet if the run has them.
 
     Raises

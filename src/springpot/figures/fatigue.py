@@ -17,8 +17,6 @@ from springpot.theory.spectral_fatigue import Fatigue
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_rainflow"]
-
 
 def plot_rainflow(
     run: Run,

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, paper_of, recorded, results
+from springpot.figures.data import Data, Theory, as_dataset, error_of_mean, paper_of, recorded, results
 from springpot.figures.designs import Design, design_at
 from springpot.figures.sweeps import MOMENTS
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word
 from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import Averaging, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-__all__ = ["plot_survival", "plot_transient"]
 
 _POINTS = 40  # of Monte Carlo, so that the bars do not overlap
 
@@ -147,13 +146,13 @@ def plot_survival(
     return design.ax
 
 
-def _bars(design: Design, time: FloatArray, value: FloatArray, error: FloatArray, paths: int) -> None:
+def _bars(design: Design, time: Floats, value: Floats, error: Floats, paths: int) -> None:
     """Monte Carlo at some of the times."""
     some = slice(None, None, max(1, time.size // _POINTS))
     design.bars(time[some], value[some], error[some], measured=f"Monte Carlo, {paths} paths, 95 %")
 
 
-def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, FloatArray]:
+def _from_rest(data: Data) -> tuple[Dimensionless, Floats, Floats, Floats]:
     """The recorded paths of a run whose paths all start at rest."""
     dataset = as_dataset(data)
     paper = paper_of(dataset)
@@ -163,7 +162,7 @@ def _from_rest(data: Data) -> tuple[Dimensionless, FloatArray, FloatArray, Float
     return paper, time, x, v
 
 
-_OF_PATHS: dict[str, Callable[[FloatArray, FloatArray, float], FloatArray]] = {
+_OF_PATHS: dict[str, Callable[[Floats, Floats, float], Floats]] = {
     "amplitude_mean_square": lambda x, v, frequency: x**2 + (v / frequency) ** 2,
     "x_mean": lambda x, v, frequency: x,
     "x_mean_square": lambda x, v, frequency: x**2,

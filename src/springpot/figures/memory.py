@@ -17,8 +17,6 @@ from springpot.memory.exponential_sum import mclean
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["even_spacing_terms", "plot_memory_error", "plot_memory_terms", "plot_terms_against_tolerance"]
-
 _ORDERS = {0.25: ("blue", "o"), 0.5: ("vermilion", "s"), 0.75: ("green", "^")}
 
 

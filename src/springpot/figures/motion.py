@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from springpot.figures.data import Data, FloatArray, Wall, recorded, spacing_in_steps, walls_of
+from springpot.figures.data import Data, Wall, recorded, spacing_in_steps, walls_of
 from springpot.figures.designs import Design, next_design
 from springpot.figures.style import COLORS, panel
+from springpot.machine.arrays import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-__all__ = ["plot_path", "plot_phase_portrait"]
 
 _LABELS = {"x": "displacement $x$ (m)", "v": "velocity $v$ (m/s)"}
 _OF_A_MASS = {"x": "displacement of {} (m)", "v": "velocity of {} (m/s)"}
@@ -157,12 +156,12 @@ class _Seen:
 
     labels: dict[str, str]
     walls: tuple[Wall, ...]
-    time: FloatArray
-    x: FloatArray
-    v: FloatArray
+    time: Floats
+    x: Floats
+    v: Floats
     struck: np.ndarray[Any, np.dtype[np.intp]]
-    struck_at: FloatArray
-    impact_time: FloatArray
+    struck_at: Floats
+    impact_time: Floats
 
 
 def _seen(data: Data, of: str, member: int, window: tuple[float, float] | None) -> _Seen:
@@ -185,7 +184,7 @@ def _seen(data: Data, of: str, member: int, window: tuple[float, float] | None) 
     return _Seen(labels, walls, time, x, v, struck[order], places[order], when[order])
 
 
-def _impacts(wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray) -> tuple[np.ndarray[Any, Any], ...]:
+def _impacts(wall: Wall, time: Floats, x: Floats, v: Floats) -> tuple[np.ndarray[Any, Any], ...]:
     """Steps with an impact on a wall, its place, and the times by linear extrapolation."""
     gap, away = wall.direction * (x - wall.position), wall.direction * v
     step = np.diff(time)
@@ -195,7 +194,7 @@ def _impacts(wall: Wall, time: FloatArray, x: FloatArray, v: FloatArray) -> tupl
     return at, np.full(at.size, wall.position), time[at] + np.minimum(gap[at] / -away[at], step[at])
 
 
-def _broken(piece: _Seen, across: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _broken(piece: _Seen, across: Floats, up: Floats) -> tuple[Floats, Floats]:
     """The curve with a gap at every impact."""
     return np.insert(across, piece.struck + 1, np.nan), np.insert(up, piece.struck + 1, np.nan)
 

@@ -15,8 +15,6 @@ from springpot.theory.transients import Transient
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_over_time"]
-
 
 def plot_over_time(
     data: Data,

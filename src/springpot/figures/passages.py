@@ -18,8 +18,6 @@ from springpot.theory.level_crossings import LevelRates
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_passage_probability", "plot_return_periods"]
-
 _POINTS = 200
 _FIRST = 1e-4  # of the time that is drawn, where its axis begins at the earliest
 

@@ -14,8 +14,6 @@ from springpot.theory.fourier import partial_sum, truncation_bound, truncation_e
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_fourier_error", "plot_fourier_series"]
-
 _LOOKS: tuple[dict[str, Any], ...] = tuple(
     {"color": COLORS[color], "linestyle": style, "linewidth": 1.5}
     for color, style in zip(("vermilion", "green", "blue", "orange"), ("-", "--", "-.", ":"), strict=True)

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.figures.data import Data, FloatArray, Theory, as_dataset, error_of_mean, recorded, result_of
+from springpot.figures.data import Data, Theory, as_dataset, error_of_mean, recorded, result_of
 from springpot.figures.designs import design_at, from_zero
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-__all__ = ["DENSITIES", "plot_correlation", "plot_density", "plot_spectrum"]
 
 DENSITIES = {
     "x": ("displacement $x$ (m)", "density (1/m)"),
@@ -234,6 +233,6 @@ def _spectrum_of(result: Any, of: str) -> Any:
     return partial(curve, of=of) if of and curve is not None else curve
 
 
-def _columns(dataset: Any, place: str, value: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _columns(dataset: Any, place: str, value: str) -> tuple[Floats, Floats, Floats]:
     first, second, third = (np.asarray(dataset[name], dtype=float) for name in (place, value, f"{value}_se"))
     return first, second, third

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["plot_study"]
-
 MOST_PANELS = 48
 LONGEST_LINE = 30  # letters of a panel's title, so that it does not reach that of the next one
 WIDE = 30.0  # ratio of largest to smallest value from which an axis is logarithmic

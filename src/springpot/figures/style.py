@@ -17,11 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "COLORS", "CONFIDENCE", "LOOKS", "METHOD_LINES", "MOMENT_WORDS", "bars", "method_curve", "method_label", "named",
-    "new_figure", "new_grid", "panel", "plain_ticks", "save",
-]  # fmt: skip
-
 # Okabe and Ito's palette: safe for color-blind readers, and distinct in grey
 COLORS = {
     "black": "#000000",

@@ -21,8 +21,6 @@ from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCove
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["MOMENTS", "PARAMETER_LABELS", "plot_against"]
-
 MOMENTS = {name: f"{said}{symbol} ({unit})" for name, (said, symbol, unit, _) in MOMENT_WORDS.items()}
 """Labels of the moments, with units."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["plot_gaps", "plot_gaps_of_methods", "plot_system_gaps", "plot_system_gaps_of_methods"]
-
 NAMES = {name: symbol for name, (_, symbol, _, _) in MOMENT_WORDS.items()}
 NAMES["rarest_impact_rate"] = "impact rate of the wall struck least"
 LARGEST = 12.0  # per cent at which the colors end

@@ -8,15 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put
-
-__all__ = [
-    "FloatArray", "PointFault", "check_number", "check_points", "column", "enough", "falls", "fixed", "frequencies",
-    "positive", "rows",
-]  # fmt: skip
-
-FloatArray = NDArray[np.float64]
 
 
 class PointFault(ValueError):
@@ -63,7 +57,7 @@ def check_points(wrong: NDArray[np.bool_], values: NDArray[Any], name: str, word
         raise PointFault(name, place[-1], words.format(values[tuple(place)]))
 
 
-def falls(values: FloatArray) -> NDArray[np.bool_]:
+def falls(values: Floats) -> NDArray[np.bool_]:
     """Whether each number is not above the one before it.
 
     Examples
@@ -80,7 +74,7 @@ def fixed(values: NDArray[Any]) -> NDArray[Any]:
     return values
 
 
-def column(values: object, name: str, length: int | None = None) -> FloatArray:
+def column(values: object, name: str, length: int | None = None) -> Floats:
     """A column of finite numbers, which cannot be changed, of this length if one is given.
 
     Raises
@@ -102,7 +96,7 @@ def column(values: object, name: str, length: int | None = None) -> FloatArray:
     return fixed(found)
 
 
-def positive(values: object, name: str, length: int | None = None) -> FloatArray:
+def positive(values: object, name: str, length: int | None = None) -> Floats:
     """A column of positive numbers, of this length if one is given.
 
     Raises
@@ -115,7 +109,7 @@ def positive(values: object, name: str, length: int | None = None) -> FloatArray
     return found
 
 
-def frequencies(values: object) -> FloatArray:
+def frequencies(values: object) -> Floats:
     """At least three frequencies in ascending order.
 
     Raises
@@ -146,7 +140,7 @@ def check_number(data: Any, name: str, **limits: Any) -> None:
         put(data, **{name: finite_number(value, name, **limits)})
 
 
-def enough(found: FloatArray, name: str) -> None:
+def enough(found: Floats, name: str) -> None:
     """Three points at least.
 
     Raises
@@ -158,7 +152,7 @@ def enough(found: FloatArray, name: str) -> None:
         raise ValueError(f"{name} must have at least 3 points, not {found.size}.")
 
 
-def rows(values: object, samples: int) -> FloatArray:
+def rows(values: object, samples: int) -> Floats:
     """Paths, each of so many samples.
 
     Raises
@@ -175,12 +169,12 @@ def rows(values: object, samples: int) -> FloatArray:
     return fixed(found)
 
 
-def _numbers(values: object, must: str) -> FloatArray:
+def _numbers(values: object, must: str) -> Floats:
     try:
         return np.array(values, dtype=float)
     except (TypeError, ValueError):
         raise TypeError(f"{must}, not {shown(values)}.") from None
 
 
-def _check_finite(found: FloatArray, name: str) -> None:
+def _check_finite(found: Floats, name: str) -> None:
     check_points(~(np.abs(found) <= LARGEST), found, name, "must be a finite number, not {:g}.")

@@ -9,13 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.fitting.likelihood import FloatArray, Likelihood
+from springpot.fitting.likelihood import Likelihood
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import Stopped
-
-__all__ = [
-    "STRONG", "VAGUE", "Confusion", "Solution", "confusions", "correlation_of", "known_together", "profile_along",
-    "search",
-]  # fmt: skip
 
 STRONG = 0.95
 """Correlation from which numbers may not be told apart: each is three times as certain if the others are known."""
@@ -44,7 +40,7 @@ class Solution:
         False for numbers that are held at a bound.
     """
 
-    u: FloatArray
+    u: Floats
     deviance: float
     moves: NDArray[np.bool_]
 
@@ -86,7 +82,7 @@ def search(likelihood: Likelihood, seed: int) -> Solution:
     own = likelihood.coordinates
     every = np.ones(len(own.free), bool)
     likelihood.deviance(own.outer(own.start))  # a model that cannot be computed is an error here
-    best: tuple[float, FloatArray] | None = None
+    best: tuple[float, Floats] | None = None
     fault: ValueError | None = None
     for begin in _starts(likelihood, seed):
         try:
@@ -109,7 +105,7 @@ def search(likelihood: Likelihood, seed: int) -> Solution:
         return Solution(best[1], best[0], every)
 
 
-def _starts(likelihood: Likelihood, seed: int) -> Iterator[FloatArray]:
+def _starts(likelihood: Likelihood, seed: int) -> Iterator[Floats]:
     """The start, and the best of many places between the bounds."""
     from scipy.stats import qmc
 
@@ -123,7 +119,7 @@ def _starts(likelihood: Likelihood, seed: int) -> Iterator[FloatArray]:
     yield from (drawn[n] for n in np.argsort(fits)[:_STARTS] if np.isfinite(fits[n]))
 
 
-def _deviance_at(likelihood: Likelihood, u: FloatArray) -> float:
+def _deviance_at(likelihood: Likelihood, u: Floats) -> float:
     """Infinite where the model cannot be."""
     try:
         return likelihood.deviance(likelihood.coordinates.outer(u))
@@ -131,7 +127,7 @@ def _deviance_at(likelihood: Likelihood, u: FloatArray) -> float:
         return np.inf
 
 
-def _held(likelihood: Likelihood, deviance: float, u: FloatArray) -> Solution:
+def _held(likelihood: Likelihood, deviance: float, u: Floats) -> Solution:
     """Numbers that have come to a bound, or that the data do not find, are put on it; the others are found again."""
     own = likelihood.coordinates
     near = _AT_BOUND * (own.high - own.low)
@@ -148,7 +144,7 @@ def _held(likelihood: Likelihood, deviance: float, u: FloatArray) -> Solution:
     return Solution(u, deviance, np.ones(u.size, bool))  # near the bound, not on it
 
 
-def profile_along(likelihood: Likelihood, best: Solution, place: int, values: FloatArray) -> FloatArray:
+def profile_along(likelihood: Likelihood, best: Solution, place: int, values: Floats) -> Floats:
     """The least deviance at each of these coordinates of one number.
 
     Parameters
@@ -180,7 +176,7 @@ def profile_along(likelihood: Likelihood, best: Solution, place: int, values: Fl
     return found
 
 
-def correlation_of(covariance: FloatArray) -> FloatArray:
+def correlation_of(covariance: Floats) -> Floats:
     """Correlations from a covariance.
 
     Examples
@@ -192,7 +188,7 @@ def correlation_of(covariance: FloatArray) -> FloatArray:
     return np.asarray(np.clip(covariance / np.outer(size, size), -1.0, 1.0))
 
 
-def known_together(names: tuple[str, ...], logarithmic: NDArray[np.bool_], covariance: FloatArray) -> tuple[str, ...]:
+def known_together(names: tuple[str, ...], logarithmic: NDArray[np.bool_], covariance: Floats) -> tuple[str, ...]:
     """Of numbers whose errors have a strong correlation: which combination of two is known, and how well.
 
     Parameters
@@ -237,7 +233,7 @@ def known_together(names: tuple[str, ...], logarithmic: NDArray[np.bool_], covar
 
 
 def confusions(
-    names: tuple[str, ...], covariance: FloatArray, vague: NDArray[np.bool_], held: NDArray[np.bool_]
+    names: tuple[str, ...], covariance: Floats, vague: NDArray[np.bool_], held: NDArray[np.bool_]
 ) -> tuple[Confusion, ...]:
     """Numbers of strong correlation and large errors, in groups; and those that follow from several others.
 

@@ -29,8 +29,6 @@ from springpot.problem.system import check_single, checked_system, system_of
 if TYPE_CHECKING:
     from springpot.simulation.paths.simulation import Progress
 
-__all__ = ["fit"]
-
 _KINDS = listed([kind.__name__ for kind in get_args(Data)], "or")
 
 

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, check_points, column, fixed, frequencies
+from springpot.fitting.columns import check_points, column, fixed, frequencies
 from springpot.fitting.motion_data import Of, check_of
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, shown
 from springpot.problem.parts.checks import put
-
-__all__ = ["MeasuredFrequencyResponse"]
 
 _MOST_ERROR = 0.5
 
@@ -108,7 +107,7 @@ class MeasuredFrequencyResponse:
             put(self, relative_error=error)
 
     @property
-    def errors(self) -> FloatArray | None:
+    def errors(self) -> Floats | None:
         """Standard deviation of each magnitude relative to it, and of each phase in rad; None if it is not known."""
         if self.coherence is not None and self.averages is not None:
             with np.errstate(over="ignore"):  # an error that is infinite is refused

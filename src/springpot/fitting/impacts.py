@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.likelihood import Coordinates, FloatArray, GammaSquares, Table, slopes
+from springpot.fitting.likelihood import Coordinates, GammaSquares, Table, slopes
 from springpot.fitting.part_data import MeasuredImpacts
 from springpot.machine.arguments import Free
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.problem.system import System, system_of
-
-__all__ = ["ImpactLikelihood", "Law", "law_of"]
 
 
 class Law:
@@ -38,7 +37,7 @@ class Law:
         """The free numbers by name."""
         return free_numbers(tuple(self.arguments.values()))
 
-    def restitution(self, speed: FloatArray, named: dict[str, float]) -> FloatArray:
+    def restitution(self, speed: Floats, named: dict[str, float]) -> Floats:
         """r at these speeds.
 
         Raises
@@ -98,7 +97,7 @@ def _law_of_wall(model: System) -> Law:
     if idle := [name for name in free_numbers(model) if name not in own]:
         raise ValueError(f"{listed(idle)} must not be free: impacts depend on the restitution only.")
 
-    def restitution(speed: FloatArray, **named: float) -> FloatArray:
+    def restitution(speed: Floats, **named: float) -> Floats:
         moved = with_values(wall, named)
         return np.array([restitution_at(moved, each) for each in speed.tolist()])
 
@@ -126,36 +125,36 @@ class ImpactLikelihood(GammaSquares):
         self.values, self.size = data.after, data.size
         self.known = data.error is not None
 
-    def expected(self, theta: FloatArray) -> FloatArray:
+    def expected(self, theta: Floats) -> Floats:
         """The speeds after."""
         return self._after(theta, self.data.before)
 
-    def _after(self, theta: FloatArray, before: FloatArray) -> FloatArray:
+    def _after(self, theta: Floats, before: Floats) -> Floats:
         return before * self.law.restitution(before, self.coordinates.named(theta))
 
-    def _spread(self, theta: FloatArray) -> FloatArray:
+    def _spread(self, theta: Floats) -> Floats:
         """Standard deviation of what is left."""
         before, step = self.data.before, 1e-5 * self.data.before
         gain = (self._after(theta, before + step) - self._after(theta, before - step)) / (2.0 * step)
         return np.asarray((self.data.error or 1.0) * np.sqrt(1.0 + gain**2))
 
-    def residuals(self, theta: FloatArray) -> FloatArray:
+    def residuals(self, theta: Floats) -> Floats:
         """Signed roots of the deviance."""
         if not self.known:
             return super().residuals(theta)
         return np.asarray((self.values - self.expected(theta)) / self._spread(theta))
 
-    def jacobian(self, theta: FloatArray) -> FloatArray:
+    def jacobian(self, theta: Floats) -> Floats:
         """Of the residuals."""
         return slopes(self.residuals, theta, self.coordinates.free) if self.known else super().jacobian(theta)
 
-    def sensitivity(self, theta: FloatArray) -> FloatArray:
+    def sensitivity(self, theta: Floats) -> Floats:
         """Change of the speeds after, in their standard deviations."""
         found = slopes(self.expected, theta, self.coordinates.free)
         scale = self._spread(theta) if self.known else self.expected(theta)
         return np.asarray(found / scale[:, None])
 
-    def pearson(self, theta: FloatArray) -> FloatArray:
+    def pearson(self, theta: Floats) -> Floats:
         """Differences in standard deviations, or relative ones."""
         return self.residuals(theta) if self.known else super().pearson(theta)
 
@@ -163,7 +162,7 @@ class ImpactLikelihood(GammaSquares):
         """Of speeds whose scatter is relative: their logarithms."""
         return 0.0 if self.known else super().constant()
 
-    def table(self, theta: FloatArray) -> Table:
+    def table(self, theta: Floats) -> Table:
         """Restitution against the speed before, in its order."""
         order = np.argsort(self.data.before, kind="stable")
         residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5

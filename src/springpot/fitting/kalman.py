@@ -14,10 +14,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.state_space import Sampled
-
-__all__ = ["innovations_of"]
+from springpot.machine.arrays import Floats
 
 _WORST = 1e4  # condition number of the eigenvectors, above which the transition matrix is taken as it is
 _SETTLED = 1e-13  # relative change of the variance, and of the gain, below which both stay as they are
@@ -89,7 +87,7 @@ def _filtered(move, transition, row, gain, variance, values, standard, spread): 
     return total
 
 
-def innovations_of(sampled: Sampled, noise: float, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+def innovations_of(sampled: Sampled, noise: float, values: Floats) -> tuple[float, Floats, Floats]:
     """-2 ln L of sampled paths, their innovations in standard deviations, and these.
 
     Parameters
@@ -130,7 +128,7 @@ def innovations_of(sampled: Sampled, noise: float, values: FloatArray) -> tuple[
     return float(found) + values.size * float(np.log(2.0 * np.pi)), standard, spread
 
 
-def _modes_of(transition: FloatArray) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
+def _modes_of(transition: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats]:
     """Real coordinates of the eigenvectors: the bands of the transition in them, and the matrix that leads back.
 
     Examples

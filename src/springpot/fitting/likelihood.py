@@ -11,21 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.machine.arguments import Free
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import Stopped
-
-__all__ = [
-    "Coordinates",
-    "GammaSquares",
-    "LeastSquares",
-    "Likelihood",
-    "Table",
-    "gamma_residuals",
-    "gamma_slope",
-    "moved",
-    "slopes",
-]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -67,46 +54,46 @@ class Coordinates:
         return np.array([number.low > 0.0 for number in self.free])
 
     @property
-    def low(self) -> FloatArray:
+    def low(self) -> Floats:
         """Inner coordinates of the lower bounds."""
         return self.inner(np.array([number.low for number in self.free]))
 
     @property
-    def high(self) -> FloatArray:
+    def high(self) -> Floats:
         """Inner coordinates of the upper bounds."""
         return self.inner(np.array([number.high for number in self.free]))
 
     @property
-    def start(self) -> FloatArray:
+    def start(self) -> Floats:
         """Inner coordinates of the starts."""
         return self.inner(np.array([float(number) for number in self.free]))
 
-    def inner(self, theta: FloatArray) -> FloatArray:
+    def inner(self, theta: Floats) -> Floats:
         """Numbers to coordinates."""
         log = self.logarithmic
         return np.where(log, np.log(np.where(log, theta, 1.0)), theta)
 
-    def outer(self, u: FloatArray) -> FloatArray:
+    def outer(self, u: Floats) -> Floats:
         """Coordinates to numbers, which are within their bounds."""
         log = self.logarithmic
         found = np.where(log, np.exp(np.where(log, u, 0.0)), u)
         return np.clip(found, [number.low for number in self.free], [number.high for number in self.free])
 
-    def slope(self, theta: FloatArray) -> FloatArray:
+    def slope(self, theta: Floats) -> Floats:
         """Derivative of each number by its coordinate."""
         return np.where(self.logarithmic, theta, 1.0)
 
-    def relative(self, theta: FloatArray, errors: FloatArray) -> FloatArray:
+    def relative(self, theta: Floats, errors: Floats) -> Floats:
         """Errors of the coordinates relative to the numbers; of numbers of either sign, to a tenth of their range."""
         reach = np.array([0.1 * (number.high - number.low) for number in self.free])
         return np.where(self.logarithmic, errors, errors / np.maximum(np.abs(theta), reach))
 
-    def named(self, theta: FloatArray) -> dict[str, float]:
+    def named(self, theta: Floats) -> dict[str, float]:
         """Numbers by name."""
         return dict(zip(self.names, map(float, theta), strict=True))
 
 
-def moved(free: tuple[Free, ...], theta: FloatArray) -> tuple[Free, ...]:
+def moved(free: tuple[Free, ...], theta: Floats) -> tuple[Free, ...]:
     """The same numbers, which start elsewhere.
 
     Examples
@@ -139,12 +126,12 @@ class Table:
 
     axis: str
     unit: str
-    at: FloatArray
+    at: Floats
     group: NDArray[np.str_]
-    data: FloatArray
-    fitted: FloatArray
-    residual: FloatArray
-    error: FloatArray | None = None
+    data: Floats
+    fitted: Floats
+    residual: Floats
+    error: Floats | None = None
 
 
 class Likelihood(ABC):
@@ -169,26 +156,26 @@ class Likelihood(ABC):
     smooth_start: bool = False  # whether one start is enough
     stop: Callable[[], bool] | None = None  # tells whether to end with the best numbers so far
     stopped: bool = False
-    least: tuple[float, FloatArray] | None = None
+    least: tuple[float, Floats] | None = None
     simulated: bool = False  # whether it has checked by itself that every number has an influence
 
     @abstractmethod
-    def deviance(self, theta: FloatArray) -> float:
+    def deviance(self, theta: Floats) -> float:
         """-2 ln L, up to a constant; the sum of squares where the scatter is not known."""
 
     @abstractmethod
-    def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
         """Coordinates of the minimum, where only some of them move."""
 
     @abstractmethod
-    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """Of the coordinates that move; infinite where the data do not determine them."""
 
     @abstractmethod
-    def table(self, theta: FloatArray) -> Table:
+    def table(self, theta: Floats) -> Table:
         """Data, fit and residuals."""
 
-    def scatter(self, theta: FloatArray, moving: int) -> float:
+    def scatter(self, theta: Floats, moving: int) -> float:
         """Estimated variance of the residuals; 1 where it is known."""
         return 1.0
 
@@ -196,15 +183,15 @@ class Likelihood(ABC):
         """What completes -2 ln L, of the data alone."""
         return 0.0
 
-    def extras(self, theta: FloatArray) -> dict[str, float]:
+    def extras(self, theta: Floats) -> dict[str, float]:
         """Numbers that belong to the fit and are not free."""
         return {}
 
-    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """Probability of so large a misfit by chance, for each test, and what a small one means."""
         return {}
 
-    def doubts(self, theta: FloatArray) -> tuple[str, ...]:
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
         """One sentence for each reason to doubt the numbers that lies in how the fit was made."""
         return ("The fit was stopped: these are the best numbers so far.",) if self.stopped else ()
 
@@ -220,12 +207,12 @@ class Likelihood(ABC):
             self.stop, self.stopped = None, True
             raise Stopped("the fit was stopped before it had found anything.")
 
-    def note(self, deviance: float, theta: FloatArray) -> None:
+    def note(self, deviance: float, theta: Floats) -> None:
         """Keep these numbers if they are the best so far."""
         if self.least is None or deviance < self.least[0]:
             self.least = deviance, theta.copy()
 
-    def lost(self, u: FloatArray, deviance: float) -> NDArray[np.bool_]:
+    def lost(self, u: Floats, deviance: float) -> NDArray[np.bool_]:
         """Which numbers the data may not find: they are held at their lower bound if the data agree as well there."""
         return np.zeros(u.size, bool)
 
@@ -241,69 +228,69 @@ class LeastSquares(Likelihood):
     """A sum of squares of residuals that are independent and of equal variance: 1 where it is known."""
 
     @abstractmethod
-    def residuals(self, theta: FloatArray) -> FloatArray:
+    def residuals(self, theta: Floats) -> Floats:
         """Whose sum of squares is the deviance."""
 
     @abstractmethod
-    def sensitivity(self, theta: FloatArray) -> FloatArray:
+    def sensitivity(self, theta: Floats) -> Floats:
         """Derivatives of the expected data by the numbers, in standard deviations: shape (n, numbers)."""
 
-    def jacobian(self, theta: FloatArray) -> FloatArray:
+    def jacobian(self, theta: Floats) -> Floats:
         """Derivatives of the residuals by the numbers."""
         return -self.sensitivity(theta)
 
-    def spread(self, sensitivity: FloatArray) -> FloatArray:
+    def spread(self, sensitivity: Floats) -> Floats:
         """Covariance for residuals of variance 1: the inverse of the expected information."""
         return inverse(sensitivity.T @ sensitivity)
 
-    def pearson(self, theta: FloatArray) -> FloatArray:
+    def pearson(self, theta: Floats) -> Floats:
         """Differences to the expected data in standard deviations."""
         return self.residuals(theta)
 
-    def deviance(self, theta: FloatArray) -> float:
+    def deviance(self, theta: Floats) -> float:
         """The sum of squares."""
         found = self._tried(theta)
         return float(found @ found)
 
-    def _tried(self, theta: FloatArray) -> FloatArray:
+    def _tried(self, theta: Floats) -> Floats:
         """The residuals at a place of the search, which may be stopped there."""
         self.ask()
         found = self.residuals(theta)
         self.note(float(found @ found), theta)
         return found
 
-    def scatter(self, theta: FloatArray, moving: int) -> float:
+    def scatter(self, theta: Floats, moving: int) -> float:
         """Mean square of the residuals, for the degrees of freedom that are left."""
         if self.known:
             return 1.0
         found = self.pearson(theta)
         return float(found @ found) / max(self.size - moving, 1)
 
-    def extras(self, theta: FloatArray) -> dict[str, float]:
+    def extras(self, theta: Floats) -> dict[str, float]:
         """The relative error, where it was estimated."""
         return {} if self.known else {"relative_error": self.scatter(theta, len(self.coordinates.free)) ** 0.5}
 
-    def limits(self) -> tuple[FloatArray, FloatArray]:
+    def limits(self) -> tuple[Floats, Floats]:
         """Coordinates between which the minimum is searched."""
         return self.coordinates.low, self.coordinates.high
 
-    def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
         """By the trust-region reflective method of `scipy.optimize.least_squares`."""
         from scipy.optimize import least_squares
 
         own = self.coordinates
         low, high = (ends[moves] for ends in self.limits())
 
-        def full(part: FloatArray) -> FloatArray:
+        def full(part: Floats) -> Floats:
             u = begin.copy()
             u[moves] = part
             return own.outer(u)
 
-        def slope(part: FloatArray) -> FloatArray:
+        def slope(part: Floats) -> Floats:
             theta = full(part)
             return np.asarray((self.jacobian(theta) * own.slope(theta))[:, moves])
 
-        def residuals(part: FloatArray) -> FloatArray:
+        def residuals(part: Floats) -> Floats:
             return self._tried(full(part))
 
         inside = np.clip(begin[moves], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
@@ -315,12 +302,12 @@ class LeastSquares(Likelihood):
         u[moves] = found.x
         return u
 
-    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """From the expected information."""
         own = (self.sensitivity(theta) * self.coordinates.slope(theta))[:, moves]
         return self.spread(own) * self.scatter(theta, int(moves.sum()))
 
-    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """The size of the residuals where their variance is known, and their order."""
         from scipy import stats
 
@@ -354,24 +341,24 @@ class GammaSquares(LeastSquares):
     group : ndarray of str, shape (n,)
     """
 
-    values: FloatArray
+    values: Floats
     certainty: float = 1.0
-    at: FloatArray
+    at: Floats
     group: NDArray[np.str_]
 
     @abstractmethod
-    def expected(self, theta: FloatArray) -> FloatArray:
+    def expected(self, theta: Floats) -> Floats:
         """What the data are expected to be."""
 
-    def residuals(self, theta: FloatArray) -> FloatArray:
+    def residuals(self, theta: Floats) -> Floats:
         """Signed roots of the deviance."""
         return self.certainty * gamma_residuals(self.values / self.expected(theta))
 
-    def jacobian(self, theta: FloatArray) -> FloatArray:
+    def jacobian(self, theta: Floats) -> Floats:
         """Of the residuals."""
         return np.asarray(gamma_slope(self.values / self.expected(theta))[:, None] * self.sensitivity(theta))
 
-    def pearson(self, theta: FloatArray) -> FloatArray:
+    def pearson(self, theta: Floats) -> Floats:
         """Relative differences, in standard deviations."""
         return np.asarray(self.certainty * (self.values / self.expected(theta) - 1.0))
 
@@ -379,13 +366,13 @@ class GammaSquares(LeastSquares):
         """The logarithms of the data."""
         return float(2.0 * np.log(self.values / self.certainty).sum() + self.size * np.log(2.0 * np.pi))
 
-    def table(self, theta: FloatArray) -> Table:
+    def table(self, theta: Floats) -> Table:
         """Data against frequency."""
         residual = self.pearson(theta) / self.scatter(theta, len(self.coordinates.free)) ** 0.5
         return Table("frequency_hz", "Hz", self.at, self.group, self.values, self.expected(theta), residual)
 
 
-def inverse(information: FloatArray) -> FloatArray:
+def inverse(information: Floats) -> Floats:
     """The inverse of an information matrix, scaled; infinite variances where it is singular.
 
     Examples
@@ -399,7 +386,7 @@ def inverse(information: FloatArray) -> FloatArray:
     return np.asarray((vectors / values) @ vectors.T / np.outer(size, size))
 
 
-def slopes(function: Callable[[FloatArray], FloatArray], theta: FloatArray, free: tuple[Free, ...]) -> FloatArray:
+def slopes(function: Callable[[Floats], Floats], theta: Floats, free: tuple[Free, ...]) -> Floats:
     """Derivatives by central differences, within the bounds: shape (n, numbers).
 
     Examples
@@ -420,7 +407,7 @@ def slopes(function: Callable[[FloatArray], FloatArray], theta: FloatArray, free
     return np.stack(columns, axis=-1)
 
 
-def gamma_residuals(ratio: FloatArray) -> FloatArray:
+def gamma_residuals(ratio: Floats) -> Floats:
     """Signed roots of the deviance of gamma distributed data of unit shape: data over expectation.
 
     Their sum of squares is least where the likelihood is greatest.
@@ -436,7 +423,7 @@ def gamma_residuals(ratio: FloatArray) -> FloatArray:
     return np.asarray(np.sign(z) * np.sqrt(2.0 * np.maximum(half, 0.0)))
 
 
-def gamma_slope(ratio: FloatArray) -> FloatArray:
+def gamma_slope(ratio: Floats) -> Floats:
     """Derivative of `gamma_residuals` by the logarithm of the expectation.
 
     Examples

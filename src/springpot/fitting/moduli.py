@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from springpot.fitting.likelihood import Coordinates, FloatArray, GammaSquares
+from springpot.fitting.likelihood import Coordinates, GammaSquares
 from springpot.fitting.part_data import MeasuredModuli
 from springpot.machine.arguments import Free
+from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts.registration import Slopes
 from springpot.problem.system import System
 
-__all__ = ["ModuliLikelihood", "complex_modulus", "slopes_by_name"]
 
-ComplexArray = NDArray[np.complex128]
-
-
-def complex_modulus(system: System, frequency_hz: FloatArray) -> tuple[ComplexArray, Slopes]:
+def complex_modulus(system: System, frequency_hz: Floats) -> tuple[Complexes, Slopes]:
     """Storage + i loss of springs, dampers, memory and circuits, without the inertia of the mass.
 
     Parameters
@@ -59,7 +55,7 @@ def complex_modulus(system: System, frequency_hz: FloatArray) -> tuple[ComplexAr
     return total, slopes
 
 
-def slopes_by_name(slopes: Slopes, names: Sequence[str], size: int) -> ComplexArray:
+def slopes_by_name(slopes: Slopes, names: Sequence[str], size: int) -> Complexes:
     """From derivatives by the numbers of parts to those by the free numbers, shape (size, names).
 
     Examples
@@ -111,7 +107,7 @@ class ModuliLikelihood(GammaSquares):
                 f"{listed(idle)} must not be free: moduli depend on springs, dampers, springpots and circuits only."
             )
 
-    def _moduli(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _moduli(self, theta: Floats) -> tuple[Floats, Floats]:
         """Expected data, and their derivatives by the numbers."""
         system = restarted(self.system, self.coordinates.named(theta))
         modulus, slopes = complex_modulus(system, self.data.frequency_hz)
@@ -127,11 +123,11 @@ class ModuliLikelihood(GammaSquares):
             )
         return expected, np.concatenate([own for _, own in found])
 
-    def expected(self, theta: FloatArray) -> FloatArray:
+    def expected(self, theta: Floats) -> Floats:
         """The moduli."""
         return self._moduli(theta)[0]
 
-    def sensitivity(self, theta: FloatArray) -> FloatArray:
+    def sensitivity(self, theta: Floats) -> Floats:
         """Relative change of the moduli, in its standard deviations."""
         expected, slopes = self._moduli(theta)
         return self.certainty * slopes / expected[:, None]

@@ -8,22 +8,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.fitting.columns import (
-    FloatArray,
-    PointFault,
-    check_number,
-    check_points,
-    column,
-    falls,
-    frequencies,
-    positive,
-    rows,
-)
+from springpot.fitting.columns import PointFault, check_number, check_points, column, falls, frequencies, positive, rows
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import put
-
-__all__ = ["MeasuredRecord", "MeasuredSpectrum", "Of", "check_of", "is_felt", "window_samples"]
 
 Of = Literal["x", "v", "a"]
 
@@ -274,7 +263,7 @@ def check_of(of: object, at: object) -> None:
         raise ValueError(f"of must be {words}, not {shown(of)}.")
 
 
-def window_samples(window: str, length: int) -> FloatArray:
+def window_samples(window: str, length: int) -> Floats:
     """The window at its samples.
 
     Raises
@@ -293,7 +282,7 @@ def window_samples(window: str, length: int) -> FloatArray:
     return np.ones(length) if window == "boxcar" else 0.5 - 0.5 * np.cos(turns)
 
 
-def _independent(shape: FloatArray, hop: int, samples: int) -> float:
+def _independent(shape: Floats, hop: int, samples: int) -> float:
     """Number of independent periodograms with the variance of the average of overlapping ones (Welch 1967)."""
     length = shape.size
     count = 1 + (samples - length) // hop

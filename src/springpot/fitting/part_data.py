@@ -9,20 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.fitting.columns import (
-    FloatArray,
-    check_number,
-    check_points,
-    column,
-    enough,
-    falls,
-    frequencies,
-    positive,
-)
+from springpot.fitting.columns import check_number, check_points, column, enough, falls, frequencies, positive
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.problem.parts.checks import put
-
-__all__ = ["MeasuredImpacts", "MeasuredModuli"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +61,7 @@ class MeasuredModuli:
         """Of all moduli."""
         return sum(column.size for _, column in self.columns())
 
-    def columns(self) -> Iterator[tuple[str, FloatArray]]:
+    def columns(self) -> Iterator[tuple[str, Floats]]:
         """Each modulus that was measured, with its name."""
         return ((name, getattr(self, name)) for name in ("storage", "loss") if getattr(self, name) is not None)
 

@@ -14,18 +14,17 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault, column
+from springpot.fitting.columns import PointFault, column
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.files import open_text
 from springpot.machine.rows import rows_of, table_in
 from springpot.problem.spectral_density import FREQUENCY_UNITS, STANDARD_GRAVITY
-
-__all__ = ["UNITS", "Data", "data_of", "read_data"]
 
 Data = (
     MeasuredModuli
@@ -85,7 +84,7 @@ class _Column:
     header: str
     name: str
     unit: str
-    values: FloatArray
+    values: Floats
 
 
 def read_data(path: str | Path) -> Data:

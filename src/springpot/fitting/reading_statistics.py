@@ -13,8 +13,6 @@ from springpot.machine.rows import Row
 from springpot.problem.catalogue import unit_of as unit_of_quantity
 from springpot.problem.spectral_density import STANDARD_GRAVITY
 
-__all__ = ["HEADER", "statistics_in", "unit_of"]
-
 HEADER = ("quantity", "value", "error")
 
 _LENGTH = {"m": 1.0, "mm": 1e-3, "um": 1e-6}

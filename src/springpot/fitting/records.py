@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 
 from springpot.fitting.estimate import search
 from springpot.fitting.kalman import innovations_of
-from springpot.fitting.likelihood import Coordinates, FloatArray, Likelihood, Table, inverse, moved
+from springpot.fitting.likelihood import Coordinates, Likelihood, Table, inverse, moved
 from springpot.fitting.motion_data import MeasuredRecord
 from springpot.fitting.spectra import NOISE, SpectrumLikelihood, check_name
 from springpot.fitting.spectral_density import response
 from springpot.fitting.state_space import state_space
 from springpot.machine.arguments import Free
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import Stopped
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.system import System
 from springpot.theory.normal_modes import modes
-
-__all__ = ["RecordLikelihood", "rounding_of"]
 
 _GRADIENT_STEP = 0.03  # in standard errors
 _HESSIAN_STEP = 0.3
@@ -78,25 +77,25 @@ class RecordLikelihood(Likelihood):
             theta[-1] = max(np.sqrt(theta[-1] / (2.0 * self.data.step)), _FIRST_NOISE * float(free[-1].high))
         return moved(free, theta)
 
-    def _filtered(self, theta: FloatArray, free: tuple[Free, ...]) -> tuple[float, FloatArray, FloatArray]:
+    def _filtered(self, theta: Floats, free: tuple[Free, ...]) -> tuple[float, Floats, Floats]:
         """-2 ln L, the innovations in standard deviations, and these."""
         named = dict(zip([number.name for number in free], map(float, theta), strict=True))
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
         space = state_space(restarted(self.system, named), self.data.of, self.data.step, self._duration, self.data.at)
         return innovations_of(space.sampled(self.data.step), noise, self.data.values)
 
-    def deviance(self, theta: FloatArray) -> float:
+    def deviance(self, theta: Floats) -> float:
         """-2 ln L."""
         self.ask()
         found = self._filtered(theta, self.coordinates.free)[0]
         self.note(found, theta)
         return found
 
-    def doubts(self, theta: FloatArray) -> tuple[str, ...]:
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
         """Whether it was stopped, and where its errors come from then."""
         return tuple(f"{said[:-1]}, with errors as the spectrum has them." for said in super().doubts(theta))
 
-    def lost(self, u: FloatArray, deviance: float) -> NDArray[np.bool_]:
+    def lost(self, u: Floats, deviance: float) -> NDArray[np.bool_]:
         """Measurement noise, where the data agree about as well with none."""
         found = np.zeros(u.size, bool)
         if self.data.noise is None and not self.stopped:
@@ -115,7 +114,7 @@ class RecordLikelihood(Likelihood):
             "errors of the others hold for this value."
         )
 
-    def _information(self, theta: FloatArray) -> FloatArray:
+    def _information(self, theta: Floats) -> Floats:
         """Of the coordinates, as the spectrum has it: each periodogram of Welch's average counts once."""
         inner = theta.copy()
         if self.data.noise is None:
@@ -126,14 +125,14 @@ class RecordLikelihood(Likelihood):
             own[:, -1] *= 2.0  # of the standard deviation, not of the density
         return np.asarray(own.T @ own)
 
-    def _whitening(self, u: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def _whitening(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
         """A matrix that gives the numbers that move in units of about one independent standard error."""
         own = self.coordinates
         known = np.where(own.logarithmic, np.minimum(own.high - own.low, _VAGUE), own.high - own.low)
         whole = self._information(own.outer(u)) + np.diag(4.0 / known**2)
         return np.asarray(np.linalg.cholesky(inverse(whole[np.ix_(moves, moves)])))
 
-    def solve(self, begin: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
         """By BFGS in units of the standard errors; by L-BFGS-B where a bound is near."""
         from scipy import optimize
 
@@ -143,15 +142,15 @@ class RecordLikelihood(Likelihood):
         root = self._whitening(begin, moves)
         centre = begin[moves]
 
-        def place(w: FloatArray) -> FloatArray:
+        def place(w: Floats) -> Floats:
             u = begin.copy()
             u[moves] = centre + root @ w
             return u
 
-        def misfit_at(u: FloatArray) -> float:
+        def misfit_at(u: Floats) -> float:
             return min(0.5 * self.deviance(own.outer(u)), 1e15)
 
-        def misfit(w: FloatArray) -> float:
+        def misfit(w: Floats) -> float:
             u = place(w)
             inside = np.clip(u, low, high)
             return misfit_at(inside) + 1e3 * float(np.sum(((u - inside) / (high - low)) ** 2))  # leads back inside
@@ -167,7 +166,7 @@ class RecordLikelihood(Likelihood):
         size = np.sqrt(np.diag(root @ root.T))
         bounds = [*zip((low[moves] - centre) / size, (high[moves] - centre) / size, strict=True)]
 
-        def place_by_each(w: FloatArray) -> FloatArray:
+        def place_by_each(w: Floats) -> Floats:
             u = begin.copy()
             u[moves] = centre + size * w
             return np.clip(u, low, high)
@@ -179,7 +178,7 @@ class RecordLikelihood(Likelihood):
         )  # fmt: skip
         return place_by_each(found.x)
 
-    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """From second differences of the likelihood; from the spectrum if stopped, or where a number is at a bound."""
         own = self.coordinates
         u = own.inner(theta)
@@ -190,7 +189,7 @@ class RecordLikelihood(Likelihood):
         if self.stopped or (at - reach < own.low[moves]).any() or (at + reach > own.high[moves]).any():
             return inverse(whole[np.ix_(moves, moves)])
 
-        def misfit(w: FloatArray) -> float:
+        def misfit(w: Floats) -> float:
             moved = u.copy()
             moved[moves] = at + root @ w
             return 0.5 * self.deviance(own.outer(moved))
@@ -203,7 +202,7 @@ class RecordLikelihood(Likelihood):
             return inverse(whole[np.ix_(moves, moves)])
         return np.asarray(root @ inverse(hessian) @ root.T)
 
-    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """Whether the innovations are independent and Gaussian."""
         from scipy import stats
 
@@ -226,7 +225,7 @@ class RecordLikelihood(Likelihood):
             ),
         }
 
-    def table(self, theta: FloatArray) -> Table:
+    def table(self, theta: Floats) -> Table:
         """Samples, and what was expected from those before."""
         _, innovations, spread = self._filtered(theta, self.coordinates.free)
         paths, samples = self.data.values.shape
@@ -237,7 +236,7 @@ class RecordLikelihood(Likelihood):
         )  # fmt: skip
 
 
-def rounding_of(values: FloatArray) -> float:
+def rounding_of(values: Floats) -> float:
     """Standard deviation of the rounding of data, to decimals or to the steps of a converter; 0 if none is seen.
 
     Examples
@@ -267,13 +266,13 @@ def _check_length(system: System, data: MeasuredRecord) -> None:
                          f"{frequency:.4g} Hz, the record lasts {duration:.4g} s.")  # fmt: skip
 
 
-def _gradient(function: Callable[[FloatArray], float], w: FloatArray) -> FloatArray:
+def _gradient(function: Callable[[Floats], float], w: Floats) -> Floats:
     """Central differences."""
     steps = _GRADIENT_STEP * np.eye(w.size)
     return np.array([(function(w + step) - function(w - step)) / (2.0 * _GRADIENT_STEP) for step in steps])
 
 
-def _hessian(function: Callable[[FloatArray], float], size: int) -> FloatArray:
+def _hessian(function: Callable[[Floats], float], size: int) -> Floats:
     """Second central differences about 0."""
     steps = _HESSIAN_STEP * np.eye(size)
     middle = function(np.zeros(size))

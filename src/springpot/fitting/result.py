@@ -7,19 +7,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
-from springpot.fitting.likelihood import FloatArray, Likelihood, Table
+from springpot.fitting.likelihood import Likelihood, Table
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, shown
 from springpot.machine.plain import plain
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["Check", "Choice", "Fit", "Profile"]
 
 _DOUBTFUL = 0.01
 
@@ -83,8 +81,8 @@ class Profile:
     """
 
     name: str
-    values: FloatArray
-    rise: FloatArray
+    values: Floats
+    rise: Floats
     limits: tuple[float, float]
     level: float
 
@@ -127,8 +125,8 @@ class Fit:
     at_bounds: dict[str, str]
     not_told_apart: tuple[Confusion, ...]
     extras: dict[str, float]
-    covariance: FloatArray
-    correlations: FloatArray
+    covariance: Floats
+    correlations: Floats
     deviance: float
     bic: float
     aicc: float
@@ -141,7 +139,7 @@ class Fit:
         name_results(self, "values", "errors")
 
     @property
-    def residuals(self) -> NDArray[np.float64]:
+    def residuals(self) -> Floats:
         """Differences of data and fit, in standard deviations."""
         return self.table.residual
 
@@ -405,7 +403,7 @@ class Fit:
         )
 
     @property
-    def _theta(self) -> FloatArray:
+    def _theta(self) -> Floats:
         """The numbers as the likelihood has them."""
         return self._likelihood.coordinates.outer(self._best.u)
 
@@ -413,7 +411,7 @@ class Fit:
         return [*self.values].index(known_word(name, self.values, "name"))
 
 
-def _crossings(u: FloatArray, rise: FloatArray, level: float, best: float) -> tuple[float, float]:
+def _crossings(u: Floats, rise: Floats, level: float, best: float) -> tuple[float, float]:
     """Where the profile reaches a level, on each side of its minimum; the end where it does not."""
     ends = []
     for side in (u <= best, u >= best):

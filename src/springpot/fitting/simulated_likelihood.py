@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from springpot.designing.surfaces import Surface
-from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table, inverse
+from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
 from springpot.fitting.simulated_moments import Case, step_biases_at
 from springpot.fitting.simulated_runs import MOST_SHARE
 from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
-
-__all__ = ["MomentsLikelihood", "StackedStatistics"]
 
 _MOST_BLUR = 0.8  # of the information that is seen in a direction: where the errors are no longer corrected for it
 
@@ -34,8 +33,8 @@ class StackedStatistics:
     """
 
     names: tuple[str, ...]
-    values: FloatArray
-    covariance: FloatArray
+    values: Floats
+    covariance: Floats
 
     @classmethod
     def of(cls, data: Sequence[MeasuredStatistics]) -> StackedStatistics:
@@ -88,7 +87,7 @@ class MomentsLikelihood(LeastSquares):
         measured: StackedStatistics,
         surface: Surface,
         far: float,
-        at: FloatArray | None = None,
+        at: Floats | None = None,
         cases: Sequence[Case] = (),
         said: tuple[str, ...] = (),
         last: bool = False,
@@ -105,45 +104,45 @@ class MomentsLikelihood(LeastSquares):
 
     # -- for the search, at coordinates ---------------------------------------------------------------------------
 
-    def minimum(self, u: FloatArray) -> FloatArray:
+    def minimum(self, u: Floats) -> Floats:
         """The best numbers on the surface."""
         every = np.ones(u.size, bool)
         return self.solve(self.solve(u, every), every)
 
-    def errors_at(self, u: FloatArray) -> FloatArray:
+    def errors_at(self, u: Floats) -> Floats:
         """Standard errors of the coordinates."""
         return np.sqrt(np.diag(self.covariance(self.coordinates.outer(u), np.ones(u.size, bool))))
 
-    def chi_square(self, u: FloatArray) -> float:
+    def chi_square(self, u: Floats) -> float:
         """The sum of squares, with what the surface leaves of the runs among the errors."""
         left = self.measured.values - self.surface(u)[: self.size]
         whole = self.measured.covariance + self._runs + np.diag(self._misfit(u) ** 2)
         return float(left @ np.linalg.solve(whole, left))
 
-    def wrong(self, u: FloatArray) -> float:
+    def wrong(self, u: Floats) -> float:
         """How far runs are off the surface, in errors: of the statistic that has it worst."""
         return float((self._misfit(u) / np.sqrt(np.diag(self.measured.covariance + self._runs))).max())
 
-    def added(self, u: FloatArray) -> FloatArray:
+    def added(self, u: Floats) -> Floats:
         """By how much the simulation enlarges the error of each number, relative to the error from the data alone."""
         every = np.ones(u.size, bool)
         alone = self._covariance(u, every, self._root_of_data, simulated=False)
         return np.sqrt(np.diag(self._covariance(u, every, self._root)) / np.diag(alone)) - 1.0
 
-    def _misfit(self, u: FloatArray) -> FloatArray:
+    def _misfit(self, u: Floats) -> Floats:
         """How far runs are off the surface, in the units of the statistics."""
         n, surface = self.size, self.surface
         return np.asarray(surface.misfit[:n] * np.where(surface.logarithmic[:n], surface(u)[:n], 1.0))
 
     # -- what every likelihood answers ----------------------------------------------------------------------------
 
-    def limits(self) -> tuple[FloatArray, FloatArray]:
+    def limits(self) -> tuple[Floats, Floats]:
         """As far as the surface is used."""
         own, surface = self.coordinates, self.surface
         reach = self._far * surface.reach
         return np.maximum(own.low, surface.centre - reach), np.minimum(own.high, surface.centre + reach)
 
-    def covariance(self, theta: FloatArray, moves: NDArray[np.bool_]) -> FloatArray:
+    def covariance(self, theta: Floats, moves: NDArray[np.bool_]) -> Floats:
         """With the error of the slopes, which makes the information of the data look larger than it is.
 
         With slopes J + e and weights W the estimates solve (J + e)' W (...) = 0; the information is
@@ -151,9 +150,7 @@ class MomentsLikelihood(LeastSquares):
         """
         return self._covariance(self.coordinates.inner(theta), moves, self._root)
 
-    def _covariance(
-        self, u: FloatArray, moves: NDArray[np.bool_], root: FloatArray, *, simulated: bool = True
-    ) -> FloatArray:
+    def _covariance(self, u: Floats, moves: NDArray[np.bool_], root: Floats, *, simulated: bool = True) -> Floats:
         """With these weights; without what the error of the slopes adds, if they are not simulated."""
         own = (root @ self.surface.slope(u)[: self.size])[:, moves]
         errors = np.einsum("ij,gjk->gik", root, self.surface.slope_samples(u)[:, : self.size][..., moves])
@@ -165,19 +162,19 @@ class MomentsLikelihood(LeastSquares):
         half = half @ turn / (left if simulated else np.sqrt(left))
         return np.asarray(half @ half.T)
 
-    def _expected(self, theta: FloatArray) -> FloatArray:
+    def _expected(self, theta: Floats) -> Floats:
         return self.surface(self.coordinates.inner(theta))[: self.size]
 
-    def residuals(self, theta: FloatArray) -> FloatArray:
+    def residuals(self, theta: Floats) -> Floats:
         """Differences, made independent with unit variance."""
         return np.asarray(self._root @ (self.measured.values - self._expected(theta)))
 
-    def sensitivity(self, theta: FloatArray) -> FloatArray:
+    def sensitivity(self, theta: Floats) -> Floats:
         """Change of the expected statistics, as the residuals are."""
         slope = self.surface.slope(self.coordinates.inner(theta))[: self.size]
         return np.asarray(self._root @ (slope / self.coordinates.slope(theta)))
 
-    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """The J-test: the size of the residuals, where there are more statistics than numbers."""
         from scipy import stats
 
@@ -187,7 +184,7 @@ class MomentsLikelihood(LeastSquares):
         meaning = "the model misses more than the stated errors explain"
         return {"size of the residuals (J-test)": (float(stats.chi2.sf(self.deviance(theta), spare)), meaning)}
 
-    def doubts(self, theta: FloatArray) -> tuple[str, ...]:
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
         """About the simulation: its errors, its step, and whether the search came to an end."""
         said = [*self._warnings]
         added = self.added(self.coordinates.inner(theta))
@@ -214,7 +211,7 @@ class MomentsLikelihood(LeastSquares):
                     )
         return tuple(said)
 
-    def table(self, theta: FloatArray) -> Table:
+    def table(self, theta: Floats) -> Table:
         """Statistic by statistic."""
         expected, data = self._expected(theta), self.measured.values
         return Table(

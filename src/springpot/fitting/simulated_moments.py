@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.designing.quantities import squares_felt
 from springpot.designing.samples import SampledRun, sampled_run
 from springpot.fitting.statistics import QUANTILE, MeasuredStatistics
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant
 from springpot.problem.free_numbers import with_values
 from springpot.problem.system import System
@@ -27,9 +27,6 @@ from springpot.simulation.plan.plan import Plan, check_motion, plan_of
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import Distribution
 
-__all__ = ["Case", "Measured", "Moments", "case_of", "groups_of", "moments_of", "step_biases_at"]
-
-FloatArray = NDArray[np.float64]
 Measured = tuple[System, MeasuredStatistics]
 """A model, and what was measured of it."""
 
@@ -90,8 +87,8 @@ class Moments:
         Of x.
     """
 
-    values: FloatArray
-    samples: FloatArray
+    values: Floats
+    samples: Floats
     mean: float
 
 
@@ -189,7 +186,7 @@ def step_biases_at(case: Case, named: Mapping[str, float], values: Mapping[str, 
     return impact_biases(motion_of(with_values(case.system, named)), case.settings.step, dict(values))
 
 
-def _statistic(name: str, run: SampledRun, groups: int, felt: Sequence[str] = ()) -> tuple[float, FloatArray]:
+def _statistic(name: str, run: SampledRun, groups: int, felt: Sequence[str] = ()) -> tuple[float, Floats]:
     """Its value, and samples with this mean, one for each group; ``felt``: what another run would have."""
     if match := QUANTILE.fullmatch(name):
         return _quantile(run.distributions.get(match[1]), float(match[2]), groups, name)
@@ -208,7 +205,7 @@ def _statistic(name: str, run: SampledRun, groups: int, felt: Sequence[str] = ()
     return value, _grouped(own, groups)
 
 
-def _of_paths(name: str, run: SampledRun, felt: Sequence[str], asked: str = "") -> tuple[float, FloatArray]:
+def _of_paths(name: str, run: SampledRun, felt: Sequence[str], asked: str = "") -> tuple[float, Floats]:
     """A result with its samples, less their regression on the energy that the noise fed by chance."""
     if name not in run.samples:
         known = [*(own for own in run.samples if not own.endswith("_end")), *felt]
@@ -223,14 +220,14 @@ def _of_paths(name: str, run: SampledRun, felt: Sequence[str], asked: str = "") 
     return float(better.mean()), better
 
 
-def _grouped(samples: FloatArray, groups: int) -> FloatArray:
+def _grouped(samples: Floats, groups: int) -> Floats:
     """Means of groups of paths: blocks of 64 in turn, as the sketches have them, or neighbours."""
     if groups <= BATCHES:
         return np.asarray(samples.reshape(-1, groups, 64).mean(axis=(0, 2)))
     return np.asarray(samples.reshape(groups, -1).mean(axis=1))
 
 
-def _quantile(own: Distribution | None, p: float, groups: int, name: str) -> tuple[float, FloatArray]:
+def _quantile(own: Distribution | None, p: float, groups: int, name: str) -> tuple[float, Floats]:
     if own is None:
         raise ValueError(f"data must be of results of the model, and it has no {name}.")
     if not own.size > 0.0:

@@ -10,13 +10,12 @@ import numpy as np
 
 from springpot.designing.quantities import if_allowed
 from springpot.designing.surfaces import Surface, places, surface_through
-from springpot.fitting.likelihood import Coordinates, FloatArray, inverse
+from springpot.fitting.likelihood import Coordinates, inverse
 from springpot.fitting.simulated_moments import Case, Moments, case_of, groups_of, moments_of
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.simulation.paths.simulation import Progress
-
-__all__ = ["MOST_PATHS", "MOST_SHARE", "Reporter", "SimulatedRuns", "misfit_of"]
 
 MOST_PATHS = 65536
 MOST_SHARE = 0.1  # by which the simulation may enlarge the errors of the numbers
@@ -94,9 +93,7 @@ class SimulatedRuns:
         self.errors = np.concatenate([case.data.errors for case in cases])
         self.seconds_per_step = 0.0
 
-    def surface(
-        self, centre: FloatArray, reach: FloatArray, known: Surface | None, paths: int, *, rough: bool
-    ) -> Surface:
+    def surface(self, centre: Floats, reach: Floats, known: Surface | None, paths: int, *, rough: bool) -> Surface:
         """The surface through the runs to either side of a place; ``known`` tells where each run starts.
 
         Raises
@@ -139,7 +136,7 @@ class SimulatedRuns:
             logarithmic=positive, samples=samples,
         )  # fmt: skip
 
-    def at(self, u: FloatArray, known: Surface | None, paths: int, *, rough: bool = True) -> list[Moments]:
+    def at(self, u: Floats, known: Surface | None, paths: int, *, rough: bool = True) -> list[Moments]:
         """One run of each model; ``known`` tells where each starts."""
         named = self.own.named(self.own.outer(u))
         means = [None] * len(self.cases)
@@ -150,18 +147,18 @@ class SimulatedRuns:
         return [moments_of(case, named, paths, groups, mean, rough=rough, progress=self.reporter.check)
                 for case, mean in zip(self.cases, means, strict=True)]  # fmt: skip
 
-    def differs(self, u: FloatArray, base: Sequence[Moments]) -> bool:
+    def differs(self, u: Floats, base: Sequence[Moments]) -> bool:
         """Whether runs at a place differ from others; if the model cannot be there, they do."""
         there = if_allowed(lambda: self.shortest_runs(u))
         return there is None or not all(
             np.array_equal(a.values, b.values, equal_nan=True) for a, b in zip(base, there, strict=True)
         )
 
-    def shortest_runs(self, u: FloatArray) -> list[Moments]:
+    def shortest_runs(self, u: Floats) -> list[Moments]:
         """Runs of as few paths as there can be."""
         return self.at(u, None, self.rough if self.quantiles else _FEW_PATHS)
 
-    def _nothing(self, centre: FloatArray) -> str:
+    def _nothing(self, centre: Floats) -> str:
         """Which statistic has no value."""
         found = self.at(centre, None, self.rough)
         missing = [
@@ -171,7 +168,7 @@ class SimulatedRuns:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.own.named(self.own.outer(centre)).items())
         return f"model must have a finite {listed(missing or ['result'])} near {where}: there it has none."
 
-    def restart(self, u: FloatArray) -> None:
+    def restart(self, u: Floats) -> None:
         """Steps, durations and starts for these numbers."""
         named = self.own.named(self.own.outer(u))
         self.cases = [
@@ -179,13 +176,13 @@ class SimulatedRuns:
             for own in self.cases
         ]
 
-    def steps(self, u: FloatArray) -> float:
+    def steps(self, u: Floats) -> float:
         """Of one path of every model there; infinite where a model cannot be run."""
         named = self.own.named(self.own.outer(u))
         found = if_allowed(lambda: float(sum(case.steps_at(named) for case in self.cases)))
         return math.inf if found is None else found
 
-    def misfit(self, u: FloatArray) -> float:
+    def misfit(self, u: Floats) -> float:
         """Of one rough run, see `misfit_of`."""
 
         def moments() -> list[Moments]:
@@ -197,7 +194,7 @@ class SimulatedRuns:
         misfit = misfit_of(np.concatenate([own.values for own in found]), self.data, self.errors)
         return misfit if math.isfinite(misfit) else math.inf
 
-    def paths(self, surface: Surface, u: FloatArray, measured: FloatArray) -> int:
+    def paths(self, surface: Surface, u: Floats, measured: Floats) -> int:
         """So many that the runs enlarge the errors of the numbers by a twentieth: a power of two.
 
         The other half of `MOST_SHARE` is for the slopes, and for what the surface leaves of the runs.
@@ -207,7 +204,7 @@ class SimulatedRuns:
         n = self.data.size
         slope, simulated = surface.slope(u)[:n], surface.covariance(u)[:n, :n]
 
-        def spread(whole: FloatArray) -> FloatArray:
+        def spread(whole: Floats) -> Floats:
             return np.sqrt(np.diag(inverse(slope.T @ np.linalg.solve(whole, slope))))
 
         paths = (4 if self.quantiles else 1) * _FEWEST_PATHS
@@ -219,7 +216,7 @@ class SimulatedRuns:
         return paths
 
 
-def misfit_of(values: FloatArray, data: FloatArray, errors: FloatArray) -> float:
+def misfit_of(values: Floats, data: Floats, errors: Floats) -> float:
     """A sum of squares in measured errors with a tenth of the values added: what is far off does not outweigh all.
 
     Examples

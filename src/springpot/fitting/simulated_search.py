@@ -13,16 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from springpot.designing.surfaces import Surface
-from springpot.fitting.likelihood import Coordinates, FloatArray, How, moved
+from springpot.fitting.likelihood import Coordinates, How, moved
 from springpot.fitting.simulated_likelihood import MomentsLikelihood, StackedStatistics
 from springpot.fitting.simulated_moments import Measured, case_of
 from springpot.fitting.simulated_runs import MOST_PATHS, MOST_SHARE, Reporter, SimulatedRuns
 from springpot.fitting.simulated_starts import other_starts
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, Stopped, listed
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.simulation.plan.options import own_seed
-
-__all__ = ["search_by_simulation"]
 
 _ROUNDS = 15  # that follow the slope
 _LAST_ROUNDS = 8  # with surfaces of the second degree
@@ -86,7 +85,7 @@ class _Place:
     """Where a search stands: the best numbers on a surface."""
 
     likelihood: MomentsLikelihood
-    u: FloatArray
+    u: Floats
     far: float
 
     @property
@@ -140,7 +139,7 @@ class _Search:
         finally:  # also if it is stopped
             self.best = min([*found, self.best or first], key=lambda each: each.chi_square)
 
-    def _rounds(self, begin: FloatArray) -> _Place:
+    def _rounds(self, begin: Floats) -> _Place:
         """Along the slope, until the minimum is inside a region as wide as the errors."""
         runs, own, u = self.runs, self.own, begin
         reach = self._reach(np.full(u.size, math.inf), _LEAST_ROUGH, _FIRST_REACH)
@@ -188,18 +187,18 @@ class _Search:
         elif not right:
             self.warnings = ("The surface through the runs is not right near the result: narrow the bounds.",)
 
-    def _stand(self, surface: Surface, far: float, u: FloatArray, *, last: bool = False) -> _Place:
+    def _stand(self, surface: Surface, far: float, u: Floats, *, last: bool = False) -> _Place:
         """The best numbers on a surface, with the weights there; the search stands there then."""
         u = MomentsLikelihood(self.own, self.measured, surface, far, last=last).minimum(u)
         self.best = _Place(MomentsLikelihood(self.own, self.measured, surface, far, u, last=last), u, far)
         return self.best
 
-    def _gain(self, place: _Place, before: FloatArray) -> float:
+    def _gain(self, place: _Place, before: Floats) -> float:
         """By how much the sum of squares is less: little where the data tell nothing about the way that was gone."""
         own = self.own
         return place.likelihood.deviance(own.outer(before)) - place.likelihood.deviance(own.outer(place.u))
 
-    def _reach(self, errors: FloatArray, least: float, most: float) -> FloatArray:
+    def _reach(self, errors: Floats, least: float, most: float) -> Floats:
         """How far a region goes to either side: some errors, neither too near nor too far."""
         own = self.own
         width = np.where(own.logarithmic, 1.0, own.high - own.low)

@@ -9,19 +9,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from springpot.designing.quantities import chosen_method, if_allowed, theory_values
-from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.simulated_moments import Case
 from springpot.fitting.simulated_runs import SimulatedRuns, misfit_of
+from springpot.machine.arrays import Floats
 from springpot.problem.free_numbers import with_values
-
-__all__ = ["other_starts"]
 
 _DRAWN = 24
 _TRIED = 6  # by a run
 _LONGEST = 8.0  # steps of its runs, over those where the search has been
 
 
-def other_starts(runs: SimulatedRuns, best: FloatArray) -> list[FloatArray]:
+def other_starts(runs: SimulatedRuns, best: Floats) -> list[Floats]:
     """Places drawn between the bounds, the best first.
 
     Theory says which are worth a run, where it has an answer; so do short runs then.  Places whose runs would take much
@@ -74,7 +72,7 @@ def _misfit_by_theory(cases: Sequence[Case], methods: Sequence[str], named: Mapp
     return total / known if known else math.inf
 
 
-def _asked(case: Case, known: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+def _asked(case: Case, known: Mapping[str, float]) -> tuple[Floats, Floats]:
     """What theory has of the measured statistics: values, and their places among these."""
     found = [(place, value) for place, name in enumerate(case.data.names)
              if math.isfinite(value := _statistic(name, known))]  # fmt: skip

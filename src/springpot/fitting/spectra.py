@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from springpot.fitting.estimate import search
-from springpot.fitting.likelihood import Coordinates, FloatArray, GammaSquares, moved, slopes
+from springpot.fitting.likelihood import Coordinates, GammaSquares, moved, slopes
 from springpot.fitting.motion_data import MeasuredSpectrum
 from springpot.fitting.spectral_density import Density, correlations_of_bins, folded, response, windowed
 from springpot.machine.arguments import Free
+from springpot.machine.arrays import Floats
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.system import System
-
-__all__ = ["NOISE", "SpectrumLikelihood"]
 
 NOISE = "noise"
 """Name of the measurement noise that is found with the rest."""
@@ -74,7 +73,7 @@ class SpectrumLikelihood(GammaSquares):
             self.smooth_start = True
         self.expected(np.array([float(number) for number in self.coordinates.free]))
 
-    def expected(self, theta: FloatArray) -> FloatArray:
+    def expected(self, theta: Floats) -> Floats:
         """The density, as it was measured."""
         named = self.coordinates.named(theta)
         noise = named.pop(NOISE) if self.data.noise is None else self.data.noise
@@ -91,7 +90,7 @@ class SpectrumLikelihood(GammaSquares):
         places = np.round(data.frequency_hz * data.segment / data.sampling_rate).astype(int)
         return np.asarray(np.maximum(found[places], 1e-12 * found.max()) + noise)
 
-    def sensitivity(self, theta: FloatArray) -> FloatArray:
+    def sensitivity(self, theta: Floats) -> Floats:
         """Relative change of the density, in its standard deviations."""
         return np.asarray(self.certainty * slopes(lambda t: np.log(self.expected(t)), theta, self.coordinates.free))
 
@@ -99,7 +98,7 @@ class SpectrumLikelihood(GammaSquares):
         """0: only models of the same spectrum are compared."""
         return 0.0
 
-    def spread(self, sensitivity: FloatArray) -> FloatArray:
+    def spread(self, sensitivity: Floats) -> Floats:
         """From both sides of the information where the window correlates neighbouring points."""
         whole, data = super().spread(sensitivity), self.data
         if data.window is None or data.segment is None or data.sampling_rate is None:
@@ -113,7 +112,7 @@ class SpectrumLikelihood(GammaSquares):
             found = found + both + both.T
         return np.asarray(whole @ found @ whole)
 
-    def checks(self, theta: FloatArray, moving: int) -> dict[str, tuple[float, str]]:
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
         """As for independent points; where the window correlates them, with fewer degrees of freedom."""
         from scipy import stats
 

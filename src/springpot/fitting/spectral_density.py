@@ -7,10 +7,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import is_felt, window_samples
+from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
     Constant,
@@ -27,13 +26,7 @@ from springpot.problem.system import System
 from springpot.theory.methods.systems.felt import felt_spectrum
 from springpot.theory.methods.systems.linear import companion_of
 
-__all__ = [
-    "Density", "correlations_of_bins", "folded", "held_by", "moduli",
-    "response", "row_of", "windowed",
-]  # fmt: skip
-
-ComplexArray = NDArray[np.complex128]
-Density = Callable[[FloatArray], FloatArray]
+Density = Callable[[Floats], Floats]
 _FOLDS = 4
 _DECADES = 20.0  # of the integral beyond the folds, in powers of e
 
@@ -80,7 +73,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
         felt = felt_spectrum(system, own, of)
         return lambda frequency: 4.0 * np.pi * felt(2.0 * np.pi * np.asarray(frequency, float))
     seen_by, coordinates = row_of(system, at), system.coordinates
-    noises: list[tuple[Any, FloatArray]] = [
+    noises: list[tuple[Any, Floats]] = [
         (part, coordinates.forces[name])
         for name, part in system.named()
         if isinstance(part, Excitation) and not isinstance(part, Constant | ThermalNoise)
@@ -98,7 +91,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
         )
     temperature = sum(noise.temperature for noise in system.of(ThermalNoise))
 
-    def density(frequency: FloatArray) -> FloatArray:
+    def density(frequency: Floats) -> Floats:
         w = 2.0 * np.pi * np.asarray(frequency, float).ravel()
         p, power = np.asarray(1j * w, complex), w ** {"x": 0, "v": 2, "a": 4}[of]
         seen = own.displaced(w, seen_by)
@@ -117,13 +110,13 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
     return density
 
 
-def _density(noise: Any, w: FloatArray) -> Any:
+def _density(noise: Any, w: Floats) -> Any:
     """Of a noise at many frequencies."""
     one_by_one = isinstance(noise, GroundNoise | SpectralExcitation)
     return np.vectorize(noise.density, otypes=[float])(w) if one_by_one else noise.density(w)
 
 
-def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:
+def row_of(system: System, point: str | None, name: str = "at") -> Floats:
     """How a point moves with the coordinates; ``name`` is the argument that has it.
 
     Raises
@@ -146,7 +139,7 @@ def row_of(system: System, point: str | None, name: str = "at") -> FloatArray:
     raise ValueError(f"{name} of the data must be {known}, not {point!r}.")
 
 
-def held_by(system: System, p: ComplexArray) -> ComplexArray:
+def held_by(system: System, p: Complexes) -> Complexes:
     """The forces of parts where all is moved alike against the ground, shape (n, coordinates).
 
     They are what the ground's displacement does to the masses' own one.
@@ -158,7 +151,7 @@ def held_by(system: System, p: ComplexArray) -> ComplexArray:
     return found
 
 
-def moduli(system: System, p: ComplexArray) -> dict[str, tuple[FloatArray, ComplexArray]]:
+def moduli(system: System, p: Complexes) -> dict[str, tuple[Floats, Complexes]]:
     """The row of each part with two ends, and its force per elongation, with that of its inertia, by its name.
 
     Examples
@@ -203,7 +196,7 @@ def folded(density: Density, rate: float) -> Density:
     far = 0.5 * _DECADES * (nodes + 1.0)  # logarithms of frequencies beyond the last fold
     begin = (_FOLDS + 0.5) * rate
 
-    def sampled(frequency: FloatArray) -> FloatArray:
+    def sampled(frequency: Floats) -> Floats:
         f = np.asarray(frequency, float)
         n = np.arange(1, _FOLDS + 1)[:, None]
         found = density(f) + (density(n * rate + f) + density(n * rate - f)).sum(axis=0)
@@ -223,12 +216,12 @@ def folded(density: Density, rate: float) -> Density:
 
 
 @lru_cache
-def _gauss() -> tuple[FloatArray, FloatArray]:
+def _gauss() -> tuple[Floats, Floats]:
     nodes, weights = np.polynomial.legendre.leggauss(48)
     return nodes, weights
 
 
-def windowed(sampled: Density, rate: float, window: str, segment: int, grid: int) -> FloatArray:
+def windowed(sampled: Density, rate: float, window: str, segment: int, grid: int) -> Floats:
     """The expected periodogram at the frequencies 0, rate / segment, ... up to half of the rate.
 
     Parameters

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springpot.fitting.likelihood import FloatArray
 from springpot.fitting.motion_data import Of
 from springpot.fitting.spectral_density import row_of
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     CloughPenzienNoise,
@@ -26,8 +26,6 @@ from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.states import States, states_of
-
-__all__ = ["Sampled", "StateSpace", "state_space"]
 
 _SLOWEST = 0.05  # of one over the duration
 _FASTEST = 40.0  # of the highest frequency of the samples, pi / step
@@ -46,12 +44,12 @@ class Sampled:
     mean : float
     """
 
-    transition: FloatArray
-    stationary: FloatArray
-    row: FloatArray
+    transition: Floats
+    stationary: Floats
+    row: Floats
     mean: float
 
-    def correlation(self, samples: int) -> FloatArray:
+    def correlation(self, samples: int) -> Floats:
         """Covariance of the value with that of 0, 1, ... samples before."""
         at = self.stationary @ self.row
         found = np.empty(samples)
@@ -75,9 +73,9 @@ class StateSpace:
     mean : float
     """
 
-    rates: FloatArray
-    noise: FloatArray
-    row: FloatArray
+    rates: Floats
+    noise: Floats
+    row: Floats
     mean: float
 
     def sampled(self, step: float) -> Sampled:
@@ -138,7 +136,7 @@ def state_space(system: System, of: Of, step: float, duration: float, at: str | 
     return _seen(states, of, row_of(system, at))
 
 
-def _seen(states: States, of: Of, seen_by: FloatArray) -> StateSpace:
+def _seen(states: States, of: Of, seen_by: Floats) -> StateSpace:
     own, rates = states.companion, states.rates
     noise, inner = np.zeros_like(rates), slice(0, states.own)
     noise[inner, inner] = -own.temperature * (rates + rates.T)[inner, inner]  # what dampers take, with both ends

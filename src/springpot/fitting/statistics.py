@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import FloatArray, PointFault, fixed
+from springpot.fitting.columns import PointFault, fixed
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put
-
-__all__ = ["MOST_STATISTICS", "QUANTILE", "MeasuredStatistics"]
 
 MOST_STATISTICS = 1000
 
@@ -74,9 +73,9 @@ class MeasuredStatistics:
     """
 
     names: tuple[str, ...]
-    values: FloatArray
-    errors: FloatArray
-    correlation: FloatArray
+    values: Floats
+    errors: Floats
+    correlation: Floats
 
     def __init__(self, *, correlation: Any = None, **measured: Any) -> None:
         self._fill({name: pair for given in measured.items() for name, pair in _named(*given)}, correlation)
@@ -116,7 +115,7 @@ class MeasuredStatistics:
         return len(self.names)
 
     @property
-    def covariance(self) -> FloatArray:
+    def covariance(self) -> Floats:
         """Of the errors, shape (n, n)."""
         return np.asarray(self.correlation * np.outer(self.errors, self.errors))
 
@@ -147,7 +146,7 @@ def _pair(place: int, name: str, pair: Any) -> tuple[float, float]:
     return float(value), float(error)
 
 
-def _correlation(given: Any, names: tuple[str, ...]) -> FloatArray:
+def _correlation(given: Any, names: tuple[str, ...]) -> Floats:
     count = len(names)
     if given is None:
         return np.eye(count)

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
-from springpot.fitting.likelihood import Coordinates, FloatArray, LeastSquares, Table
+from springpot.fitting.likelihood import Coordinates, LeastSquares, Table
 from springpot.fitting.moduli import slopes_by_name
 from springpot.fitting.spectral_density import held_by, moduli, row_of
+from springpot.machine.arrays import Complexes, Floats
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.parts import Mass, Point
 from springpot.problem.parts.registration import Element, Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
 
-__all__ = ["ResponseLikelihood", "response_of"]
-
-ComplexArray = NDArray[np.complex128]
-
 
 def response_of(
-    system: System, frequency_hz: FloatArray, of: str, on: str, at: str | None = None
-) -> tuple[ComplexArray, Slopes]:
+    system: System, frequency_hz: Floats, of: str, on: str, at: str | None = None
+) -> tuple[Complexes, Slopes]:
     """The response, and the derivative of its logarithm by each number that enters.
 
     Parameters
@@ -77,13 +73,13 @@ def response_of(
     return np.asarray(response if of_ground else response * p**power), slopes
 
 
-def _given(system: System, p: ComplexArray, seen: ComplexArray) -> ComplexArray:
+def _given(system: System, p: Complexes, seen: Complexes) -> Complexes:
     """What is seen of the forces of parts where one coordinate is moved against the ground, shape (n, coordinates)."""
     of_parts = ((modulus * (seen @ row))[:, None] * row for row, modulus in moduli(system, p).values())
     return np.asarray(sum(of_parts, np.zeros_like(seen)))
 
 
-def _by_share(system: System, p: ComplexArray, point: str, seen: ComplexArray, moved: ComplexArray) -> ComplexArray:
+def _by_share(system: System, p: Complexes, point: str, seen: Complexes, moved: Complexes) -> Complexes:
     """The derivative of ``seen.force`` by each share of a point between which and others parts are."""
     found, ends = np.zeros_like(seen), system.coordinates.ends
     for name, (row, modulus) in moduli(system, p).items():
@@ -121,18 +117,18 @@ class ResponseLikelihood(LeastSquares):
         self.known = data.errors is not None
         self._unit = np.ones(data.size) if data.errors is None else np.tile(data.errors, 2)
 
-    def _at(self, system: System) -> tuple[ComplexArray, Slopes]:
+    def _at(self, system: System) -> tuple[Complexes, Slopes]:
         return response_of(system, self.data.frequency_hz, self.data.of, self.data.on, self.data.at)
 
-    def _expected(self, theta: FloatArray) -> ComplexArray:
+    def _expected(self, theta: Floats) -> Complexes:
         return self._at(restarted(self.system, self.coordinates.named(theta)))[0]
 
-    def residuals(self, theta: FloatArray) -> FloatArray:
+    def residuals(self, theta: Floats) -> Floats:
         """Logarithms of the ratios of the magnitudes, then differences of the phases."""
         ratio = self.data.response / self._expected(theta)
         return np.asarray(np.concatenate([np.log(np.abs(ratio)), np.angle(ratio)]) / self._unit)
 
-    def sensitivity(self, theta: FloatArray) -> FloatArray:
+    def sensitivity(self, theta: Floats) -> Floats:
         """Change of the logarithm of the response, in its standard deviations."""
         _, slopes = self._at(restarted(self.system, self.coordinates.named(theta)))
         matrix = slopes_by_name(slopes, self.coordinates.names, self.data.response.size)
@@ -142,7 +138,7 @@ class ResponseLikelihood(LeastSquares):
         """Of the errors, where they are known."""
         return float(2.0 * np.log(self._unit).sum() + self.size * np.log(2.0 * np.pi))
 
-    def table(self, theta: FloatArray) -> Table:
+    def table(self, theta: Floats) -> Table:
         """Magnitude and phase against frequency."""
         data, found = self.data.response, self._expected(theta)
         count = data.size

@@ -8,8 +8,6 @@ from typing import Any
 
 from springpot.machine.faults import shown
 
-__all__ = ["LARGEST", "Free", "finite_number"]
-
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
 
 

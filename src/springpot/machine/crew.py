@@ -8,8 +8,6 @@ import threading
 import time
 from collections.abc import Callable
 
-__all__ = ["work_together"]
-
 PATIENCE = 0.4  # s for threads to end after Ctrl-C; threads in a long call are not waited for
 
 

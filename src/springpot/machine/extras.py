@@ -6,8 +6,6 @@ from importlib.util import find_spec
 
 from springpot.machine.faults import listed
 
-__all__ = ["EXTRAS", "MissingExtraError", "need"]
-
 _FILES = ("h5netcdf", "h5py", "pandas", "xarray")
 _STUDIES = ("pydantic", "zarr", *_FILES)
 EXTRAS = {

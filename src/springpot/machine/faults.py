@@ -9,11 +9,6 @@ from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from typing import TypeVar
 
-__all__ = [
-    "FileError", "Named", "NotCoveredError", "Stopped", "cause_of", "few", "known_word", "listed", "meant",
-    "name_results", "nearest", "per_cent", "shown", "with_error",
-]  # fmt: skip
-
 MOST_WORDS = 20  # of a list in a sentence
 
 _SHORT = reprlib.Repr()

@@ -21,18 +21,6 @@ from springpot.machine.faults import FileError
 if TYPE_CHECKING:
     from xarray import DataTree
 
-__all__ = [
-    "Damaged",
-    "make_room",
-    "netcdf_of",
-    "open_text",
-    "partial_name",
-    "read_file",
-    "read_text",
-    "remove_orphans",
-    "write",
-]
-
 KEPT_BY_OTHERS = 3600.0  # s after which a half-written file of another machine is an orphan
 ATTEMPTS = 3
 

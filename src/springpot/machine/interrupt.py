@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType
 
-__all__ = [
-    "INTERRUPTED", "Terminated", "asked_to_stop", "attended", "leave_at_once", "sigterm_as_ctrl_c",
-]  # fmt: skip
-
 INTERRUPTED = 130  # exit code
 PATIENCE = 2.0  # s that a command has to tidy up after a signal
 

@@ -6,6 +6,4 @@ number of processors.  Variables that the user has set are kept.  NumPy reads th
 
 from __future__ import annotations
 
-__all__ = ["ONE_THREAD"]
-
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["place_for"]
-
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     """The path of an output file, if it may be written.

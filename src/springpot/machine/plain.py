@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["plain"]
-
 
 def plain(values: Mapping[str, Any]) -> dict[str, Any]:
     """The same with None for NaN and infinity, and lists for tuples and arrays, also inside dicts and lists.

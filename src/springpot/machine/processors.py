@@ -7,8 +7,6 @@ import math
 import os
 from pathlib import Path
 
-__all__ = ["control_group_quota", "threads_available"]
-
 
 def control_group_quota(root: Path = Path("/sys/fs/cgroup")) -> float:
     """Processors granted by the control group (version 2, then version 1); infinite without a limit.

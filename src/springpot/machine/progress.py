@@ -6,8 +6,6 @@ import math
 import time
 from dataclasses import dataclass
 
-__all__ = ["Clock", "Estimate", "FractionDone", "OutOfTimeError", "in_words"]
-
 
 @dataclass(frozen=True)
 class Estimate:

@@ -12,13 +12,9 @@ from itertools import chain
 from typing import TextIO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, Stopped, listed, meant, shown
-
-__all__ = ["MOST_COLUMNS", "MOST_NUMBERS", "Row", "Table", "rows_of", "table_in"]
-
-FloatArray = NDArray[np.float64]
 
 MOST_COLUMNS = 1000
 MOST_NUMBERS = 20_000_000
@@ -114,7 +110,7 @@ class Table:
 
     heads: list[str]
     columns: list[tuple[str, str]]
-    values: FloatArray
+    values: Floats
     lines: Sequence[int]
 
 
@@ -200,7 +196,7 @@ def _unit_of(match: re.Match[str]) -> str:
     return unit
 
 
-def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[FloatArray, Sequence[int]]:
+def numbers_of(rows: Iterable[Row], heads: Sequence[str], title: str) -> tuple[Floats, Sequence[int]]:
     """The numbers below a header, and the line of each row.
 
     Raises

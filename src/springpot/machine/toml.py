@@ -14,8 +14,6 @@ from typing import Any
 from springpot.machine.faults import FileError
 from springpot.machine.files import read_text
 
-__all__ = ["DEEPEST", "MOST_BYTES", "read_toml", "toml_of"]
-
 MOST_BYTES = 2_000_000
 DEEPEST = 8  # brackets within brackets, and parts of a dotted key; a study needs three
 

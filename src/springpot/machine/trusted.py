@@ -14,8 +14,6 @@ import warnings
 from functools import lru_cache
 from pathlib import Path
 
-__all__ = ["CacheWarning", "UntrustedFolderError", "make_folder", "read", "reason_against", "say_unused"]
-
 
 class UntrustedFolderError(OSError):
     """Another user can write in a folder or replace it; the message is the reason."""

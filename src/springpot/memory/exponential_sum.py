@@ -25,11 +25,10 @@ from pathlib import Path
 
 import numpy as np
 
+from springpot.machine.arrays import Floats
 from springpot.memory import store
 from springpot.memory.minimax import fewest_terms, lag_grid
-from springpot.memory.weights import Family, Floats, Target, at_lags, density
-
-__all__ = ["ExponentialSum", "exponential_sum", "mclean", "power_law_sum"]
+from springpot.memory.weights import Family, Target, at_lags, density
 
 _FINEST = 1e-11  # below it the search for the shortest sum never succeeds
 _CHECKED_LAGS = 8000

@@ -37,9 +37,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from springpot.memory.weights import Floats
-
-__all__ = ["Minimax", "fewest_terms", "lag_grid"]
+from springpot.machine.arrays import Floats
 
 Places = npt.NDArray[np.intp]
 

@@ -19,11 +19,9 @@ from pathlib import Path
 import numpy as np
 from platformdirs import user_cache_dir
 
+from springpot.machine.arrays import Floats
 from springpot.machine.files import write
 from springpot.machine.trusted import make_folder, read, reason_against, say_unused
-from springpot.memory.weights import Floats
-
-__all__ = ["folder", "load", "save"]
 
 Key = Mapping[str, str | float]
 _LARGEST = 1 << 20  # bytes of a file; a sum takes a few kB

@@ -22,13 +22,11 @@ import math
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-__all__ = ["Family", "Floats", "Target", "at_lags", "density", "direct"]
+from springpot.machine.arrays import Floats
 
 Family = Literal["grunwald", "average"]
 Target = Literal["grunwald", "average", "power"]
-Floats = npt.NDArray[np.float64]
 _STIRLING = 30
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-__all__ = ["zeta_beyond_one"]
+from springpot.machine.arrays import Floats
 
 _FIRST = 10.0  # of the terms that are not summed one by one
 _EVEN = (1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 1307674368000)  # B_2k / (2 k)!
 
 
-def zeta_beyond_one(excess: ArrayLike) -> NDArray[np.float64]:
+def zeta_beyond_one(excess: ArrayLike) -> Floats:
     """zeta(1 + e), to rounding, by Euler and Maclaurin's sum.
 
     Parameters

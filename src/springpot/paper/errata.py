@@ -12,19 +12,15 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 from scipy.integrate import quad
 
+from springpot.machine.arrays import Floats
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Barrier, Springpot, WhiteNoise
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import averaging
 from springpot.theory.fourier import coefficients, cosine_integral, sine_integral
-
-__all__ = ["ERRATA", "Erratum", "Finding"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,7 @@ def _free_response(alpha: float, omega: float, coefficient: float, step: float) 
     return float(root.imag**2), float(-root.real)
 
 
-def _march(alpha: float, omega: float, coefficient: float, step: float, steps: int, mirrored: bool) -> FloatArray:
+def _march(alpha: float, omega: float, coefficient: float, step: float, steps: int, mirrored: bool) -> Floats:
     """Eq. 5 without noise (``mirrored``), or Eq. 1 without wall and noise, from rest with unit velocity.
 
     The fractional derivative is its Grünwald-Letnikov sum, so nothing is used but Eq. 2.
@@ -121,7 +117,7 @@ def side_of_the_wall() -> tuple[Finding, ...]:
     omega, coefficient, alpha, duration, step = 1.0, 0.3, 0.5, 10.0, 2e-3
     x = np.abs(_march(alpha, omega, coefficient, step, round(duration / step), mirrored=True))
 
-    def with_wall(side: Literal["above", "below"]) -> FloatArray:
+    def with_wall(side: Literal["above", "below"]) -> Floats:
         oscillator = Oscillator(omega, Springpot(alpha, coefficient), Barrier(side=side), WhiteNoise(0.0))
         away = 1.0 if side == "above" else -1.0
         found = simulated(

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.figures import COLORS, bars, new_figure, plot_fourier_error, plot_fourier_series, save
+from springpot.machine.arrays import Floats
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
 from springpot.problem.oscillator import Oscillator
@@ -18,9 +18,6 @@ from springpot.problem.system import System
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import averaging
 
-__all__ = ["errata", "fig1", "fig2"]
-
-FloatArray = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 _REST, _ADAPTED = ("o", 3.0), ("D", 5.0)  # markers and their sizes: one fits inside the other
@@ -209,7 +206,7 @@ def errata(out: Path, *, seed: int = 1, threads: int | None = None, progress: Pr
     return [page, _draw_errata(out / "errata.png", drawn)]
 
 
-def _draw_errata(path: Path, simulated: FloatArray) -> Path:
+def _draw_errata(path: Path, simulated: Floats) -> Path:
     figure, (curves, ratios) = new_figure(7.0, 6.5, ratios=(3.0, 2.0))
     fine = np.geomspace(0.28, 3.2, 121)
     corrected = np.array([averaging(_tuned(float(omega))).amplitude_mean_square for omega in fine])

@@ -19,22 +19,6 @@ from springpot.simulation import Run
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import averaging
 
-__all__ = [
-    "ALPHAS",
-    "INTENSITIES",
-    "Collapse",
-    "Estimate",
-    "Gap",
-    "Point",
-    "collapse",
-    "gaps",
-    "points",
-    "pooled",
-    "settled",
-    "shortfall",
-    "write_rows",
-]
-
 ALPHAS = (0.05, 0.075, *(round(0.05 * n, 2) for n in range(2, 21)))
 """The 21 orders of Fig. 2; one extra where the curve is steepest.  At 0 there is no stationary state."""
 

@@ -15,8 +15,6 @@ from springpot.problem.parts import Springpot
 from springpot.problem.system import System
 from springpot.theory import averaging
 
-__all__ = ["errata_page", "fig2_page"]
-
 _FORMS: tuple[Literal["printed"], Literal["corrected"]] = ("printed", "corrected")
 _COLUMNS = (
     ("alpha", "1", "order of the derivative"),

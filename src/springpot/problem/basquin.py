@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from springpot.machine.arguments import LARGEST, finite_number
 
-__all__ = ["Basquin"]
-
 HOUR = 3600.0  # seconds
 
 

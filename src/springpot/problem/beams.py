@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import meant, shown
 from springpot.problem.system import System
 
-__all__ = ["BeamKind", "beam"]
-
-Floats = NDArray[np.float64]
 BeamKind = Literal["cantilever", "simply supported"]
 
 MOST_MODES = 8  # as many masses as the simulation holds

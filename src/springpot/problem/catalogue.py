@@ -16,11 +16,6 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
 from springpot.problem.system import System
 
-__all__ = [
-    "CATALOGUE", "OF_A_WALL", "Quantity", "is_controlled", "numbers_on_request", "possible_results",
-    "results_on_request", "unit_of", "unit_of_result",
-]  # fmt: skip
-
 _OF = "<part>_"
 _AT = "<point>_"
 _PAIRS = "<pair>_"

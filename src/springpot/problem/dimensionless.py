@@ -33,8 +33,6 @@ from springpot.problem.parts.walls import restitution_at
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-__all__ = ["Dimensionless", "checked_frequency"]
-
 _CANONICAL = (
     "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall whose restitution "
     "is a number, and white noise"

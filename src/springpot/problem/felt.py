@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
 from springpot.problem.parts import (
     Barrier,
@@ -33,8 +33,6 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System
-
-__all__ = ["Felt", "felt_in"]
 
 _FELT = (
     Spring, PolynomialSpring, Dashpot, PolynomialDashpot, Springpot, Maxwell, FractionalMaxwell, Circuit,
@@ -66,7 +64,7 @@ class Felt:
     shares: dict[str, float] = field(default_factory=dict)
     constant: float = 0.0
     reason: str = ""
-    row: npt.NDArray[np.float64] | None = None
+    row: Floats | None = None
     unseen: tuple[str, ...] = ()
 
 

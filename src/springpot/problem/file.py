@@ -14,10 +14,10 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
-from springpot.problem.free_numbers import Free, free
+from springpot.problem.free_numbers import free
 from springpot.problem.parts import RecordedExcitation, SpectralExcitation, WhiteNoise
 from springpot.problem.parts.checks import Checked, fields_of, plain
 from springpot.problem.parts.envelopes import Envelope
@@ -26,8 +26,6 @@ from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
 from springpot.problem.system import KINDS, System, checked_system, usual_names
-
-__all__ = ["read_system", "schema", "to_toml"]
 
 _KINDS = {name: kind for name, kind in KINDS.items() if "function" not in kind.numbers}  # it has no place in a file
 _FAMILIES: tuple[tuple[type, str, Mapping[str, type[Checked]]], ...] = (

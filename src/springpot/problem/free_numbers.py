@@ -13,8 +13,6 @@ from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import real
 from springpot.problem.system import System
 
-__all__ = ["Free", "free", "free_numbers", "restarted", "with_values"]
-
 Model = TypeVar("Model")
 _ENDS = "low", "high"
 

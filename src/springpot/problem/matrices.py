@@ -6,16 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.modes import numbers_for, with_modes
 from springpot.problem.parts import Dashpot, Mass, Spring
 from springpot.problem.parts.registration import Part
-
-__all__ = ["parts_of_matrices"]
-
-Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-13  # of a sum of a row, over the sum of its sizes
 _MOST_LINKS = 48  # springs and dashpots, so that a system has room for masses and more parts

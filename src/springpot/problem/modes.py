@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts import Dashpot, Mass, Point, Spring
 from springpot.problem.parts.registration import Part
-
-__all__ = ["numbers_for", "parts_of_modes", "with_modes"]
-
-Floats = NDArray[np.float64]
 
 
 def parts_of_modes(

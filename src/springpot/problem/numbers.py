@@ -11,8 +11,6 @@ from springpot.problem.parts.checks import Checked, fields_of, is_said
 from springpot.problem.parts.registration import Number, Part, in_range, kind_of
 from springpot.problem.system import System
 
-__all__ = ["ROOT", "check_number", "label_of", "number_of", "numbers_of", "unit_of", "with_numbers"]
-
 ROOT = "parts."
 
 

@@ -20,8 +20,6 @@ from springpot.problem.parts.checks import check_names, real
 from springpot.problem.spectral_density import DensityUnit, Excited, Sides, check_excited
 from springpot.problem.system import System
 
-__all__ = ["Oscillator"]
-
 _SPRINGPOT, _WALL, _NOISE = Springpot(order=0.5, coefficient=1.0), Barrier(), WhiteNoise()
 
 

@@ -8,16 +8,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Contact
 
-__all__ = ["Potential"]
 
-FloatArray = NDArray[np.float64]
-
-
-def _sum_of_powers(x: float | FloatArray, coefficients: Sequence[float]) -> FloatArray:
+def _sum_of_powers(x: float | Floats, coefficients: Sequence[float]) -> Floats:
     """c0 + c1 x + c2 x^2 + ..., to the bit as NumPy's `polyval`, which takes longer for a few numbers.
 
     Examples
@@ -57,7 +53,7 @@ class Potential:
     low: float = -math.inf
     high: float = math.inf
 
-    def energy(self, x: float | FloatArray) -> FloatArray:
+    def energy(self, x: float | Floats) -> Floats:
         """U(x), in m^2/s^2, 0 at x = 0 but for contacts that reach there."""
         powers = [0.0, *(c / (n + 1) for n, c in enumerate(self.coefficients))]
         energy = _sum_of_powers(x, powers)
@@ -65,7 +61,7 @@ class Potential:
             energy = energy + contact.stiffness * _depth(contact, x) ** (contact.exponent + 1) / (contact.exponent + 1)
         return np.asarray(energy, float)
 
-    def size(self, x: float | FloatArray) -> FloatArray:
+    def size(self, x: float | Floats) -> Floats:
         """The terms of U(x) without their signs: rounding of U is some 1e-16 of it."""
         powers = [0.0, *(abs(c) / (n + 1) for n, c in enumerate(self.coefficients))]
         return np.asarray(_sum_of_powers(np.abs(x), powers), float) + replace(self, coefficients=(0.0,)).energy(x)
@@ -88,14 +84,14 @@ class Potential:
             self.high - origin,
         )
 
-    def force(self, x: float | FloatArray) -> FloatArray:
+    def force(self, x: float | Floats) -> Floats:
         """U'(x), in m/s^2: what pulls towards smaller x."""
         force = _sum_of_powers(x, self.coefficients)
         for contact in self.contacts:
             force = force - contact.inwards * contact.stiffness * _depth(contact, x) ** contact.exponent
         return np.asarray(force, float)
 
-    def curvature(self, x: float | FloatArray) -> FloatArray:
+    def curvature(self, x: float | Floats) -> Floats:
         """U''(x), in 1/s^2."""
         curvature = _sum_of_powers(x, [n * c for n, c in enumerate(self.coefficients)][1:] or [0.0])
         for contact in self.contacts:
@@ -149,5 +145,5 @@ class Potential:
         return max(terms.items(), default=(0.0, 0.0))
 
 
-def _depth(contact: Contact, x: float | FloatArray) -> FloatArray:
+def _depth(contact: Contact, x: float | Floats) -> Floats:
     return np.maximum(0.0, contact.inwards * (contact.position - x))

@@ -11,8 +11,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
-from springpot.problem.coordinates import Coordinates, Floats
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import parts_of_modes
 from springpot.problem.parts import Constant, Contact, Force, Mass, Point, ThermalNoise
@@ -22,8 +23,6 @@ from springpot.problem.parts.registration import Element, Part, kind_of
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.potential import Potential
-
-__all__ = ["KINDS", "System", "check_single", "checked_system", "kind_of", "owners_of", "system_of", "usual_names"]
 
 Kind = TypeVar("Kind")
 

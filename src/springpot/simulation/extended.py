@@ -30,8 +30,6 @@ from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whol
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import doubts
 
-__all__ = ["extend"]
-
 FIRST_PAIRS = 256
 HOPELESS = 0.8  # share of the allowed error that may surely be bias
 FOR_CHANCE = 0.7  # share of the rest that is left to the sampling error

@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
@@ -40,8 +40,6 @@ from springpot.simulation.result.warnings import (
 )
 from springpot.simulation.watch.first_passage import from_the_start
 from springpot.simulation.watch.requested import Requested, requested
-
-__all__ = ["diagnostics_of", "simulate", "simulated", "warned"]
 
 _SAID_BY = {"no_stationary_state": "starts_from_rest", "transient_in_window": "window_from_rest"}
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
@@ -439,7 +437,7 @@ def warned(run: Run) -> Run:
     return run
 
 
-def diagnostics_of(simulation: Simulation, rows: npt.NDArray[np.float64], seconds: float) -> dict[str, Any]:
+def diagnostics_of(simulation: Simulation, rows: Floats, seconds: float) -> dict[str, Any]:
     """How a run was computed; ``rows`` are the sums of its paths."""
     from llvmlite.binding import get_host_cpu_name
     from numba.core.config import CPU_NAME

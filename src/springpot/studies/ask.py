@@ -17,8 +17,6 @@ from springpot.studies.store import open_store
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["open_study", "study"]
-
 
 def open_study(store: str | Path) -> xarray.DataTree:
     """Open a store: all results of a study so far, labelled, read from disk at first use.

@@ -13,8 +13,6 @@ from pydantic import BeforeValidator, WithJsonSchema
 from springpot.machine.arguments import finite_number
 from springpot.machine.faults import shown
 
-__all__ = ["MOST_VALUES", "Axis", "flattened", "some_points", "spread"]
-
 MOST_VALUES = 1_000_000  # on all axes together
 _FORMS = ("linspace", "geomspace")
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from springpot.simulation import Run
     from springpot.simulation.rare.search import ExceedanceCurve
 
-__all__ = ["Column", "columns_of", "levels_of", "names_in_results", "numbers_of_curves", "numbers_of_run", "scalars_of"]
-
 SAID = {
     "": "",
     "_se": "standard error of ",

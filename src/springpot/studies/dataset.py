@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import is_controlled
 from springpot.problem.numbers import label_of, unit_of
 from springpot.studies.columns import SAID, Column, levels_of
@@ -22,8 +23,6 @@ from springpot.studies.tasks import Answer, tasks
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["Results", "open_tree", "result_columns"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Results:
         """Of each column its place among the numbers."""
         return {column.name: place for place, column in enumerate(self.store.study.columns_of(self.method))}
 
-    def numbers(self, column: str) -> npt.NDArray[np.float64]:
+    def numbers(self, column: str) -> Floats:
         """Of all points; NaN where there are none."""
         place = self.places.get(column)
         return np.array([math.nan if answer is None or place is None else answer.numbers[place] for answer in self.all])
@@ -139,7 +138,7 @@ def _variables(answers: list[Results], shape: Mapping[str, int], prefix: str, st
         if not ending and f"{name}_se" in joined:
             attributes["ancillary_variables"] = f"{name}_se"
 
-        def read(part: Results, own: list[Column] = own) -> npt.NDArray[np.float64]:
+        def read(part: Results, own: list[Column] = own) -> Floats:
             return np.stack([part.numbers(column.name) for column in own], axis=-1)
 
         more = {dimension: len(own)} if dimension else {}

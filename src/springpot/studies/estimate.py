@@ -11,8 +11,6 @@ from springpot.studies.axes import spread
 from springpot.studies.question import Study
 from springpot.studies.tasks import SENTENCES, Task, check_some, compute, task_at
 
-__all__ = ["Estimate", "estimate"]
-
 SAMPLE = 12  # tasks of a method that are tried
 LARGEST_SAMPLE = 1.0  # s spent on each method
 CHECKED = 500  # points at which the settings of Monte Carlo are checked

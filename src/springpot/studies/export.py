@@ -13,8 +13,6 @@ from springpot.studies.dataset import Results, open_tree, result_columns
 from springpot.studies.labelled import write_zarr
 from springpot.studies.store import Store, is_store, metadata_of, whole_folder
 
-__all__ = ["export"]
-
 
 def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write all results of a store to one file or folder.

@@ -30,8 +30,6 @@ from springpot.studies.tasks import tasks
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Status", "finish", "status", "take_away_labelled", "write_zarr"]
-
 ANSWERS, FILES = "springpot_answers_sha256", "labelled_sha256"
 LARGEST = 2**31  # bytes of one of its files
 

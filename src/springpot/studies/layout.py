@@ -25,8 +25,6 @@ from springpot.studies.columns import Column
 from springpot.studies.tables import SIMULATED
 from springpot.studies.tasks import SENTENCES, SLOTS
 
-__all__ = ["ARRAYS", "LABELLED", "metadata", "open_arrays", "place_of", "root"]
-
 ARRAYS = ("numbers", "sentences")
 LABELLED = "labelled"  # the group of a finished study
 NOT_IN_THE_FORMAT = "Consolidated metadata"  # an extension by Zarr and xarray, which other readers ignore

@@ -45,8 +45,6 @@ from springpot.studies.tables import (
 from springpot.studies.wording import sentence, unknown_key
 from springpot.theory.registry import METHODS
 
-__all__ = ["PARAMETERS", "Axis", "MonteCarlo", "Study", "read_study"]
-
 MOST_TASKS = 10_000_000
 SYSTEMS_CHECKED = 1000  # points of a grid at which a system is made when the study is read, and all corners
 

@@ -38,20 +38,6 @@ from springpot.studies.question import Study, read_study
 from springpot.studies.tables import SIMULATED
 from springpot.studies.tasks import SENTENCES, Answer, Task, tasks
 
-__all__ = [
-    "ATTRIBUTE",
-    "Damaged",
-    "Store",
-    "StoreError",
-    "document",
-    "is_store",
-    "metadata_of",
-    "open_store",
-    "root_of",
-    "whole_folder",
-    "writing",
-]
-
 FORMAT = 1
 ATTRIBUTE = "springpot_study"
 REPETITIONS = ".repetitions"

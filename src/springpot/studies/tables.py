@@ -23,8 +23,6 @@ from springpot.simulation.plan.options import hints
 from springpot.studies.axes import Axis
 from springpot.theory.registry import METHODS
 
-__all__ = ["PARAMETERS", "SIMULATED", "Device", "Exceeding", "Fixed", "Method", "MonteCarlo", "Strict", "of_either"]
-
 SIMULATED = ("monte_carlo", "exceedance")
 """Methods with random numbers; each has a table of its settings in the file."""
 

@@ -24,17 +24,6 @@ from springpot.studies.columns import columns_of, numbers_of_curves, numbers_of_
 from springpot.studies.question import Point, Study, system_at
 from springpot.studies.tables import SIMULATED
 
-__all__ = [
-    "SENTENCES",
-    "SLOTS",
-    "Answer",
-    "Task",
-    "check_some",
-    "compute",
-    "task_at",
-    "tasks",
-]
-
 SLOTS = 2**60
 """Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
 SENTENCES = 4096  # bytes kept of each result's statement and warnings

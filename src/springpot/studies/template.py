@@ -12,8 +12,6 @@ from springpot.theory.registry import METHODS
 from springpot.theory.result import MOMENTS
 from springpot.theory.solve import solve_one
 
-__all__ = ["OF_OSCILLATORS", "TEMPLATE", "of_system"]
-
 _TRIED = "linear", "envelope", "linearization"  # quick, and for most systems; in the file where they have an answer
 
 TEMPLATE = """\

@@ -10,8 +10,6 @@ from pydantic import ValidationError
 
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = ["sentence", "unknown_key"]
-
 _WORDS = (
     ("Input should be ", "must be "),
     ("a valid dictionary or instance of Fixed", "a table"),

@@ -10,8 +10,6 @@ import os
 import sys
 import threading
 
-__all__ = ["main"]
-
 
 def _end_with_its_parent() -> None:
     while os.read(0, 1):

@@ -12,8 +12,6 @@ from contextlib import contextmanager
 
 from springpot.machine.one_thread import ONE_THREAD
 
-__all__ = ["Workers", "without_ctrl_c"]
-
 MOST_ENDS = 10  # of each worker, without a finished task in between
 
 

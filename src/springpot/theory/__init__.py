@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from springpot.machine.faults import NotCoveredError
+
 if TYPE_CHECKING:
     from springpot.theory.level_crossings import LevelRates, exceedance
     from springpot.theory.methods.averaging import Averaging, averaging
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from springpot.theory.methods.systems.linearization import Linearization, linearization
     from springpot.theory.methods.systems.path_integration import path_integration
     from springpot.theory.normal_modes import Modes, modes
-    from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, NotCoveredError, Result
+    from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
     from springpot.theory.solve import solve_all, solve_one
     from springpot.theory.spectral_fatigue import Fatigue, fatigue
     from springpot.theory.transients import Transient, transient
@@ -81,7 +83,7 @@ _PLACES = {
     "methods.systems.linearization": ("Linearization", "linearization"),
     "methods.systems.path_integration": ("path_integration",),
     "normal_modes": ("Modes", "modes"),
-    "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "NotCoveredError", "Result"),
+    "result": ("Moments", "NoConvergenceError", "NoStationaryStateError", "Result"),
     "solve": ("solve_all", "solve_one"),
     "spectral_fatigue": ("Fatigue", "fatigue"),
     "transients": ("Transient", "transient"),

@@ -11,16 +11,14 @@ from functools import cached_property
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.theory.distributions import numbers_only
 from springpot.theory.problem import Units
-from springpot.theory.result import NotCoveredError, Result
-
-__all__ = ["Densities", "DensitiesOfAmplitude", "Law", "LawOfAmplitude", "WithLaw"]
-
-FloatArray = NDArray[np.float64]
+from springpot.theory.result import Result
 
 
 class Law(Protocol):
@@ -30,23 +28,23 @@ class Law(Protocol):
     def units(self) -> Units:
         """Conversion to m and m/s."""
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Of the displacement."""
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Of the velocity."""
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """Of both, for arrays of one shape."""
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Of the speed just before an impact."""
 
 
 class LawOfAmplitude(Law, Protocol):
     """A law that also has the density of A = sqrt(x^2 + v^2 / Omega^2)."""
 
-    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+    def amplitude(self, amplitude: Floats) -> Floats:
         """Of A over the unit of length."""
 
 
@@ -84,7 +82,7 @@ class Densities(WithLaw[L]):
         return Dimensionless.of(self.system)
 
     @numbers_only
-    def x_density(self, displacement: ArrayLike, time: float | None = None) -> FloatArray:
+    def x_density(self, displacement: ArrayLike, time: float | None = None) -> Floats:
         """Density of x, in 1/m.
 
         Parameters
@@ -115,7 +113,7 @@ class Densities(WithLaw[L]):
         return np.asarray(law.x(law.units.place(displacement)) / law.units.length)
 
     @numbers_only
-    def v_density(self, velocity: ArrayLike, time: float | None = None) -> FloatArray:
+    def v_density(self, velocity: ArrayLike, time: float | None = None) -> Floats:
         """Density of the velocity, in s/m; with a lossy wall it is not symmetric.
 
         Parameters and errors are those of `x_density`, with v in m/s.
@@ -130,7 +128,7 @@ class Densities(WithLaw[L]):
         return np.asarray(law.v(law.units.pace(velocity)) / law.units.speed)
 
     @numbers_only
-    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike, time: float | None = None) -> FloatArray:
+    def joint_density(self, displacement: ArrayLike, velocity: ArrayLike, time: float | None = None) -> Floats:
         """Density of (x, v), in s/m^2; the arguments are broadcast.
 
         Parameters and errors are those of `x_density`, with x in m and v in m/s.
@@ -145,7 +143,7 @@ class Densities(WithLaw[L]):
         return np.asarray(law.joint(units.place(displacement), units.pace(velocity)) / (units.length * units.speed))
 
     @numbers_only
-    def impact_speed_density(self, speed: ArrayLike, time: float | None = None) -> FloatArray:
+    def impact_speed_density(self, speed: ArrayLike, time: float | None = None) -> Floats:
         """Density of the speed just before an impact, in s/m.
 
         Parameters and errors are those of `x_density`, with the speed in m/s.
@@ -180,7 +178,7 @@ class DensitiesOfAmplitude(Densities[A]):
     """A result that also has the densities of amplitude and energy."""
 
     @numbers_only
-    def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> FloatArray:
+    def amplitude_density(self, amplitude: ArrayLike, time: float | None = None) -> Floats:
         """Density of A = sqrt(x^2 + v^2 / Omega^2), in 1/m.
 
         Parameters and errors are those of `x_density`, with A in m.
@@ -194,7 +192,7 @@ class DensitiesOfAmplitude(Densities[A]):
         return self._amplitude(np.asarray(amplitude), time)
 
     @numbers_only
-    def energy_density(self, energy: ArrayLike, time: float | None = None) -> FloatArray:
+    def energy_density(self, energy: ArrayLike, time: float | None = None) -> Floats:
         """Density of the energy per unit mass, H = v^2 / 2 + Omega^2 x^2 / 2 = (Omega A)^2 / 2, in s^2/m^2.
 
         Parameters and errors are those of `x_density`, with H in m^2/s^2.
@@ -209,6 +207,6 @@ class DensitiesOfAmplitude(Densities[A]):
         a = np.sqrt(np.maximum(2.0 * h, np.finfo(float).tiny)) / omega
         return np.where(h >= 0.0, self._amplitude(a, time) / (omega * omega * a), 0.0)
 
-    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+    def _amplitude(self, a: Floats, time: float | None) -> Floats:
         law = self._at(time)
         return np.asarray(law.amplitude(a / law.units.length) / law.units.length)

@@ -9,16 +9,14 @@ from functools import wraps
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-__all__ = ["finite_array", "hoyt", "modulus_correlation", "normal", "numbers_only", "rayleigh", "real_array", "times"]
-
-FloatArray = NDArray[np.float64]
+from springpot.machine.arrays import Floats
 
 _FAR = 60.0  # standard deviations at which a normal or Rayleigh density is exactly 0 in double precision
 
 
-def real_array(value: ArrayLike, name: str) -> FloatArray:
+def real_array(value: ArrayLike, name: str) -> Floats:
     """Real numbers as an array of floats; ``name`` is the argument's name in the error.
 
     Raises
@@ -40,7 +38,7 @@ def real_array(value: ArrayLike, name: str) -> FloatArray:
     return np.asarray(array, dtype=float)
 
 
-def finite_array(value: ArrayLike, name: str) -> FloatArray:
+def finite_array(value: ArrayLike, name: str) -> Floats:
     """Finite real numbers as an array of floats; ``name`` is the argument's name in the error.
 
     Raises
@@ -59,7 +57,7 @@ def finite_array(value: ArrayLike, name: str) -> FloatArray:
     return array
 
 
-def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> FloatArray:
+def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> Floats:
     """Times of at least 0 s, or the sizes of those of either sign, as an array of floats, which may be infinite.
 
     Raises
@@ -80,7 +78,7 @@ def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> FloatArr
     return t
 
 
-def normal(value: FloatArray, variance: float) -> FloatArray:
+def normal(value: Floats, variance: float) -> Floats:
     """Normal density of mean 0.
 
     Examples
@@ -93,7 +91,7 @@ def normal(value: FloatArray, variance: float) -> FloatArray:
     return np.asarray(np.exp(-v * v / (2.0 * variance)) / math.sqrt(2.0 * math.pi * variance))
 
 
-def rayleigh(value: FloatArray, mean_square: float) -> FloatArray:
+def rayleigh(value: Floats, mean_square: float) -> Floats:
     """Rayleigh density: the modulus of two independent normals of variance mean_square / 2.
 
     Examples
@@ -105,7 +103,7 @@ def rayleigh(value: FloatArray, mean_square: float) -> FloatArray:
     return np.asarray(2.0 * r / mean_square * np.exp(-r * r / mean_square))
 
 
-def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
+def hoyt(value: Floats, first: float, second: float) -> Floats:
     """Hoyt's density: the modulus of two independent normals with these variances.
 
     Examples
@@ -122,7 +120,7 @@ def hoyt(value: FloatArray, first: float, second: float) -> FloatArray:
     return np.asarray(a / math.sqrt(first * second) * special.ive(0, z) * np.exp(-a * a / (2.0 * wide)))
 
 
-def modulus_correlation(rho: FloatArray) -> FloatArray:
+def modulus_correlation(rho: Floats) -> Floats:
     """<|y| |z|> of two standard normals of correlation ``rho``: 1 at rho = +-1, 2 / pi at rho = 0.
 
     Examples
@@ -133,7 +131,7 @@ def modulus_correlation(rho: FloatArray) -> FloatArray:
     return np.asarray(2.0 / math.pi * (np.sqrt((1.0 - rho) * (1.0 + rho)) + rho * np.arcsin(rho)))
 
 
-def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray]:
+def numbers_only(density: Callable[..., Floats]) -> Callable[..., Floats]:
     """Decorator of a density, which is then called with arrays of finite numbers: it is NaN at NaN and 0 at infinity.
 
     A parameter ``time`` is passed on unchanged.  Overflow is not reported: it gives infinity, where a density is 0.
@@ -147,7 +145,7 @@ def numbers_only(density: Callable[..., FloatArray]) -> Callable[..., FloatArray
     places = [name for name in signature.parameters if name not in ("self", "time")]
 
     @wraps(density)
-    def everywhere(self: Any, *arguments: Any, **named: Any) -> FloatArray:
+    def everywhere(self: Any, *arguments: Any, **named: Any) -> Floats:
         bound = signature.bind(self, *arguments, **named).arguments
         rest = {name: value for name, value in bound.items() if name == "time"}
         with np.errstate(over="ignore"):

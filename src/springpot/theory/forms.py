@@ -9,8 +9,6 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 
-__all__ = ["form_of"]
-
 Answer = TypeVar("Answer")
 
 

@@ -8,9 +8,10 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Complexes, Floats
 
 __all__ = [
     "coefficients",
@@ -21,8 +22,7 @@ __all__ = [
     "truncation_error",
 ]
 
-FloatArray = NDArray[np.float64]
-_Branch = Callable[[FloatArray], FloatArray]
+_Branch = Callable[[Floats], Floats]
 
 # Below this phase k t a Gauss-Jacobi rule resolves the oscillation; above it the tail from k t to infinity is smooth
 # along the imaginary direction, for a Gauss-Laguerre rule.  Both are accurate to rounding on their side.
@@ -30,7 +30,7 @@ _SWITCH = 12.0
 _NODES = 40
 
 
-def coefficients(terms: int) -> FloatArray:
+def coefficients(terms: int) -> Floats:
     """Coefficients A_m of \\|cos p\\| = 2/pi - sum_m A_m cos 2mp, for m = 1 ... terms (paper's Eq. 10).
 
     Parameters
@@ -57,7 +57,7 @@ def coefficients(terms: int) -> FloatArray:
     return 4.0 / math.pi * np.where(m % 2 == 0, 1.0, -1.0) / (4.0 * m * m - 1.0)
 
 
-def partial_sum(phase: ArrayLike, terms: int) -> FloatArray:
+def partial_sum(phase: ArrayLike, terms: int) -> Floats:
     """Sum of the series of \\|cos p\\| up to m = terms (paper's Eq. 10, Fig. 1).
 
     Parameters
@@ -88,7 +88,7 @@ def partial_sum(phase: ArrayLike, terms: int) -> FloatArray:
     return np.asarray(2.0 / math.pi - harmonics @ amplitudes)
 
 
-def truncation_error(phase: ArrayLike, terms: int) -> FloatArray:
+def truncation_error(phase: ArrayLike, terms: int) -> Floats:
     """The partial sum minus \\|cos p\\|.
 
     Parameters and errors are those of `partial_sum`; the result has the shape of ``phase`` and never exceeds
@@ -132,7 +132,7 @@ def truncation_bound(terms: int) -> float:
 
 def cosine_integral(
     wavenumber: ArrayLike, time: ArrayLike, alpha: float, *, form: Literal["exact", "asymptotic"] = "exact"
-) -> FloatArray:
+) -> Floats:
     """int_0^t cos(k s) s^-alpha ds (paper's Eq. 13a).
 
     Parameters
@@ -175,7 +175,7 @@ def cosine_integral(
         return np.asarray(k ** (a - 1.0) * (limit + np.sin(z) / z**a))
     nodes, weights = _jacobi(a)
 
-    def near(phase: FloatArray) -> FloatArray:
+    def near(phase: Floats) -> Floats:
         # cos = 1 - 2 sin^2: the singular part, 1/(1 - alpha), is analytical, so that no digits are lost for alpha -> 1
         dip = 2.0 * np.sin(np.multiply.outer(phase, nodes / 2.0)) ** 2
         return np.asarray(phase ** (1.0 - a) * (1.0 / (1.0 - a) - dip @ weights))
@@ -185,7 +185,7 @@ def cosine_integral(
 
 def sine_integral(
     wavenumber: ArrayLike, time: ArrayLike, alpha: float, *, form: Literal["exact", "asymptotic"] = "exact"
-) -> FloatArray:
+) -> Floats:
     """int_0^t sin(k s) s^-alpha ds (paper's Eq. 13b).
 
     Parameters
@@ -224,7 +224,7 @@ def sine_integral(
         return np.asarray(k ** (a - 1.0) * (limit - np.cos(z) / z**a))
     nodes, weights = _jacobi(a)
 
-    def near(phase: FloatArray) -> FloatArray:
+    def near(phase: Floats) -> Floats:
         return np.asarray(phase ** (1.0 - a) * (np.sin(np.multiply.outer(phase, nodes)) @ weights))
 
     return np.asarray(k ** (a - 1.0) * _by_size(z, near, lambda phase: limit + _tail(phase, a).imag))
@@ -238,7 +238,7 @@ def _count(terms: int) -> int:
     return int(terms)
 
 
-def _phase(wavenumber: ArrayLike, time: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _phase(wavenumber: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:
     """k and k t, broadcast."""
     k, t = np.broadcast_arrays(np.asarray(wavenumber, dtype=float), np.asarray(time, dtype=float))
     z = k * t
@@ -253,7 +253,7 @@ def _is_asymptotic(form: str) -> bool:
     return form == "asymptotic"
 
 
-def _by_size(z: FloatArray, near: _Branch, far: _Branch) -> FloatArray:
+def _by_size(z: Floats, near: _Branch, far: _Branch) -> Floats:
     result = np.empty(z.shape)
     small = z <= _SWITCH
     result[small] = near(z[small])
@@ -262,7 +262,7 @@ def _by_size(z: FloatArray, near: _Branch, far: _Branch) -> FloatArray:
 
 
 @lru_cache(maxsize=32)
-def _jacobi(alpha: float) -> tuple[FloatArray, FloatArray]:
+def _jacobi(alpha: float) -> tuple[Floats, Floats]:
     """Rule for int_0^1 g(u) u^-alpha du with g(0) = 0: nodes u and weights for g(u)."""
     from scipy import special  # slow to import, and most runs need none of it
 
@@ -272,14 +272,14 @@ def _jacobi(alpha: float) -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=1)
-def _laguerre() -> tuple[FloatArray, FloatArray]:
+def _laguerre() -> tuple[Floats, Floats]:
     from scipy import special  # slow to import, and most runs need none of it
 
     x, w = special.roots_laguerre(_NODES)
     return x, w
 
 
-def _tail(phase: FloatArray, alpha: float) -> NDArray[np.complex128]:
+def _tail(phase: Floats, alpha: float) -> Complexes:
     """-int_z^inf e^(iu) u^-alpha du, along u = z + i y, where it decays without oscillating."""
     y, w = _laguerre()
     smooth = (phase[:, None] + 1j * y) ** -alpha @ w

@@ -8,18 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.method import Envelope, envelope
 from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
-
-__all__ = ["LevelRates", "exceedance"]
-
-FloatArray = NDArray[np.float64]
 
 _EVEN = 1e-6  # standard deviations of a mean that counts as 0
 MEASURED = {
@@ -54,9 +50,9 @@ class LevelRates:
     """
 
     name: str
-    levels: FloatArray
-    at_start: FloatArray
-    rate: Mapping[str, FloatArray]
+    levels: Floats
+    at_start: Floats
+    rate: Mapping[str, Floats]
     crossing_rate: float
     bandwidth: float
 
@@ -66,11 +62,11 @@ class LevelRates:
         return {name: MEASURED[name] for name in self.rate}
 
     @property
-    def return_period(self) -> Mapping[str, FloatArray]:
+    def return_period(self) -> Mapping[str, Floats]:
         """Mean time between exceedances in s, one over the rate, by each formula."""
         return {name: 1.0 / rate for name, rate in self.rate.items()}
 
-    def probability(self, duration: float) -> Mapping[str, FloatArray]:
+    def probability(self, duration: float) -> Mapping[str, Floats]:
         """Probability that each level is exceeded within a time, by each formula; that of Rice's rate is a bound.
 
         Parameters
@@ -197,7 +193,7 @@ def _moments(response: LinearResponse, place: str) -> tuple[float, float, float,
     return mean, deviation, frequency / (2.0 * math.pi), bandwidth
 
 
-def _of_the_envelope(system: System, levels: FloatArray, both: bool) -> dict[str, FloatArray]:
+def _of_the_envelope(system: System, levels: Floats, both: bool) -> dict[str, Floats]:
     """The rate from the diffusion of the amplitude, if it covers this system and these levels."""
     name = "distance" if both else "x"
     try:

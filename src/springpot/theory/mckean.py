@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["COLLAPSE_BELOW", "slow_impact_power"]
-
 COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 """Restitution (0.163) at and below which white noise makes infinitely many impacts in a finite time."""
 

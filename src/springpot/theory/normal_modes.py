@@ -6,13 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.problem.system import System, checked_system
-
-__all__ = ["Modes", "free_motion", "modes", "unseen_mode"]
-
-FloatArray = NDArray[np.float64]
 
 _EQUAL = 1e-9  # frequencies that are one, and what a row sees of a mode that does not move it
 
@@ -35,12 +31,12 @@ class Modes:
     """
 
     points: tuple[str, ...]
-    frequencies: FloatArray
-    shapes: FloatArray
-    participations: FloatArray
+    frequencies: Floats
+    shapes: Floats
+    participations: Floats
 
     @property
-    def effective_masses(self) -> FloatArray:
+    def effective_masses(self) -> Floats:
         """The squares of the participations, in kg: they add up to the mass of the whole."""
         return np.asarray(self.participations**2)
 
@@ -86,7 +82,7 @@ def modes(system: System) -> Modes:
     return Modes(at.points, frequencies, at.rows @ shapes * signs, participations * signs)
 
 
-def free_motion(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+def free_motion(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
     """The squares of the frequencies, rising, and the shapes, in columns of unit modal mass.
 
     Examples
@@ -100,7 +96,7 @@ def free_motion(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, Fl
     return squares, root.T @ ways
 
 
-def unseen_mode(squares: FloatArray, shapes: FloatArray, rows: Sequence[FloatArray]) -> float | None:
+def unseen_mode(squares: Floats, shapes: Floats, rows: Sequence[Floats]) -> float | None:
     """The frequency of a mode of `free_motion` that stretches none of some rows; None if there is none.
 
     Examples

@@ -10,14 +10,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.numerics.contours import mean_squares
 from springpot.theory.result import NEVER_STRUCK, Moments, moments_of
-
-__all__ = ["Problem", "Units", "at_rest", "endless", "free_mean_squares", "problem_and_units"]
 
 
 @dataclass(frozen=True)
@@ -75,11 +74,11 @@ class Units:
         """In s."""
         return 1.0 / self.frequency
 
-    def place(self, displacement: ArrayLike) -> NDArray[np.float64]:
+    def place(self, displacement: ArrayLike) -> Floats:
         """Dimensionless displacements from the origin, away from the wall."""
         return np.asarray(self.side * (np.asarray(displacement) - self.origin) / self.length)
 
-    def pace(self, velocity: ArrayLike) -> NDArray[np.float64]:
+    def pace(self, velocity: ArrayLike) -> Floats:
         """Dimensionless velocities, away from the wall."""
         return np.asarray(self.side * np.asarray(velocity) / self.speed)
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from springpot.problem.system import System
     from springpot.theory.result import Result
 
-__all__ = ["METHODS", "Method"]
-
 
 @dataclass(frozen=True)
 class Method:

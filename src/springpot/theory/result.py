@@ -6,31 +6,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts.checks import put
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.system import System
 from springpot.theory.walls import about_walls
-
-__all__ = [
-    "MOMENTS",
-    "NEVER_STRUCK",
-    "OF_A_POINT",
-    "OF_A_WALL",
-    "OF_A_WALL_OF_SEVERAL",
-    "OF_ENDS",
-    "ROUNDED",
-    "Moments",
-    "NoConvergenceError",
-    "NoStationaryStateError",
-    "NotCoveredError",
-    "Result",
-    "moments_of",
-    "moments_of_points",
-    "names_of_moments",
-    "names_of_results",
-    "no_answer",
-]
 
 ROUNDED = 1.0 + 1e-9
 """Factor on limits of what is covered, so that rounding errors do not exceed them."""

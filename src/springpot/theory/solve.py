@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from springpot.machine.faults import known_word
+from springpot.machine.faults import NotCoveredError, known_word
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
-from springpot.theory.result import NoConvergenceError, NotCoveredError, Result
-
-__all__ = ["grouped", "solve_all", "solve_one"]
+from springpot.theory.result import NoConvergenceError, Result
 
 _MOST_NAMES = 6  # before a sentence
 

@@ -10,8 +10,6 @@ from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.basquin import Basquin
 from springpot.problem.system import System
 
-__all__ = ["Fatigue", "damage_rates", "fatigue"]
-
 ORDERS = (0.0, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Powers of the frequency in the spectral moments that the formulas take."""
 

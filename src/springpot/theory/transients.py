@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System, checked_system
@@ -34,10 +35,6 @@ from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.linearization import NearestLinear, nearest_in_time
 from springpot.theory.methods.systems.states import States, states_of
 from springpot.theory.normal_modes import free_motion
-
-__all__ = ["Transient", "transient"]
-
-FloatArray = npt.NDArray[np.float64]
 
 _REACH = "The transient covers systems from rest"
 _STEPS = 800  # of the time that is asked for, and of an envelope
@@ -73,13 +70,13 @@ class Transient:
         What was assumed, and where that is far from true.
     """
 
-    time: FloatArray
-    numbers: dict[str, FloatArray] = field(repr=False)
+    time: Floats
+    numbers: dict[str, Floats] = field(repr=False)
     is_exact: bool = True
     assumptions: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
-    def __getattr__(self, name: str) -> FloatArray:
+    def __getattr__(self, name: str) -> Floats:
         try:
             return self.__dict__["numbers"][name]  # type: ignore[no-any-return]
         except KeyError:
@@ -157,7 +154,7 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     return Transient(times, {name: found[:, n].reshape(times.shape) for n, name in enumerate(rows)})
 
 
-def _linearized(system: System, nearest: NearestLinear, times: FloatArray, end: float) -> Transient:
+def _linearized(system: System, nearest: NearestLinear, times: Floats, end: float) -> Transient:
     """By the linear system of each time, with steps and memory for the fastest of them."""
     own, still = nearest.companion, np.zeros(len(nearest.force))
     if any(isinstance(noise, SpectralExcitation) for noise in own.noises):
@@ -192,7 +189,7 @@ def _linearized(system: System, nearest: NearestLinear, times: FloatArray, end: 
     )  # fmt: skip
 
 
-def _fastest(mass: FloatArray, stiffness: FloatArray) -> float:
+def _fastest(mass: Floats, stiffness: Floats) -> float:
     """The highest natural frequency, in rad/s."""
     squares, _ = free_motion(mass, stiffness)
     return math.sqrt(float(squares[-1]))
@@ -212,13 +209,13 @@ class _Beyond:
         self.back = np.linalg.inv(states.root).T  # from states to displacements
         self.spreads = np.zeros((len(nearest.bent), 2))
 
-    def equivalents(self, covariance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def equivalents(self, covariance: Floats) -> tuple[Floats, Floats, Floats]:
         """Spreads of the bent rows, stiffness and damping."""
         squares = [np.einsum("ri,ij,rj->r", rows, covariance, rows) for rows in (self.x, self.v)]
         spreads = np.sqrt(np.maximum(squares, 0.0)).T
         return spreads, *self.nearest.equivalents(self.still, spreads)[:2]
 
-    def act(self, covariance: FloatArray, time: float) -> FloatArray:
+    def act(self, covariance: Floats, time: float) -> Floats:
         """What an impulse over a time leaves of a covariance; dampers see the middle of it."""
         if time == 0.0:
             return covariance
@@ -229,7 +226,7 @@ class _Beyond:
             self.fastest = max(self.fastest, _fastest(self.states.companion.mass, stiffness))
         return self._moved(covariance, time, stiffness, damping)
 
-    def _moved(self, covariance: FloatArray, time: float, stiffness: FloatArray, damping: FloatArray) -> FloatArray:
+    def _moved(self, covariance: Floats, time: float, stiffness: Floats, damping: Floats) -> Floats:
         own, light, many = self.states.companion, self.states.light, len(self.still)
         damps = 0.5 * time * light @ (damping - own.damping) @ light.T
         taken: Any = np.linalg.solve(
@@ -241,9 +238,9 @@ class _Beyond:
         return np.asarray(step @ covariance @ step.T)
 
 
-def _rows(system: System, states: States) -> dict[str, FloatArray]:
+def _rows(system: System, states: States) -> dict[str, Floats]:
     """The state's rows of all results, by name."""
-    at, found = system.coordinates, dict[str, FloatArray]()
+    at, found = system.coordinates, dict[str, Floats]()
     for point, row in zip(at.points, at.rows, strict=True):
         name = f"{point}_" if len(system.points) > 1 else ""
         found |= {f"{name}x_mean_square": states.x(row), f"{name}v_mean_square": states.v(row)}
@@ -252,7 +249,7 @@ def _rows(system: System, states: States) -> dict[str, FloatArray]:
     return found
 
 
-def _steps(states: States, asked: FloatArray, most: float = math.inf) -> Iterator[tuple[float, float, bool]]:
+def _steps(states: States, asked: Floats, most: float = math.inf) -> Iterator[tuple[float, float, bool]]:
     """Begin and length of each step, and whether a time that was asked for is its end; one of no length is time 0.
 
     None is longer than ``most``.
@@ -289,14 +286,14 @@ def _mean_square(noise: Any, begin: float, length: float) -> float:
 
 
 def _driven_white(
-    states: States, seen: FloatArray, steps: list[tuple[float, float, bool]], beyond: _Beyond | None = None
-) -> FloatArray:
+    states: States, seen: Floats, steps: list[tuple[float, float, bool]], beyond: _Beyond | None = None
+) -> Floats:
     """Mean squares under the noises that white noise drives, at the times that were asked for."""
     from scipy import linalg  # slow to import
 
     noises = [(noise, vector) for noise, vector, _ in states.inputs if not isinstance(noise, SpectralExcitation)]
     changing = any(getattr(noise, "frequency_rate", 0.0) for noise, _ in noises)
-    size, known = len(states.rates), dict[float, tuple[FloatArray, list[FloatArray]]]()
+    size, known = len(states.rates), dict[float, tuple[Floats, list[Floats]]]()
     covariance, found = np.zeros((size, size)), []
     for begin, length, is_asked in steps:
         if changing or length not in known:
@@ -316,7 +313,7 @@ def _driven_white(
     return np.array(found)
 
 
-def _gathered(rates: FloatArray, b: FloatArray, length: float) -> FloatArray:
+def _gathered(rates: Floats, b: Floats, length: float) -> Floats:
     """The covariance that a white noise brings in a step: that of a short one, which is doubled."""
     from scipy import linalg  # slow to import
 
@@ -333,16 +330,16 @@ def _gathered(rates: FloatArray, b: FloatArray, length: float) -> FloatArray:
     return np.asarray(0.5 * (spread + spread.T))
 
 
-def _simpson(half: FloatArray, b: FloatArray, length: float) -> FloatArray:
+def _simpson(half: Floats, b: Floats, length: float) -> Floats:
     """The same of a short step through a filter, without a matrix twice as large."""
     middle, end = half @ b, half @ (half @ b)
     return np.asarray(length / 6.0 * (np.outer(b, b) + 4.0 * np.outer(middle, middle) + np.outer(end, end)))
 
 
 def _of_density(
-    noise: SpectralExcitation, states: States, vector: FloatArray, seen: FloatArray,
+    noise: SpectralExcitation, states: States, vector: Floats, seen: Floats,
     steps: list[tuple[float, float, bool]], end: float,
-) -> FloatArray:  # fmt: skip
+) -> Floats:  # fmt: skip
     """Mean squares under a noise of a given spectral density, as sums over its frequencies."""
     inner = slice(0, states.own)
     values, ways = np.linalg.eig(states.rates[inner, inner])
@@ -353,7 +350,7 @@ def _of_density(
     weights = 2.0 * weights * np.array([noise.density(each) for each in w.tolist()])
     state, found = np.zeros((len(values), len(w)), complex), []
     known = dict[float, tuple[Any, Any, Any]]()
-    envelope: Callable[[Any], FloatArray] = np.ones_like if noise.envelope is None else noise.envelope.at
+    envelope: Callable[[Any], Floats] = np.ones_like if noise.envelope is None else noise.envelope.at
     for begin, length, is_asked in steps:
         if length > 0.0:
             if length not in known:
@@ -376,7 +373,7 @@ def _line(turned: Any, length: float, driven: Any) -> tuple[Any, Any, Any]:
     return moved, length * driven * (whole - last), length * driven * last
 
 
-def _frequencies(noise: SpectralExcitation, values: Any, end: float) -> tuple[FloatArray, FloatArray]:
+def _frequencies(noise: SpectralExcitation, values: Any, end: float) -> tuple[Floats, Floats]:
     """Nodes and weights of Gauss's rule in intervals of frequencies, short where the system is at resonance.
 
     Raises

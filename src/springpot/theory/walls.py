@@ -9,8 +9,6 @@ from springpot.problem.messages import Message, say
 from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 
-__all__ = ["about_walls"]
-
 FAR = 8.0  # standard deviations of x between its mean and a wall
 NEVER = 1e-6  # impacts in a natural period, at most, of a wall that is far
 PRESSED = 8.0  # force on a wall over that of the springs at a usual amplitude, Omega times the root mean square of v

@@ -19,14 +19,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.catalogue import unit_of
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
-from springpot.theory.result import MOMENTS, OF_A_WALL, Moments, NotCoveredError, Result
-
-__all__ = [
-    "ATLAS_FILE", "AtlasAnswer", "Table", "atlas", "crowding", "error_codes", "read_table", "restitution_at", "weights",
-]  # fmt: skip
+from springpot.theory.result import MOMENTS, OF_A_WALL, Moments, Result
 
 ATLAS_FILE = Path(__file__).with_name("atlas.npz")
 ORDERS, COEFFICIENTS, RESTITUTIONS, PLACES = (0.05, 1.0), (0.01, 10.0), (0.3, 1.0), (-2.0, 2.0)
@@ -35,8 +33,6 @@ EDGE = 1e-9  # relative margin of the ranges for rounding errors
 NORMAL = 1.959964
 COLLAPSE, BEYOND = 0.163, 1.003
 SMALLEST, RATIO = 1e-5, 1.05  # of the standard errors that are kept
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,6 @@ from typing import Any, ClassVar, Self
 from springpot.machine.arguments import LARGEST, Free, finite_number
 from springpot.machine.faults import listed, meant, shown
 
-__all__ = [
-    "Checked", "check_names", "coefficients", "fields_of", "is_said", "numbers_in", "plain", "put", "real", "signed",
-    "tabulated",
-]  # fmt: skip
-
 
 class Checked:
     """What every part and law is: it says which argument was meant where it is given one that it does not have.

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
 from springpot.problem.parts.checks import Checked, put, tabulated
 from springpot.problem.parts.registration import Number, check, kind_of, stated_numbers
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
 __all__ = ["Envelope", "ExponentialEnvelope", "JenningsHousnerEnvelope", "TabulatedEnvelope"]
@@ -42,7 +42,7 @@ class Envelope(Checked):
     def __post_init__(self) -> None:
         check(self)
 
-    def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def at(self, time: npt.ArrayLike) -> Floats:
         """e at times in s."""
         raise NotImplementedError
 
@@ -100,7 +100,7 @@ class JenningsHousnerEnvelope(Envelope):
         if self.fall < self.rise:
             raise ValueError(f"fall must not be before rise, {self.rise:g} s, but it is {self.fall:g} s.")
 
-    def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def at(self, time: npt.ArrayLike) -> Floats:
         """e at times in s."""
         import numpy as np  # slow to import
 
@@ -172,7 +172,7 @@ class ExponentialEnvelope(Envelope):
         top = self.peak_time
         return self.peak / (math.exp(-self.slow * top) - math.exp(-self.fast * top))
 
-    def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def at(self, time: npt.ArrayLike) -> Floats:
         """e at times in s."""
         import numpy as np  # slow to import
 
@@ -227,7 +227,7 @@ class TabulatedEnvelope(Envelope):
         """The largest value."""
         return max(self.values)
 
-    def at(self, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def at(self, time: npt.ArrayLike) -> Floats:
         """e at times in s."""
         import numpy as np  # slow to import
 

@@ -15,11 +15,6 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, fields_of, is_said, put
 
-__all__ = [
-    "Count", "Element", "Ends", "Instead", "Names", "Number", "Part", "PointName", "Power", "Slopes", "check",
-    "checked_ends", "in_range", "in_words", "kind_of", "per_unit_mass", "powers_of", "stated_numbers", "unit_times",
-]  # fmt: skip
-
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
 """What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
 of its own, taken from the motion, fed in or of either sign; fed in, with a mean known beforehand; taken by a stop."""

@@ -7,19 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import is_controlled
 from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.estimate.samples import errors_of_the_start, watched
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
-from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.transient import shares_missing
-
-__all__ = ["Budget", "Estimates", "combine", "orders_of_step"]
 
 BALANCE = "energy_residual"
 WITH_MEMORY = 0.737  # least order of the step's bias with a wall and an order of the springpot below 1

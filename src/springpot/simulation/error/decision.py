@@ -9,8 +9,6 @@ from typing import Literal
 
 from springpot.simulation.paths.statistics import NORMAL
 
-__all__ = ["FEWEST_PATHS", "MOST_FINER", "Known", "Move", "Standing", "bias_range", "decide"]
-
 SURE = 3.0  # standard errors beyond which a difference between steps is bias
 ROOM = 1.5  # least ratio of the aim to the part of the error that neither paths nor a shorter step reduce
 MARGIN = 0.93  # of the aim, for which paths are planned: the difference of the steps changes from round to round

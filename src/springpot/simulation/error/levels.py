@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.error.decision import FEWEST_PATHS
 from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
@@ -24,8 +24,6 @@ from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.plan.transient import shares_missing
-
-__all__ = ["FEWEST_PAIRS", "Level", "Levels", "first_pairs", "first_step", "level_plan", "levels_of"]
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on the first step for a loose tolerance, if the energy time is so long

@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, per_cent
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.catalogue import is_controlled, possible_results
@@ -41,14 +42,11 @@ from springpot.simulation.error.levels import (
 )
 from springpot.simulation.estimate.samples import has_damping, watched
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, check_motion
 from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads
-
-__all__ = ["Reached", "checked_quantities", "controllable", "reach"]
 
 FINEST_STEP = 1e-3  # in units of the shortest time scale
 PILOT_PATHS = (2048, 262_144)

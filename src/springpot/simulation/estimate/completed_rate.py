@@ -19,17 +19,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.theory.mckean import slow_impact_power
-
-__all__ = ["counts_of_fast_impacts", "with_completed_rate"]
-
-Floats = npt.NDArray[np.float64]
 
 _FIRST = len(HEADER)
 

@@ -25,12 +25,10 @@ import math
 
 import numpy as np
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier, Dashpot, FractionalMaxwell, Mass, Maxwell, Spring, Springpot, WhiteNoise
 from springpot.simulation.estimate.samples import taken_by_walls
-from springpot.simulation.lowering.compose import Floats
 from springpot.simulation.paths.simulation import Simulation
-
-__all__ = ["controls_of"]
 
 SUMMED = (Mass, Spring, Springpot, Dashpot, FractionalMaxwell, Maxwell, Barrier, WhiteNoise)
 """Parts whose forces the kernel sums; with any other part there is no control by momentum and virial."""

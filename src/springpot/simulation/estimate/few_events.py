@@ -12,14 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import NORMAL, UPPER, poisson_interval
-
-__all__ = ["FEW", "Watched", "about_few", "chance_below", "error_of_unseen", "errors_of_unseen", "interval"]
-
-Floats = npt.NDArray[np.float64]
 
 FEW = 10  # events, from which on a standard error says enough
 

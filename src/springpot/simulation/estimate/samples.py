@@ -6,8 +6,8 @@ import itertools
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import (
     Barrier,
@@ -18,24 +18,14 @@ from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.soft_contacts import Soft
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.several import PartsOfSeveral
-from springpot.simulation.lowering.walls import Soft
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
 
-__all__ = [
-    "errors_of_the_start",
-    "estimates_of",
-    "has_damping",
-    "samples_of",
-    "taken_by_walls",
-    "watched",
-]
-
-Floats = npt.NDArray[np.float64]
 Samples = dict[str, tuple[float, Floats]]
 
 

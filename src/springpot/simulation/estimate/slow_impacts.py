@@ -25,18 +25,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.plan.motion import StruckWalls
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 
 if TYPE_CHECKING:
     from springpot.simulation.watch.distributions import Distribution
 
-__all__ = [
-    "MARGIN", "SlowImpacts", "density_step_bias", "extrapolation_step", "impact_step_biases",
-    "missed_impacts", "quantile_step_bias", "slow_impact_order", "slow_impacts",
-]  # fmt: skip
-
-Floats = npt.NDArray[np.float64]
 
 MARGIN = 1.25
 """A bound is this many times the estimate: the law is accurate to about 20 %."""

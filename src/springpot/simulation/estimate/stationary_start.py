@@ -19,8 +19,6 @@ from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.plan import TOO_FAR_APART, Plan
 from springpot.simulation.plan.schemes import Splitting
 
-__all__ = ["adapt"]
-
 PILOT_PATHS = (8192, 65536)
 FEWEST_PATHS = 1024
 PILOT_PATH_STEPS = 2e8  # bound on the work of one pilot

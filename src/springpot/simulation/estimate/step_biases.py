@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_of_missed
 from springpot.simulation.estimate.slow_impacts import (
@@ -27,10 +27,6 @@ from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.watch.distributions import Distribution
 from springpot.theory.mckean import COLLAPSE_BELOW
-
-__all__ = ["fastest_speed_step_bias", "impact_biases", "step_biases"]
-
-Floats = npt.NDArray[np.float64]
 
 _COUNTABLE = 1.0001 * COLLAPSE_BELOW
 OVERSHOOT = 0.5826  # -zeta(1/2) / sqrt(2 pi)

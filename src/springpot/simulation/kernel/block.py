@@ -43,8 +43,6 @@ from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, repl
 from springpot.simulation.kernel.turning import NUMBERS, turn
 from springpot.simulation.kernel.watching import Accumulators, is_seen, show_steps
 
-__all__ = ["COLUMNS", "Memory", "Parts", "block", "modes_of"]
-
 # Output of a block for every path: sums over the steps of the window, then values at instants.  After them come the
 # works of the named forces and the sums that the wall keeps beside these.
 COLUMNS = (

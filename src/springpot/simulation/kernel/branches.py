@@ -18,15 +18,11 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.lanes import ENTRY, GROUP, LANES, no, u32, yes
 from springpot.simulation.kernel.questions import answers
 from springpot.simulation.kernel.random import number_lanes, philox
-
-__all__ = [
-    "MARKS", "NO_BRANCHES", "Branches", "Kept", "NoBranches", "birth", "choose_parents", "closed", "keep",
-    "may_be_crowded", "name_paths", "opened",
-]  # fmt: skip
 
 Numbers = npt.NDArray[np.int64]
 
@@ -37,7 +33,7 @@ _PARENTS = 0x20000000  # counter word of the numbers that choose parents
 class Kept(NamedTuple):
     """Kept states, one in a row: the pool that all calls share."""
 
-    state: npt.NDArray[np.float64]  # x and v of each coordinate, and the marks
+    state: Floats  # x and v of each coordinate, and the marks
     memory: npt.NDArray[np.floating]  # of each row the two newest increments and its force in four steps; the modes
     sources: npt.NDArray[np.floating]  # states of the forces
     step: Numbers
@@ -53,8 +49,8 @@ class Branches(NamedTuple):
     who: npt.NDArray[np.uint32]  # numbers of the paths
     origin: Numbers  # row of the kept state to start from, or -1: from the start of a run
     born: Numbers  # the step of that state; not sooner than that of the path before it in the block
-    marks: npt.NDArray[np.float64]  # of the present block, as the observer has them: (MARKS * LANES,)
-    ends: npt.NDArray[np.float64]  # (paths, MARKS) at the start of a run; they become those at the end
+    marks: Floats  # of the present block, as the observer has them: (MARKS * LANES,)
+    ends: Floats  # (paths, MARKS) at the start of a run; they become those at the end
     head: Numbers  # the first row of each path, or -1
     free: Numbers  # rows of the pool that this call may use
     used: Numbers  # (2,) how many of them it has used, and how many states found no row

@@ -44,8 +44,6 @@ try:  # private names of Numba: where one is missing nothing is cached
 except ImportError:
     FunctionCache = None
 
-__all__ = ["cached", "callback", "find_folder"]
-
 _SOURCES = b"".join(f.read_bytes() for f in sorted(Path(__file__).parents[1].rglob("*.py")))
 _COMPILER = f"{numba.__version__} {llvmlite.__version__} {sys.version} {QUICK}"
 _DIGEST = hashlib.sha256(_SOURCES + _COMPILER.encode()).hexdigest()

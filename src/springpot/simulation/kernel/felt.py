@@ -11,8 +11,6 @@ from numba import njit
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, f64
 from springpot.simulation.kernel.soft_contacts import force_of_contact
 
-__all__ = ["MOST_FELT", "NUMBERS", "feel", "record_felt"]
-
 MOST_FELT = 40
 NUMBERS = 20
 """Of a term: ten coefficients of springs; the weights of the force of dampers and memory, of the velocity, of a contact

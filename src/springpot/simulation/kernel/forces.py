@@ -15,11 +15,6 @@ from numba import njit
 from springpot.simulation.kernel.lanes import INLINE, LANES, greater, lesser, typed
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 
-__all__ = [
-    "CoulombDamper", "Cubic", "Nonic", "Parametric", "PowerDamper", "Sum", "VanDerPolDamper", "White", "cubic", "nonic",
-    "only_pushes", "register_damper",
-]  # fmt: skip
-
 
 class White(NamedTuple):
     """White noise."""

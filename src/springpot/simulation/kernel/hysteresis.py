@@ -16,8 +16,6 @@ from springpot.simulation.kernel.forces import register_damper
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, greater, lesser, typed
 from springpot.simulation.kernel.questions import answers, damp
 
-__all__ = ["STATES", "AnyPower", "Hysteresis", "Plastic", "WholePower"]
-
 STATES = 6 + GROUP
 """Of a part: slider, x and velocity after the last kick before the group, and after the last kick; z in the four steps.
 

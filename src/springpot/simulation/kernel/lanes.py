@@ -15,12 +15,6 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-__all__ = [
-    "ENTRY", "FAST", "GROUP", "INLINE", "LANES", "LINKED", "MOST_CONTACTS", "MOST_EXTRAS", "MOST_FORCES", "MOST_MODES",
-    "MOST_STATES", "OF_USER", "QUICK", "SPARE", "beyond", "bits_of", "f32", "f64", "float_of", "greater", "i8", "i32",
-    "lesser", "lowest_bit", "marked_lanes", "no", "stack_array", "typed", "u32", "u64", "yes",
-]  # fmt: skip
-
 LANES = 64  # paths of a block, advanced together
 GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
 MOST_MODES = 128

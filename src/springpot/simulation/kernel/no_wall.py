@@ -20,8 +20,6 @@ from springpot.simulation.kernel.questions import (
     meet,
 )  # fmt: skip
 
-__all__ = ["NoWall", "begin_euler"]
-
 
 class NoWall(NamedTuple):
     """No wall (with an unused field, because Numba cannot type an empty tuple)."""

@@ -33,9 +33,6 @@ from numba.core.untyped_passes import (
     WithLifting,
 )
 
-__all__ = ["OfUser", "OptimizedOnce", "WithoutMachineCode"]
-
-
 # LLVM takes half of an AVX-512 processor's vectors unless it is asked; on processors without them this says nothing.
 _WHOLE_VECTORS = '"prefer-vector-width"="512"'
 

@@ -69,18 +69,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
 from numba.extending import overload
 
+from springpot.machine.arrays import Floats
 from springpot.memory.zeta import zeta_beyond_one
 from springpot.simulation.kernel.lanes import INLINE, typed
-
-__all__ = [
-    "Euler", "Forcing", "Splitting", "Start", "Sweep", "answer_of_springpot",
-    "answers", "begin", "bounce", "clearance", "damp", "drift", "euler", "extras", "gather", "in_lanes", "kick",
-    "limited", "meet", "push", "slots", "splitting", "supply", "wake",
-]  # fmt: skip
 
 
 class Splitting(NamedTuple):
@@ -125,7 +118,7 @@ class Sweep(NamedTuple):
 class Start(NamedTuple):
     """State of the paths at time 0."""
 
-    states: npt.NDArray[np.float64]  # (1 or paths, 3): x, v and the energy of mass and linear spring
+    states: Floats  # (1 or paths, 3): x, v and the energy of mass and linear spring
     early: float  # displacement at the first kick due to the Riemann-Liouville force before it
 
 

@@ -27,8 +27,6 @@ from springpot.simulation.kernel.lanes import (
     u64,
 )
 
-__all__ = ["box_muller", "draw", "lane_numbers", "normals", "number_lanes", "philox", "start_normals"]
-
 _WORD = u64(0xFFFFFFFF)
 _ROOT_HALF = i32(0x3F3504F3)  # bits of sqrt(1/2)
 _START = 0x40000000  # counter word of the normals of the start

@@ -30,8 +30,6 @@ from springpot.simulation.kernel.lanes import INLINE, LANES, lesser
 from springpot.simulation.kernel.questions import answers
 from springpot.simulation.kernel.user_functions import inlined
 
-__all__ = ["Fixed", "Power", "lossless", "number_of", "rebound", "rule_of", "share_left", "takings"]
-
 
 class Fixed(NamedTuple):
     """A number."""

@@ -28,8 +28,6 @@ from springpot.simulation.kernel.restitution import lossless, number_of, rebound
 from springpot.simulation.kernel.single_impacts import LONGEST, flight
 from springpot.simulation.kernel.watching import LOWER, add_impacts, in_window, show_impacts
 
-__all__ = ["SHORTEST_ELASTIC_HOP", "SHORTEST_HOP", "Rigid", "dip", "fly", "is_single", "leaves", "margin"]
-
 # Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
 SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to rounding

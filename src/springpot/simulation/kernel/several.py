@@ -46,8 +46,6 @@ from springpot.simulation.kernel.several_impacts import (
     HITS,
     MOST_POINTS,
     NINTH,
-    Numbers,
-    Size,
     cubic_of,
     energy_of,
     fly,
@@ -59,12 +57,6 @@ from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, P
 from springpot.simulation.kernel.steps import State
 from springpot.simulation.kernel.turning import turn
 from springpot.simulation.kernel.watching import show_steps
-
-__all__ = [
-    "FILTERED", "HARMONIC", "MODULATED",
-    "MOST_DAMPERS", "MOST_MODES", "MOST_NOISES", "MOST_POINTS", "MOST_ROWS", "MOST_SOURCES",
-    "MOST_STATES", "MOST_TAPS", "MOST_WALLS", "POISSON", "TABLE", "Memories", "Numbers", "Size", "Sources", "several",
-]  # fmt: skip
 
 MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
 MOST_TAPS = 12

@@ -20,11 +20,6 @@ from springpot.simulation.kernel.several_laws import damp_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
 from springpot.simulation.kernel.watching import show_impact, show_peak
 
-__all__ = [
-    "BOUC_WEN", "CONTACT", "COULOMB", "DAMPER", "FELT", "FORCE", "JENKINS", "POWERS", "VAN_DER_POL", "WEN",
-    "damp_before", "damp_later", "press", "touch", "wake_dampers",
-]  # fmt: skip
-
 # kinds of dampers, WEN with whole exponents; from FORCE on forces of the user, in the order of the chain
 COULOMB, POWERS, VAN_DER_POL, CONTACT, JENKINS, WEN, BOUC_WEN, FORCE = range(8)
 FELT = 1  # the step in which parts that yield always are here: no lane is advanced again from the first

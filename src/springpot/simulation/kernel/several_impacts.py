@@ -17,11 +17,6 @@ from springpot.simulation.kernel.several_laws import share_by
 from springpot.simulation.kernel.soft_contacts import force_of_contact
 from springpot.simulation.kernel.watching import show_impact
 
-__all__ = [
-    "CUBIC", "FIXED", "HITS", "MOST_EVENTS", "MOST_POINTS", "NINTH", "POWER", "RULE", "Numbers", "Size", "cubic_of",
-    "energy_of", "fly", "nonic_of", "put_in", "repair",
-]  # fmt: skip
-
 MOST_POINTS = 8  # coordinates
 MOST_EVENTS = 32  # in half a drift, after which impacts are plastic; after twice as many the masses stay until its end
 ROUNDING = 1e-14  # of a closing speed, relative to the speeds that it is the difference of

@@ -12,8 +12,6 @@ from springpot.simulation.kernel.lanes import typed
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.restitution import share_left
 
-__all__ = ["Laws", "NoLaw", "chain_of", "damp_by", "share_by"]
-
 
 class Laws(NamedTuple):
     """A law of number 0, and the chain of the others."""

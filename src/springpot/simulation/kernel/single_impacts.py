@@ -11,8 +11,6 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import INLINE, greater, typed
 
-__all__ = ["LONGEST", "flight"]
-
 LONGEST = 2.8  # phase of a whole step, of which each half is one flight
 
 

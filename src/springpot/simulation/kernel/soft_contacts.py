@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.lanes import INLINE, LANES, MOST_CONTACTS, greater, lesser, stack_array
 from springpot.simulation.kernel.no_wall import NoWall
 from springpot.simulation.kernel.questions import Splitting, answers, begin, bounce, clearance, extras
@@ -22,10 +21,6 @@ from springpot.simulation.kernel.two_walls import (
     strike,
 )  # fmt: skip
 from springpot.simulation.kernel.watching import CONTACTS, add_impacts, show_peak
-
-__all__ = ["Soft", "force_of_contact"]
-
-Floats = npt.NDArray[np.float64]
 
 _by_contact = stack_array(MOST_CONTACTS)
 

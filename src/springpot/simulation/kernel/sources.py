@@ -13,25 +13,11 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.forces import _damp_nothing, _one_named, _wake_nothing
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, SPARE, f64, typed, u32, u64
 from springpot.simulation.kernel.questions import answers, damp, push, slots, supply, wake
 from springpot.simulation.kernel.random import draw, philox
-
-__all__ = [
-    "WORDS",
-    "Filter",
-    "Filtered",
-    "Harmonic",
-    "Joined",
-    "Modulated",
-    "ModulatedParametric",
-    "ModulatedWhite",
-    "Poisson",
-    "Table",
-]
-
-Floats = npt.NDArray[np.float64]
 
 WORDS = 128  # counter words of one source; the second half of them is for its state at time 0
 

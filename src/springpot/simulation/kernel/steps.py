@@ -13,8 +13,6 @@ from numba import njit
 from springpot.simulation.kernel.lanes import INLINE, LANES, greater, lesser, no, typed, yes
 from springpot.simulation.kernel.questions import bounce, clearance, damp, drift, kick, meet, push, slots
 
-__all__ = ["Glimpse", "State", "Struck", "Sums", "replay", "sweep_lanes"]
-
 
 class State(NamedTuple):
     """Lane arrays of a state, or of its changes."""

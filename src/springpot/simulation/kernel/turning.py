@@ -6,8 +6,6 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import INLINE, LANES
 
-__all__ = ["NUMBERS", "turn"]
-
 NUMBERS = 20
 """Of a mode: what four steps change of two states; what the four increments add; and the force in the next four."""
 

@@ -27,8 +27,6 @@ from springpot.simulation.kernel.rigid_wall import SHORTEST_ELASTIC_HOP, SHORTES
 from springpot.simulation.kernel.single_impacts import flight
 from springpot.simulation.kernel.watching import LOWER, UPPER, add_impacts, in_window, show_impacts
 
-__all__ = ["Pair", "add_to", "bounce_between", "clearance_between", "fly_between", "half_step_between", "strike"]
-
 
 class Pair(NamedTuple):
     """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one.

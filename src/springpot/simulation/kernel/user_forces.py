@@ -15,8 +15,6 @@ from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.questions import answers, damp
 from springpot.simulation.kernel.user_functions import inlined
 
-__all__ = ["user_force"]
-
 _FIELDS = ("half", "step", "time", "length", "speed")
 _numbers = itertools.count(1)
 

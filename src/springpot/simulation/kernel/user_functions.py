@@ -11,8 +11,6 @@ from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from springpot.machine.faults import cause_of
 from springpot.simulation.kernel.lanes import OF_USER
 
-__all__ = ["inlined"]
-
 
 def inlined(function: Callable[..., float], signature: Any, what: str) -> Any:
     """The function, to be called from compiled code.

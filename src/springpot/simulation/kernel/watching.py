@@ -17,15 +17,8 @@ import numpy.typing as npt
 from numba import njit, types
 from numba.extending import intrinsic
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64, typed
-
-__all__ = [
-    "ALL", "BATCHES", "CONTACTS", "HEADER", "LOWER", "NO_OBSERVERS", "ON_IMPACTS", "ON_STEPS", "PEAKS", "UPPER",
-    "Accumulators", "Observer", "Observers", "add_impacts", "is_seen", "show_impact", "show_impacts", "show_peak",
-    "show_steps",
-]  # fmt: skip
-
-Floats = npt.NDArray[np.float64]
 
 BATCHES = 64  # groups of paths with separate counts, for standard errors
 ALL, PEAKS = -1, -2  # walls; less its number, the largest forces of a contact

@@ -17,6 +17,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.memory import direct
 from springpot.problem.parts import ThermalNoise
 from springpot.simulation.kernel import block as kernel
@@ -26,6 +27,7 @@ from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES
 from springpot.simulation.kernel.questions import Start
 from springpot.simulation.kernel.random import start_normals
+from springpot.simulation.kernel.rigid_wall import Rigid
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
@@ -35,14 +37,10 @@ from springpot.simulation.lowering.modulated import mean_squares
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
 from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
-from springpot.simulation.lowering.walls import Rigid, sums_of
+from springpot.simulation.lowering.walls import sums_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-
-__all__ = ["Floats", "Parts", "compose"]
-
-Floats = npt.NDArray[np.float64]
 
 _FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.memory import ExponentialSum
 from springpot.simulation.kernel.branches import MARKS, Kept
 from springpot.simulation.kernel.lanes import GROUP, LANES
@@ -20,8 +21,6 @@ from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap
 from springpot.simulation.lowering.parts import Named
 from springpot.simulation.lowering.readings import Reading
-
-__all__ = ["Composed"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,7 +67,7 @@ class Composed:
     units: Units
     history: ExponentialSum
     expected_power: float
-    expected_in: Callable[[Sequence[int]], npt.NDArray[np.float64]] | None = None
+    expected_in: Callable[[Sequence[int]], Floats] | None = None
     named: tuple[Named, ...] = ()
     taps: tuple[Tap, ...] = ()
     law: Any = None
@@ -117,7 +116,7 @@ class Composed:
             next=np.empty(many, np.int64),
         )
 
-    def expected_in_bins(self, edges: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    def expected_in_bins(self, edges: npt.NDArray[np.int64]) -> Floats:
         """The expected power between each two of some steps."""
         if self.expected_in is None:
             return np.full(edges.size - 1, self.expected_power)

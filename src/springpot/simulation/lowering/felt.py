@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts.excitations import Excitation
 from springpot.simulation.kernel.felt import NUMBERS
 from springpot.simulation.kernel.hysteresis import STATES
@@ -18,10 +19,6 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
-
-__all__ = ["FeltInKernel", "lowered_felt", "roughness_in_steps"]
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,15 +17,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy import linalg
 
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.sources import Filter, Filtered
-
-__all__ = ["filtered", "over_a_step"]
-
-Floats = npt.NDArray[np.float64]
 
 _DOUBLINGS = 80
 _FASTER = 1e9  # of two rates

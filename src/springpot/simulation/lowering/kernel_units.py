@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from springpot.simulation.kernel.block import COLUMNS
 
-__all__ = ["Units"]
-
 
 @dataclass(frozen=True)
 class Units:

@@ -17,8 +17,6 @@ from springpot.simulation.lowering.parts import Arm, Lowered
 from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings
 
-__all__ = ["Tap", "answer_of", "memory_of", "rough_answer_of", "taps_of", "turned_in_step"]
-
 _SMOOTHED = 0.27  # by the spectra of the step, at orders from 0.3 to 0.9: within 0.06
 
 

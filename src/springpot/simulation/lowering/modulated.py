@@ -15,15 +15,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts.envelopes import Envelope
 from springpot.simulation.kernel import sources
 from springpot.simulation.lowering.kernel_units import Units
-
-__all__ = ["Modulation", "law_of", "mean_squares"]
-
-Floats = npt.NDArray[np.float64]
 
 _SILENT = 1e-24  # of the largest variance of an impulse
 

@@ -13,8 +13,8 @@ from functools import singledispatch
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.memory import power_law_sum
 from springpot.problem.parts import (
@@ -48,15 +48,15 @@ from springpot.problem.parts import (
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.simulation.kernel import forces, hysteresis, sources
 from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
+from springpot.simulation.kernel.no_wall import NoWall
 from springpot.simulation.kernel.restitution import rule_of
+from springpot.simulation.kernel.rigid_wall import Rigid
+from springpot.simulation.kernel.soft_contacts import Soft
+from springpot.simulation.kernel.two_walls import Pair
 from springpot.simulation.kernel.user_forces import user_force
 from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, law_of, mean_squares
-
-__all__ = ["Arm", "Lowered", "Named", "forces_of", "lower", "modulated_noise", "numbers_of", "wall_of"]
-
-FloatArray = NDArray[np.float64]
 
 _FAR = 1e30  # place of a contact that is not there
 _SUBSTEPS = 24  # of the shortest contact
@@ -257,7 +257,7 @@ def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered
     return Lowered(forces=(Named(name, make, int(part.count > 1), "feeds"),))
 
 
-def _impulses(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
+def _impulses(times: Floats, values: Floats, step: float) -> Floats:
     """Integrals over the steps of straight lines between points."""
     whole = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
     ends = step * np.arange(math.ceil(times[-1] / step) + 1)
@@ -344,7 +344,7 @@ def _even(u: float, width: float) -> float:
     return u + math.asinh(u / width)
 
 
-def _uneven(y: FloatArray, width: float) -> FloatArray:
+def _uneven(y: Floats, width: float) -> Floats:
     """The inverse of `_even`, by Newton's method: from below the function's bend it comes down to the root."""
     size = np.abs(y)
     u = np.minimum(size, width * np.sinh(np.minimum(size, 300.0)))
@@ -607,14 +607,14 @@ def wall_of(total: Lowered, speed: float, spread: float, unit: float, step: floa
     high = [(name, wall) for name, wall in total.barriers if wall.side == "below"]
     near = all(walls.is_near(wall.position, spread) for _, wall in total.barriers)
     if not total.contacts and not high:
-        return walls.Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit), near) if low else walls.NoWall(0.0)
+        return Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit), near) if low else NoWall(0.0)
     below, above = (found[0] if found else ("", Barrier(end)) for found, end in ((low, -_FAR), (high, _FAR)))
     rules = rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
-    rigid = walls.Pair(below[1].position, above[1].position, *rules, near)
+    rigid = Pair(below[1].position, above[1].position, *rules, near)
     return _soft(total, rigid, speed, step) if total.contacts else rigid
 
 
-def _soft(total: Lowered, rigid: walls.Pair, speed: float, step: float) -> walls.Soft:
+def _soft(total: Lowered, rigid: Pair, speed: float, step: float) -> Soft:
     if len(total.contacts) > MOST_CONTACTS:
         raise ValueError(f"the system has {len(total.contacts)} contacts, but the kernel holds only {MOST_CONTACTS}.")
     substeps = 1
@@ -626,10 +626,10 @@ def _soft(total: Lowered, rigid: walls.Pair, speed: float, step: float) -> walls
                 "which is the limit."
             )
         substeps = max(substeps, needed)
-    return walls.Soft(
+    return Soft(
         max([rigid.low, *(c.position for _, c in total.contacts if c.side == "above")]),
         min([rigid.high, *(c.position for _, c in total.contacts if c.side == "below")]),
-        rigid if total.barriers else walls.NoWall(0.0),
+        rigid if total.barriers else NoWall(0.0),
         np.array([numbers_of(contact) for _, contact in total.contacts]).ravel(),
         substeps,
     )

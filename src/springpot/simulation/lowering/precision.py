@@ -24,8 +24,6 @@ from springpot.simulation.kernel.sources import (
     Poisson,
 )
 
-__all__ = ["is_random", "single_of", "sweeps_in_single", "with_arrays"]
-
 _OURS = Splitting.__module__.rpartition(".")[0] + "."  # the kernel's own parts, which are written for it
 _f32 = np.float32
 _TRIED = 16  # neighbours of a number on either side, by about a unit in the last place

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.memory import ExponentialSum
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
@@ -38,10 +39,6 @@ from springpot.simulation.lowering.precision import is_random, with_arrays
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
-
-__all__ = ["PartsOfSeveral", "compose_several"]
-
-Floats = npt.NDArray[np.float64]
 
 _ENDS = "x_end", "v_end"
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
@@ -68,9 +65,9 @@ class PartsOfSeveral(Composed):
         The rows of points that are no coordinates.
     """
 
-    size: kernel.Size
-    sweep: kernel.Numbers
-    exact: kernel.Numbers
+    size: several_impacts.Size
+    sweep: several_impacts.Numbers
+    exact: several_impacts.Numbers
     memories: kernel.Memories
     sources: kernel.Sources
     unit_mass: float
@@ -252,7 +249,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     x0, v0 = start_of(plan)
     names = *walls, *(name for _, name, _ in touched)
     whole = PartsOfSeveral(
-        size=kernel.Size(
+        size=several_impacts.Size(
             many, len(totals), len(totals), len({*map(tuple, at.rows[many:])}), len(walls), len(noises), len(given),
             len(dampers), len(touched), len(shaken), len(taps), int((memories.count + 2 * memories.turned).sum()),
         ),
@@ -313,7 +310,7 @@ def _numbers(
     dampers: Sequence[_Damper],
     touched: Sequence[tuple[int, str, Contact]],
     shaken: Sequence[_Shaken],
-) -> kernel.Numbers:
+) -> several_impacts.Numbers:
     """All numbers of the kernel but those of memory and sources, in double precision."""
     at, step, many = frame.at, frame.step, len(frame.at.names)
     struck = np.array([at.numbers[tuple(at.elongations[name])] for name in walls], np.int64)
@@ -323,7 +320,7 @@ def _numbers(
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
     wide = np.zeros((many, (many + 3) // 4 * 4))
     wide[:, :many] = frame.solve
-    return kernel.Numbers(
+    return several_impacts.Numbers(
         step, 0.0, *_sparse(frame.rows), *_sparse(math.sqrt(step) * noises),
         *_sparse(np.array([each.row for each in given]).reshape(-1, many)),
         np.array([float(each.is_smooth) for each in given]), step * constant,
@@ -387,7 +384,7 @@ def _begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
 def _check_sizes(parts: PartsOfSeveral) -> None:
     size = parts.size
     for what, count, most in (
-        ("masses", size.points, kernel.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
+        ("masses", size.points, several_impacts.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
         ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
         ("sources of white noise", size.noises + size.shaken, kernel.MOST_NOISES),
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),

@@ -18,15 +18,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System
 from springpot.simulation.kernel.sources import Filter
-
-__all__ = ["Shape", "filter_of", "moments_off", "shape_of"]
-
-Floats = npt.NDArray[np.float64]
 
 EDGE = 0.1  # relative width of a band's end, and of a narrow band in its logarithm
 WINDOW = 0.4  # of that width, over which densities are averaged before they are compared: no resonance is narrower

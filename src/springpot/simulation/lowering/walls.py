@@ -11,8 +11,6 @@ from springpot.simulation.kernel.rigid_wall import Rigid
 from springpot.simulation.kernel.soft_contacts import Soft
 from springpot.simulation.kernel.two_walls import Pair
 
-__all__ = ["NoWall", "Pair", "Rigid", "Soft", "is_near", "sums_of"]
-
 _TAKEN = "loss", "momentum"
 _NEAR = 4.0
 

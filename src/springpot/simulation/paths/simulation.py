@@ -12,17 +12,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
 from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
-from springpot.simulation.lowering.compose import Floats, Parts, compose
+from springpot.simulation.lowering.compose import Parts, compose
 from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-
-__all__ = ["Ensemble", "Progress", "Simulation", "addresses_of", "simulation_of"]
 
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
 

@@ -11,11 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-__all__ = [
-    "NORMAL", "UPPER", "binomial_interval", "controlled", "poisson_interval", "ratio", "residual", "standard_error",
-]  # fmt: skip
-
-Floats = npt.NDArray[np.float64]
+from springpot.machine.arrays import Floats
 
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
 UPPER = 3.0  # events that are expected at most, with a probability of 95 %, if none is seen: exp(-3) = 0.05

@@ -11,15 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
-
-__all__ = ["BoltzmannOfSeveral", "boltzmann_of_several"]
-
-Floats = npt.NDArray[np.float64]
 
 _TRIED, _LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
 _HELD = 1e-10  # least eigenvalue of the stiffness over the largest

@@ -22,8 +22,6 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation.plan.scales import closed_form
 from springpot.theory.problem import free_mean_squares
 
-__all__ = ["Creep", "missing_variance"]
-
 LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
 
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import (
     ColoredNoise,
     FractionalMaxwell,
@@ -28,10 +28,6 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.system import System
-
-__all__ = ["CreepOfSeveral"]
-
-Floats = npt.NDArray[np.float64]
 
 _SLOWEST, _FASTEST, _SPACING = 1e-13, 1e3, 0.05  # rates on the cut over the fastest of the motion; their logarithm
 _BELOW = 1e-12  # the cut, over the rate

@@ -15,8 +15,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -50,10 +50,6 @@ from springpot.simulation.plan.parts import (
 )
 from springpot.simulation.plan.scales import Scales, creep_time
 
-__all__ = ["BoltzmannLaw", "boltzmann_law", "dissipated", "guessed_law", "guessed_scales"]
-
-FloatArray = NDArray[np.float64]
-
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
@@ -75,8 +71,8 @@ class BoltzmannLaw:
     """
 
     temperature: float
-    places: FloatArray
-    shares: FloatArray
+    places: Floats
+    shares: Floats
 
     @property
     def mean(self) -> float:
@@ -103,7 +99,7 @@ class BoltzmannLaw:
         spacing = float(self.places[1] - self.places[0])
         return float(np.interp(place, self.places, self.shares)) / spacing if spacing > 0.0 else math.inf
 
-    def drawn(self, chance: FloatArray) -> FloatArray:
+    def drawn(self, chance: Floats) -> Floats:
         """Places below which x lies with these probabilities."""
         edges = np.concatenate([[0.0], np.cumsum(0.5 * (self.shares[1:] + self.shares[:-1]))])
         return np.interp(chance, edges / edges[-1], self.places)
@@ -126,7 +122,7 @@ def boltzmann_law(potential: Potential, temperature: float) -> BoltzmannLaw:
 
 
 @lru_cache(maxsize=16)
-def _around_the_wells(potential: Potential) -> FloatArray:
+def _around_the_wells(potential: Potential) -> Floats:
     """Places between the walls: all where the potential is least, and a grid from the first to the last of them."""
     powers = np.array(potential.coefficients[::-1])
     # a power that matters only at lengths beyond all use has no root there, and a ratio of coefficients no overflow

@@ -40,8 +40,6 @@ from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.theory.mckean import COLLAPSE_BELOW
 
-__all__ = ["Motion", "StruckWalls"]
-
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _SMOOTH = (*_FED, ParametricNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""

@@ -19,8 +19,6 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.scales import closed_form
 from springpot.simulation.plan.several import motion_of_several
 
-__all__ = ["motion_of"]
-
 
 def motion_of(system: System) -> Motion:
     """What follows from a system alone.

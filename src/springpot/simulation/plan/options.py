@@ -11,21 +11,6 @@ from annotated_types import Ge, Gt
 
 from springpot.problem.basquin import Basquin
 
-__all__ = [
-    "DEFAULTS",
-    "Derivative",
-    "Observable",
-    "Options",
-    "Progress",
-    "Requests",
-    "Scheme",
-    "SchemeOfRun",
-    "StartKind",
-    "hints",
-    "own_seed",
-    "words",
-]
-
 Observable = Callable[..., float]
 Progress = Callable[[float], None]
 Scheme = Literal["default", "grunwald"]

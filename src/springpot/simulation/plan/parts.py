@@ -22,11 +22,6 @@ from springpot.problem.parts import (
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.hysteresis import Yielding
 
-__all__ = [
-    "fed_at", "rate_of_its_own", "slow_dashpot", "slow_springpot", "stiffness_at_once",
-    "taken_by_yielding", "time_of_its_own",
-]  # fmt: skip
-
 _HARDLY = 0.01  # of the power of dry friction: a part that takes less of the motion is a spring
 
 

@@ -26,8 +26,6 @@ from springpot.simulation.plan.settings import (
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.result import NoStationaryStateError
 
-__all__ = ["MOST_RECORDED", "TOO_FAR_APART", "Plan", "check_stationary", "default_start", "plan_of"]
-
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_RECORDED = 50_000_000

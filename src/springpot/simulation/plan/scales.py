@@ -13,8 +13,6 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Barrier
 from springpot.theory.methods.averaging import decay_rate, mean_square_amplitude
 
-__all__ = ["Scales", "closed_form", "creep_time"]
-
 
 @dataclass(frozen=True)
 class Scales:

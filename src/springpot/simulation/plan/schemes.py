@@ -8,18 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
-import numpy as np
-import numpy.typing as npt
-
+from springpot.machine.arrays import Floats
 from springpot.memory import direct
 from springpot.memory.weights import Family
 from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.plan.options import DEFAULTS, SchemeOfRun
-
-__all__ = ["Grunwald", "NumericalScheme", "Splitting", "Straight", "scheme_of"]
-
-Floats = npt.NDArray[np.float64]
 
 
 class NumericalScheme(Protocol):

@@ -7,14 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier
 from springpot.problem.system import System
-
-__all__ = ["LEVELS", "Seen", "levels_of_several", "seen_of_several"]
-
-Floats = npt.NDArray[np.float64]
 
 LEVELS = {"x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2"}
 """Quantities that can pass a level, and the units of the levels."""

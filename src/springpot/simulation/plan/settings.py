@@ -7,22 +7,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.machine.processors import threads_available
 from springpot.simulation.plan.options import DEFAULTS, Derivative, SchemeOfRun, StartKind
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
-
-__all__ = [
-    "MOST_PATHS",
-    "MOST_STEPS",
-    "SINGLE_PRECISION",
-    "Settings",
-    "checked_seed",
-    "checked_threads",
-    "whole_number",
-]
 
 MOST_STEPS = 100_000_000
 MOST_PATHS = 50_000_000  # 5.6 GB of sums
@@ -94,7 +84,7 @@ class Settings:
         return round(self.window[0] / self.step), round(self.window[1] / self.step)
 
     @property
-    def middles(self) -> npt.NDArray[np.float64]:
+    def middles(self) -> Floats:
         """Times of the middles of all steps, in s."""
         return np.asarray(self.step * (np.arange(self.steps) + 0.5))
 
@@ -104,7 +94,7 @@ class Settings:
         return self.steps // self.record_every + 1
 
     @property
-    def recorded_times(self) -> npt.NDArray[np.float64]:
+    def recorded_times(self) -> Floats:
         """Times of the recorded points, in s; empty if no path is recorded."""
         return self.step * np.arange(0, self.steps + 1 if self.record else 0, self.record_every, dtype=np.float64)
 

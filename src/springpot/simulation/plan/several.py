@@ -14,9 +14,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts import (
     Barrier,
@@ -54,10 +54,6 @@ from springpot.simulation.plan.scales import Scales, creep_time
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.normal_modes import free_motion
-
-__all__ = ["Modes", "MotionOfSeveral", "modes_of", "motion_of_several"]
-
-Floats = npt.NDArray[np.float64]
 
 _ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, and of the size of the motion
 _FAR = 3.0  # standard deviations at which a spring is taken for its fastest motion

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 from springpot.simulation.plan.motion import Motion
 
-__all__ = ["MOST_TRANSIENT", "shares_missing"]
-
 MOST_TRANSIENT = 0.01  # share left at the start of the window
 WALL = 2.0  # a wall changes the slow displacements by less than this factor
 

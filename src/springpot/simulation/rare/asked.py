@@ -22,8 +22,8 @@ from functools import cache
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier
@@ -40,10 +40,6 @@ from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.first_passage import SHIFT, SHIFT_OF_FORCE
 from springpot.simulation.watch.observables import is_taken, mean_of
-
-__all__ = ["Asked", "Quantity", "asked_of", "quantity_of"]
-
-Floats = npt.NDArray[np.float64]
 
 SPACING = 0.05  # of kept states, in units of the mean square of v
 FLOOR = 0.25  # share of plain paths below the coordinate under which the first paths keep no states

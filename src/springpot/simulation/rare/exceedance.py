@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import name_results, shown
 from springpot.machine.progress import Clock, FractionDone
 from springpot.problem.messages import Message
@@ -26,10 +27,6 @@ from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
-
-__all__ = ["Exceedance", "exceedance", "exceeded", "stated"]
-
-Floats = npt.NDArray[np.float64]
 
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over

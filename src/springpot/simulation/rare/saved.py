@@ -17,8 +17,6 @@ from springpot.machine.faults import FileError
 from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.rare.splitting import Tally
 
-__all__ = ["Saved"]
-
 _NUMBERS = "exceeded", "weights", "reached", "iterations"
 _BEGIN = b'{"key":'
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.plain import plain
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError
@@ -20,10 +21,6 @@ from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.rare.asked import Asked
 from springpot.simulation.rare.saved import Saved
 from springpot.simulation.rare.splitting import Tally, repetitions
-
-__all__ = ["UNSETTLED", "ExceedanceCurve", "search"]
-
-Floats = npt.NDArray[np.float64]
 
 REPETITIONS = 32  # first ones: fewer do not tell their own spread
 FEWEST = 8  # when the time is over

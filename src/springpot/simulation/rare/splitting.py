@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
@@ -35,9 +36,6 @@ from springpot.simulation.kernel.random import key_words
 from springpot.simulation.paths.simulation import Simulation, addresses_of
 from springpot.simulation.rare.asked import Asked
 
-__all__ = ["Tally", "repetitions"]
-
-Floats = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 
 REPLACED = 0.5  # share of the paths that is replaced in an iteration

@@ -25,8 +25,6 @@ from springpot.problem.system import System
 from springpot.simulation.result.results import Run
 from springpot.simulation.result.save import FORMAT, GROUP, RECORD, SUFFIXES, WORDS, Arrays, checksum_of
 
-__all__ = ["load_run"]
-
 _MOST_EXPANDED = 1100  # times the size of the file: zlib cannot make an array smaller than that
 _DAMAGED = "its content was damaged"
 _NOT_OURS = "it was not written by springpot"

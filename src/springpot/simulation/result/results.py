@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
 from springpot.machine.plain import plain
@@ -27,8 +27,6 @@ from springpot.simulation.watch.spectrum import Spectrum
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["PROBABILITIES", "Estimate", "Run", "estimates_from"]
 
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
@@ -168,17 +166,17 @@ class Run:
     estimates: dict[str, Estimate]
     diagnostics: dict[str, Any]
     warnings: tuple[str, ...]
-    time: npt.NDArray[np.float64]
-    record: npt.NDArray[np.float64]
+    time: Floats
+    record: Floats
     distributions: dict[str, Distribution] = field(default_factory=dict)
-    extremes: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    extremes: dict[str, Floats] = field(default_factory=dict)
     spectra: dict[str, Spectrum] = field(default_factory=dict)
     first_passages: dict[str, PassageTimes | PassagesOfLevels] = field(default_factory=dict)
-    path_sums: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
+    path_sums: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     adapted: Adapted | None = None
-    step_biases: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    step_biases: dict[str, Floats] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
-    forces: dict[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    forces: dict[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         name_results(self, "estimates", "distributions", "extremes", "first_passages", "profiles", "forces")
@@ -268,9 +266,9 @@ class Run:
         each = (passage.columns(PROBABILITIES) for passage in self.first_passages.values())
         return {name: column for columns in each for name, column in columns.items()}
 
-    def _spectral(self) -> dict[str, tuple[npt.NDArray[np.float64], dict[str, Any]]]:
+    def _spectral(self) -> dict[str, tuple[Floats, dict[str, Any]]]:
         """Frequencies, and spectra with their errors, by name: numbers and attributes."""
-        found: dict[str, tuple[npt.NDArray[np.float64], dict[str, Any]]] = {}
+        found: dict[str, tuple[Floats, dict[str, Any]]] = {}
         for name, own in self.spectra.items():
             found["frequency"] = own.frequency, {"units": "rad s-1"}
             unit = unit_of_result(self.system, f"{name}_spectrum")
@@ -278,15 +276,15 @@ class Run:
             found[f"{name}_spectrum_se"] = own.standard_error, {"units": unit}
         return found
 
-    def _in_bins(self) -> dict[str, tuple[npt.NDArray[np.float64], str]]:
+    def _in_bins(self) -> dict[str, tuple[Floats, str]]:
         """Middles and widths of the bins of time, and profiles with their errors, by name: numbers and unit."""
-        found: dict[str, tuple[npt.NDArray[np.float64], str]] = {}
+        found: dict[str, tuple[Floats, str]] = {}
         for name, own in self.profiles.items():
             found["time_bin"], found["time_bin_width"] = (own.time, "s"), (np.diff(own.edges), "s")
             found[name], found[f"{name}_se"] = (own.value, own.unit), (own.standard_error, own.unit)
         return found
 
-    def _quantiles(self) -> dict[str, tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], str]]:
+    def _quantiles(self) -> dict[str, tuple[Floats, Floats, str]]:
         """Quantiles at PROBABILITIES of distributions, extremes and passage times: values, errors, unit."""
         quantiles = {
             f"{name}_quantile": (*sketch.quantile(PROBABILITIES), sketch.unit)

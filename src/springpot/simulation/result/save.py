@@ -45,8 +45,6 @@ from springpot.simulation.watch.observables import PARTS_OF_ERROR
 if TYPE_CHECKING:
     Run = Any  # its class is in `springpot.simulation.result.results`, which writes its files with this module
 
-__all__ = ["SUFFIXES", "checksum_of", "places", "save_run"]
-
 SUFFIXES = (".nc", ".json", ".csv")
 FORMAT = 1
 GROUP = "run"

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
 from springpot.problem.parts import SpectralExcitation, Springpot
@@ -37,16 +37,6 @@ from springpot.theory.walls import about_walls
 if TYPE_CHECKING:
     from springpot.simulation.error.reach import Reached
 
-__all__ = [
-    "about_forces",
-    "about_observables",
-    "about_options",
-    "about_quantiles",
-    "about_uncontrolled_impacts",
-    "doubts",
-]
-
-Floats = npt.NDArray[np.float64]
 Values = Mapping[str, float]
 
 FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning

@@ -16,19 +16,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arrays import Floats
 from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, bits_of, f32, i32, stack_array
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.seen import Seen
-
-__all__ = [
-    "BINS", "Distribution", "bin_of", "distribution_of", "distributions_in", "observer_of",
-    "sample_quantiles", "sketches",
-]  # fmt: skip
-
-Floats = npt.NDArray[np.float64]
 
 FIRST = len(HEADER)
 _, _SPEED_UNIT, _, _FREQUENCY, _WALL, _LANES = range(FIRST)

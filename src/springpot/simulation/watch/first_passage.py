@@ -28,11 +28,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.messages import Message, say
@@ -46,9 +46,6 @@ from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.observables import is_taken
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
 
-__all__ = ["Passage", "checked", "from_the_start", "passage_times"]
-
-Floats = npt.NDArray[np.float64]
 Wanted = Mapping[str, Any]
 
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)

@@ -14,10 +14,10 @@ from functools import cache
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, few, meant, shown
 from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request
 from springpot.problem.system import System
@@ -27,22 +27,6 @@ from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, O
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import observer_of
-
-__all__ = [
-    "COUNTED",
-    "EXTREMES",
-    "OF_A_POINT",
-    "PARTS_OF_ERROR",
-    "extremes",
-    "extremes_in",
-    "faster_than",
-    "is_taken",
-    "mean_of",
-    "of_impacts",
-    "squares",
-]
-
-Floats = npt.NDArray[np.float64]
 
 PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
 """Endings of names of errors."""

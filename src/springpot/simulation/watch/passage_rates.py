@@ -16,14 +16,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import with_error
 from springpot.simulation.paths.statistics import NORMAL, UPPER, poisson_interval
-
-__all__ = ["Bounded", "PassageRate", "rate_of", "uniformity"]
-
-Floats = npt.NDArray[np.float64]
 
 FEWEST_TESTED = 5  # passages
 LEVEL = 0.01  # probability below which the test refuses

@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import binomial_interval
 from springpot.simulation.watch.passage_rates import Bounded, PassageRate, rate_of
 
-__all__ = ["Columns", "PassageTimes", "PassagesOfLevels"]
-
-Floats = npt.NDArray[np.float64]
 Columns = dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]
 
 FEWEST_LATE = 20  # passages needed in the second half of the horizon to estimate their rate

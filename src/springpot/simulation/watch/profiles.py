@@ -16,6 +16,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import Barrier
@@ -29,10 +30,6 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import observer_of
-
-__all__ = ["Profile", "checked_edges", "powers_in", "powers_of", "profile_of", "profiles_in"]
-
-Floats = npt.NDArray[np.float64]
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
 _KINDS = 7  # x, x^2, v^2, impacts, squares of their speeds, speeds, and impacts and speeds together

@@ -18,9 +18,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.basquin import Basquin
 from springpot.problem.catalogue import unit_of_result
@@ -47,9 +47,6 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import BINS, Distribution, bin_of, distribution_of
 
-__all__ = ["Counted", "cycles_of", "fatigue_in", "longer_cycles", "wanted_cycles"]
-
-Floats = npt.NDArray[np.float64]
 Counted = tuple[Seen, tuple[Basquin, ...], Observer]
 
 MOST_CURVES = 9

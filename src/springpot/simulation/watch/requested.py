@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, shown
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation.kernel.lanes import GROUP
@@ -36,10 +37,6 @@ from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTi
 from springpot.simulation.watch.profiles import Profile, checked_edges, powers_in, powers_of, profile_of, profiles_in
 from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
 from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
-
-__all__ = ["Observed", "Requested", "moments_felt", "requested"]
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,16 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES, stack_array
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import observer_of
-
-__all__ = ["Spectrum", "checked_frequencies", "spectral", "spectrum_in"]
-
-Floats = npt.NDArray[np.float64]
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB; evaluation needs about four times as much
 SAMPLES_PER_CYCLE = 12  # of the fastest rate and the highest frequency, against aliasing

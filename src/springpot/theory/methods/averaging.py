@@ -8,9 +8,11 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.memory.zeta import zeta_beyond_one
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts.springpots import resonance
@@ -19,11 +21,7 @@ from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array, times
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless
-from springpot.theory.result import Moments, NoStationaryStateError, NotCoveredError, moments_of
-
-__all__ = ["Averaging", "averaging", "check_covered", "harmonic_sum", "stiffness_sum"]
-
-FloatArray = NDArray[np.float64]
+from springpot.theory.result import Moments, NoStationaryStateError, moments_of
 
 _METHODS = {"corrected": "averaging", "printed": "averaging_printed", "shifted": "averaging_shifted"}
 _SERIES_TERMS = 30
@@ -87,7 +85,7 @@ class Averaging(DensitiesOfAmplitude["_Law"]):
     decay_rate: float
     frequency: float
 
-    def drift(self, amplitude: ArrayLike) -> FloatArray:
+    def drift(self, amplitude: ArrayLike) -> Floats:
         """Ito drift of the amplitude a = sqrt(x^2 + v^2 / w^2), -beta a + q / (4 w^2 a), in m/s.
 
         Parameters
@@ -116,7 +114,7 @@ class Averaging(DensitiesOfAmplitude["_Law"]):
         """Growth per second of the amplitude's variance, q / (2 w^2), in m^2/s; the same at every amplitude."""
         return self.paper.excitation.intensity / (2.0 * self.frequency**2)
 
-    def mean_square(self, time: ArrayLike, initial: float = 0.0) -> FloatArray:
+    def mean_square(self, time: ArrayLike, initial: float = 0.0) -> Floats:
         """mu(t) = <x^2 + v^2 / w^2>, the solution of the paper's Eq. 19, with and without a stationary state.
 
         Parameters
@@ -156,7 +154,7 @@ class Averaging(DensitiesOfAmplitude["_Law"]):
         # exprel(z) = (e^z - 1) / z is 1 at z = 0, where the mean square grows in proportion to time.
         return np.asarray(start * np.exp(exponent) + 2.0 * self.diffusion * t * special.exprel(exponent))
 
-    def correlation(self, lag: ArrayLike) -> FloatArray:
+    def correlation(self, lag: ArrayLike) -> Floats:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
         The averaged motion is a cos(wt) - b sin(wt), with a and b independent normal processes of correlation
@@ -188,7 +186,7 @@ class Averaging(DensitiesOfAmplitude["_Law"]):
             rho = modulus_correlation(rho)
         return np.asarray(variance * rho)
 
-    def spectrum(self, frequency: ArrayLike) -> FloatArray:
+    def spectrum(self, frequency: ArrayLike) -> Floats:
         """Two-sided spectral density of x, in m^2 s per rad, of the motion described at `correlation`.
 
         Its integral over the real line is the variance <x^2> - <x>^2; the mean is a spike at 0, left out.
@@ -263,26 +261,26 @@ class _Law:
         """m and m/s: the paper's formulas are in them."""
         return Units(1.0, 1.0, 1.0, self.side or 1.0)
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Half-normal on the mass's side of the wall; normal without a wall."""
         fold = np.where(x >= 0.0, 2.0, 0.0) if self.side else 1.0
         return np.asarray(fold * normal(x, self.mu / 2.0))
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Normal."""
         return normal(v, self.mu * self.frequency**2 / 2.0)
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """With a uniform phase x and v are independent."""
         return np.asarray(self.x(x) * self.v(v))
 
-    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+    def amplitude(self, amplitude: Floats) -> Floats:
         """Rayleigh where it is a; Hoyt at a shifted frequency."""
         if self.shift == 1.0:
             return rayleigh(amplitude, self.mu)
         return hoyt(amplitude, self.mu / 2.0, self.mu / 2.0 * self.shift**2)
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Rayleigh: it is w a."""
         return rayleigh(speed, self.mu * self.frequency**2)
 
@@ -489,7 +487,7 @@ def _without_a_wall(c: float, form: str) -> list[str]:
 
 
 @lru_cache(maxsize=1)
-def _power_rule() -> tuple[FloatArray, FloatArray]:
+def _power_rule() -> tuple[Floats, Floats]:
     """Nodes and weights for a sum over k = 1, 2, ... of terms that are smooth in ln k and fall like k^-3.
 
     Beyond the first k the sum is an integral between half integers, by Gauss nodes in blocks of doubling length: the
@@ -500,7 +498,7 @@ def _power_rule() -> tuple[FloatArray, FloatArray]:
     return np.concatenate([first, nodes]), np.concatenate([np.ones_like(first), weights])
 
 
-def _line_strength(power: FloatArray, harmonic: int) -> FloatArray:
+def _line_strength(power: Floats, harmonic: int) -> Floats:
     """Share of cos(2 harmonic p) in the term rho^2k, rho = cos p, of sqrt(1 - rho^2) + rho arcsin rho.
 
     That is C(2k-2, k-1) 4^(1-k) / (2k (2k-1)) times C(2k, k-harmonic) 4^-k, twice that for harmonic > 0.
@@ -515,7 +513,7 @@ def _line_strength(power: FloatArray, harmonic: int) -> FloatArray:
     return np.asarray(np.where(k >= harmonic, strength, 0.0))
 
 
-def _lines(frequency: FloatArray, centre: float, half_width: FloatArray, weight: FloatArray) -> FloatArray:
+def _lines(frequency: Floats, centre: float, half_width: Floats, weight: Floats) -> Floats:
     """Sum of weight times the transform of exp(-half_width \\|t\\|) cos(centre t), which has unit integral."""
     near, far = ((frequency + shift)[..., None] ** 2 for shift in (-centre, centre))
     square = half_width**2

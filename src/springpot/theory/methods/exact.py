@@ -7,8 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
@@ -23,11 +25,7 @@ from springpot.theory.numerics.contours import (
     relaxation,
 )
 from springpot.theory.problem import Units, at_rest, free_mean_squares, problem_and_units
-from springpot.theory.result import NEVER_STRUCK, Moments, NoStationaryStateError, NotCoveredError
-
-__all__ = ["Exact", "Normals", "check_covered", "exact", "exact_of_paper", "exact_state"]
-
-FloatArray = NDArray[np.float64]
+from springpot.theory.result import NEVER_STRUCK, Moments, NoStationaryStateError
 
 _FAR = 60.0  # standard deviations at which every density here is exactly 0 in double precision
 _LONG = 1e300  # a time that stands for infinity without making phases NaN
@@ -49,7 +47,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
     The parameters are those of `springpot.theory.result.Result`.
     """
 
-    def x_mean_at(self, time: ArrayLike) -> FloatArray:
+    def x_mean_at(self, time: ArrayLike) -> Floats:
         """Mean displacement at a time from rest, in m.
 
         Parameters
@@ -75,7 +73,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
         side = self.paper.direction
         return np.asarray(side * np.sqrt(2.0 / math.pi * self.x_mean_square_at(time)))
 
-    def x_mean_square_at(self, time: ArrayLike) -> FloatArray:
+    def x_mean_square_at(self, time: ArrayLike) -> Floats:
         """<x^2> at a time from rest, in m^2.
 
         Parameters and errors are those of `x_mean_at`.
@@ -89,7 +87,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
         """
         return self._transient(time)[0] * self.paper.length_scale**2
 
-    def v_mean_square_at(self, time: ArrayLike) -> FloatArray:
+    def v_mean_square_at(self, time: ArrayLike) -> Floats:
         """<v^2> at a time from rest, in m^2 s^-2.
 
         Parameters and errors are those of `x_mean_at`.
@@ -102,7 +100,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
         """
         return self._transient(time)[1] * self.paper.speed_scale**2
 
-    def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
+    def amplitude_mean_square_at(self, time: ArrayLike) -> Floats:
         """<A^2> with A^2 = x^2 + v^2 / Omega^2 at a time from rest, in m^2.
 
         Parameters and errors are those of `x_mean_at`.
@@ -116,7 +114,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
         x, v = self._transient(time)
         return (x + v) * self.paper.length_scale**2
 
-    def correlation(self, lag: ArrayLike) -> FloatArray:
+    def correlation(self, lag: ArrayLike) -> Floats:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
         Parameters
@@ -152,7 +150,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
             free = modulus_correlation(free)
         return free * moments.x_mean_square
 
-    def spectrum(self, frequency: ArrayLike) -> FloatArray:
+    def spectrum(self, frequency: ArrayLike) -> Floats:
         """Two-sided spectral density of x, in m^2 s per rad; its integral over the real line is <x^2>.
 
         Parameters
@@ -182,7 +180,7 @@ class Exact(DensitiesOfAmplitude["Normals"]):
         shape = free_spectrum(self.paper.springpot.order, self.paper.dimensionless_coefficient, w)
         return np.asarray(self.paper.length_scale**2 / self.paper.natural_frequency * shape)
 
-    def _transient(self, time: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def _transient(self, time: ArrayLike) -> tuple[Floats, Floats]:
         """Dimensionless <x^2> and <v^2> without a wall: with an elastic wall at 0, x is the modulus of that x."""
         wall, t = self.paper.barrier, times(time, "time")
         if wall is not None and wall.position != 0.0:
@@ -209,25 +207,25 @@ class Normals:
     v_spread: float
     wall: float
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Density of the displacement."""
         return normal(x, self.x_spread**2) if math.isnan(self.wall) else _cut_normal(x, self.x_spread, self.wall)
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Density of the velocity."""
         return normal(v, self.v_spread**2)
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """Density of both."""
         return np.asarray(self.x(x) * self.v(v))
 
-    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+    def amplitude(self, amplitude: Floats) -> Floats:
         """Density of sqrt(x^2 + v^2)."""
         if math.isnan(self.wall):
             return hoyt(amplitude, self.x_spread**2, self.v_spread**2)
         return _cut_rayleigh(amplitude, self.x_spread, self.wall)
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact."""
         return rayleigh(speed, 2.0 * self.v_spread**2)
 
@@ -351,7 +349,7 @@ def _hazard(k: float) -> float:
     return math.sqrt(2.0 / math.pi) / float(special.erfcx(k / math.sqrt(2.0)))
 
 
-def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
+def _cut_normal(value: Floats, spread: float, wall: float) -> Floats:
     """Normal density on value >= wall, normalized there."""
     from scipy import special  # slow to import, and most runs need none of it
 
@@ -364,7 +362,7 @@ def _cut_normal(value: FloatArray, spread: float, wall: float) -> FloatArray:
     return np.asarray(np.where(z >= 0.0, shape, 0.0) / spread)
 
 
-def _cut_rayleigh(amplitude: FloatArray, spread: float, wall: float) -> FloatArray:
+def _cut_rayleigh(amplitude: Floats, spread: float, wall: float) -> Floats:
     """Rayleigh density of an amplitude whose phase is uniform on the arc beyond the wall."""
     from scipy import special  # slow to import, and most runs need none of it
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Anderson"]
-
-FloatArray = NDArray[np.float64]
+from springpot.machine.arrays import Floats
 
 
 class Anderson:
@@ -31,18 +28,18 @@ class Anderson:
 
     def __init__(self, depth: int, cutoff: float = 1e-10) -> None:
         self._depth, self._cutoff = depth, cutoff
-        self._points: list[FloatArray] = []
-        self._images: list[FloatArray] = []
-        self._steps: list[FloatArray] = []
+        self._points: list[Floats] = []
+        self._images: list[Floats] = []
+        self._steps: list[Floats] = []
 
-    def step(self, point: FloatArray, image: FloatArray) -> FloatArray:
+    def step(self, point: Floats, image: Floats) -> Floats:
         """The next point, from the last one and its image g(point)."""
         self._remember(point, image)
         if len(self._steps) == 1:
             return image
         return np.asarray(image - self._shares() @ np.diff(np.array(self._images), axis=0))
 
-    def part_of_step(self, point: FloatArray, image: FloatArray, part: float) -> FloatArray:
+    def part_of_step(self, point: Floats, image: Floats, part: float) -> Floats:
         """The same with a step reduced by the factor ``part``; restarts if the steps have become twice as long."""
         step = image - point
         if self._steps and np.abs(step).max() > 2.0 * np.abs(self._steps[-1]).max():
@@ -54,12 +51,12 @@ class Anderson:
         there = point - np.diff(self._points, axis=0).T @ shares
         return np.asarray(there + part * (step - np.diff(self._steps, axis=0).T @ shares))
 
-    def _remember(self, point: FloatArray, image: FloatArray) -> None:
+    def _remember(self, point: Floats, image: Floats) -> None:
         self._points = [*self._points[-self._depth :], point]
         self._images = [*self._images[-self._depth :], image]
         self._steps = [*self._steps[-self._depth :], image - point]
 
-    def _shares(self) -> FloatArray:
+    def _shares(self) -> Floats:
         """The combination of the differences between the steps that is closest to the last step."""
         differences = np.diff(np.array(self._steps), axis=0)
         return np.asarray(np.linalg.lstsq(differences.T, self._steps[-1], rcond=self._cutoff)[0])

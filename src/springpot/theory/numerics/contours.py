@@ -14,13 +14,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Complexes, Floats
 from springpot.theory.numerics.panels import on_panels
-
-__all__ = ["Relaxation", "dashpot_mean_squares", "dashpot_motion", "free_spectrum", "mean_squares", "relaxation"]
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 0.2  # of ln s: the integrands are analytic for \|Im ln s\| < pi/2, so the trapezoid rule errs by e^(-pi^2/0.2)
 _DECADES = 42.0  # e^-42 is below rounding
@@ -58,7 +54,7 @@ def mean_squares(alpha: float, c: float) -> tuple[float, float]:
     return x_mean_square, x_mean_square + tangent * second / math.pi
 
 
-def dashpot_motion(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def dashpot_motion(c: float, time: Floats) -> tuple[Floats, Floats, Floats]:
     """Displacement and speed after a unit kick, and displacement after a unit displacement, for alpha = 1, c >= 0.
 
     Examples
@@ -82,7 +78,7 @@ def dashpot_motion(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray, 
     return sine, cosine - half * sine, cosine + half * sine
 
 
-def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+def dashpot_mean_squares(c: float, time: Floats) -> tuple[Floats, Floats]:
     """<x^2> and <v^2> of the oscillator with a dashpot (alpha = 1, c >= 0) at times from rest, in closed form.
 
     Examples
@@ -96,7 +92,7 @@ def dashpot_mean_squares(c: float, time: FloatArray) -> tuple[FloatArray, FloatA
     return grown - kick * hold / 2.0, grown + kick * rate / 2.0
 
 
-def free_spectrum(alpha: float, c: float, w: FloatArray) -> FloatArray:
+def free_spectrum(alpha: float, c: float, w: Floats) -> Floats:
     """Two-sided spectrum of x, 1 / (2 pi \\|1 - w^2 + c (iw)^alpha\\|^2), at frequencies w >= 0.
 
     Examples
@@ -134,24 +130,24 @@ class Relaxation:
     pole: complex
     residue: complex
     strength: complex
-    rate: FloatArray
-    response: FloatArray
-    memory: FloatArray
+    rate: Floats
+    response: Floats
+    memory: Floats
 
-    def impulse_response(self, time: FloatArray) -> FloatArray:
+    def impulse_response(self, time: Floats) -> Floats:
         """h(t), the displacement after a unit kick at t = 0."""
         return np.asarray(2.0 * (self.residue * np.exp(self.pole * time)).real + self._decay(self.response, time))
 
-    def correlation(self, lag: FloatArray) -> FloatArray:
+    def correlation(self, lag: Floats) -> Floats:
         """<x(t) x(t + lag)> for lag >= 0 in the stationary state."""
         return np.asarray((self.strength * np.exp(self.pole * lag)).real + self._decay(self.memory, lag))
 
-    def mean_squares(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def mean_squares(self, time: Floats) -> tuple[Floats, Floats]:
         """<x^2> and <v^2> at times from rest: the integrals of h^2 and h'^2, term by term in closed form."""
         x = self._energy(time, self.residue, self.response)
         return x, self._energy(time, self.residue * self.pole, -self.response * self.rate)
 
-    def _decay(self, weight: FloatArray, time: FloatArray) -> FloatArray:
+    def _decay(self, weight: Floats, time: Floats) -> Floats:
         total = np.empty(time.size)
         flat = time.reshape(-1)
         for start in range(0, flat.size, _CHUNK):
@@ -159,7 +155,7 @@ class Relaxation:
             total[part] = _fade(flat[part], self.rate) @ weight
         return total.reshape(time.shape)
 
-    def _energy(self, time: FloatArray, residue: complex, weight: FloatArray) -> FloatArray:
+    def _energy(self, time: Floats, residue: complex, weight: Floats) -> Floats:
         """int_0^t (2 Re[residue e^(ps)] + sum weight_j e^(-rate_j s))^2 ds."""
         p, rate = self.pole, self.rate
         pair = weight / (rate[:, None] + rate)  # of two exponentials
@@ -202,14 +198,14 @@ def relaxation(alpha: float, c: float) -> Relaxation:
     return Relaxation(pole, residue, strength, y[kept], response[kept], memory[kept])
 
 
-def _saturating(decay: float, time: FloatArray) -> FloatArray:
+def _saturating(decay: float, time: Floats) -> Floats:
     """(1 - e^(-decay t)) / decay, which is t for decay = 0."""
     if decay == 0.0:
         return time + 0.0
     return np.asarray(-np.expm1(-decay * time) / decay)
 
 
-def _fade(time: FloatArray, rate: FloatArray) -> FloatArray:
+def _fade(time: Floats, rate: Floats) -> Floats:
     """e^(-rate t), a row for each time; logarithms avoid overflow."""
     with np.errstate(divide="ignore"):
         return np.asarray(np.exp(-np.exp(np.minimum(np.add.outer(np.log(time), np.log(rate)), 7.0))))
@@ -224,20 +220,20 @@ def _range(alpha: float, c: float) -> tuple[float, float]:
     return low - _DECADES, max(0.0, log_c / (2.0 - alpha)) + _DECADES
 
 
-def _below(y: FloatArray, alpha: float, c: float) -> NDArray[np.complex128]:
+def _below(y: Floats, alpha: float, c: float) -> Complexes:
     """1 / G on the cut, at s = y e^(i pi)."""
     turn = complex(-math.cos(math.pi * (1.0 - alpha)), math.sin(math.pi * (1.0 - alpha)))
     return np.asarray(y * y + 1.0 + c * y**alpha * turn)
 
 
-def _cut_rule(alpha: float, c: float) -> tuple[FloatArray, FloatArray]:
+def _cut_rule(alpha: float, c: float) -> tuple[Floats, Floats]:
     """Nodes and weights in ln y: Gauss panels, halved until none is wide against its distance from a zero of 1 / G."""
     low, high = _range(alpha, c)
     edges = np.linspace(low, high, math.ceil((high - low) / 2.0) + 1)
     left, right = edges[:-1], edges[1:]
     turn = c * np.exp(1j * math.pi * alpha)
-    done_left: list[FloatArray] = []
-    done_right: list[FloatArray] = []
+    done_left: list[Floats] = []
+    done_right: list[Floats] = []
     for _ in range(60):
         half = (right - left) / 2.0
         y = np.exp((left + half)[:, None] + half[:, None] * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))

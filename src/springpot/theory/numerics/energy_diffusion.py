@@ -22,14 +22,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from springpot.machine.arrays import Floats
 from springpot.theory.distributions import times
-
-__all__ = ["EnergyDiffusion", "FirstPassage", "make_energy_diffusion"]
-
-FloatArray = NDArray[np.float64]
 
 _ABOUT, _FINE = 3.0, 0.06  # of a level that is looked at: change of -ln of the density, and in one cell
 _REST = 1e-8  # stationary probability of the cells near rest that are left out: their fast rates spoil the slow ones
@@ -48,10 +44,10 @@ class FirstPassage:
     """
 
     mean_time: float
-    rates: FloatArray
-    weights: FloatArray
+    rates: Floats
+    weights: Floats
 
-    def survival(self, time: float | FloatArray) -> FloatArray:
+    def survival(self, time: float | Floats) -> Floats:
         """Probability that the level has not been reached yet.
 
         Parameters
@@ -90,24 +86,24 @@ class EnergyDiffusion:
         D f / J at the cells, with which the conductances are made.
     """
 
-    action: FloatArray
-    mass: FloatArray
-    strength: FloatArray
+    action: Floats
+    mass: Floats
+    strength: Floats
 
     @cached_property
-    def conductance(self) -> FloatArray:
+    def conductance(self) -> Floats:
         """Between neighbouring cells, in 1/s."""
         return _conductance(self.action[:-1], self.action[1:], self.strength[:-1], self.strength[1:])
 
     @cached_property
-    def modes(self) -> tuple[FloatArray, FloatArray]:
+    def modes(self) -> tuple[Floats, Floats]:
         """Rates (the first is 0, the stationary state) and orthonormal modes in the symmetric variables."""
         rates, vectors = self._spectrum(self.action.size, 0.0)
         rates[0] = 0.0
         vectors[:, 0] = np.sqrt(self.mass)
         return rates, vectors
 
-    def spectrum(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def spectrum(self, values: Floats) -> tuple[Floats, Floats]:
         """Rates of the modes, and the squares of the fluctuation's components: the variance, mode by mode.
 
         From eigenvalues of the product, in half the time of `modes`; accurate enough for sums over all modes.
@@ -130,7 +126,7 @@ class EnergyDiffusion:
         components = vectors.T @ (root * (values - self.mass @ values))
         return np.maximum(rates[1:], 0.0), np.asarray(components[1:] ** 2)
 
-    def from_rest(self, time: FloatArray) -> FloatArray:
+    def from_rest(self, time: Floats) -> Floats:
         """Probabilities of the cells at these times after a start in the lowest cell.
 
         Parameters
@@ -236,7 +232,7 @@ class EnergyDiffusion:
         slow = (mean_time - float(np.sum(weights[1:] / found[1:]))) / weights[0]
         return FirstPassage(mean_time, np.r_[1.0 / slow if slow > 0.0 else found[0], found[1:]], weights)
 
-    def _mean_time_inside(self, step: FloatArray, inside: int) -> float:
+    def _mean_time_inside(self, step: Floats, inside: int) -> float:
         """Mean number of steps from rest until a cell beyond the first so many is seen.
 
         By elimination without a subtraction (W. K. Grassmann, M. I. Taksar and D. P. Heyman, Operations Research 33,
@@ -252,7 +248,7 @@ class EnergyDiffusion:
             steps[:k] += share * steps[k]
         return float(steps[0] / left[0])
 
-    def _spectrum(self, cells: int, escape: float) -> tuple[FloatArray, FloatArray]:
+    def _spectrum(self, cells: int, escape: float) -> tuple[Floats, Floats]:
         """Rates, rising, and modes of the lowest cells; ``escape`` is the conductance at the upper end."""
         root = np.sqrt(self.mass[:cells])
         flow = np.sqrt(np.r_[self.conductance[: cells - 1], escape])
@@ -262,7 +258,7 @@ class EnergyDiffusion:
         return np.asarray(values[::-1] ** 2), np.asarray(modes[::-1].T)
 
 
-def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatArray) -> EnergyDiffusion:
+def make_energy_diffusion(action: Floats, mass: Floats, strength: Floats) -> EnergyDiffusion:
     """Check and normalize the cells, without those of negligible mass and those near rest.
 
     Parameters
@@ -289,14 +285,14 @@ def make_energy_diffusion(action: FloatArray, mass: FloatArray, strength: FloatA
     return EnergyDiffusion(action[kept], share, strength[kept] / total)
 
 
-def _edges(action: FloatArray) -> FloatArray:
+def _edges(action: Floats) -> Floats:
     """Of the cells, halfway in the root of the action; the first and last are as wide inwards as outwards."""
     root = np.sqrt(action)
     middle = 0.5 * (root[1:] + root[:-1])
     return np.asarray(np.r_[max(2.0 * root[0] - middle[0], 0.0), middle, 2.0 * root[-1] - middle[-1]] ** 2)
 
 
-def _conductance(low: FloatArray, high: FloatArray, at_low: FloatArray, at_high: FloatArray) -> FloatArray:
+def _conductance(low: Floats, high: Floats, at_low: Floats, at_high: Floats) -> Floats:
     """1 / int dJ / (D f), with D f / J exponential in ln J."""
     tilt = np.log(at_high / at_low)
     # int_0^1 e^(-tilt s) ds / at_low

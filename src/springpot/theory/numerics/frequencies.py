@@ -6,15 +6,11 @@ import math
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize
 
+from springpot.machine.arrays import Complexes, Floats
 from springpot.theory.numerics.panels import on_panels
 from springpot.theory.result import NoConvergenceError
-
-__all__ = ["integrals", "resonances"]
-
-FloatArray = NDArray[np.float64]
 
 _FAR = 45.0  # logarithms beyond the outermost frequencies, where exp(-45) of an integrand is left
 _POINTS = 4000
@@ -24,7 +20,7 @@ _NARROW = "an integral over frequency did not settle: the resonance is too narro
 _WIDTHS = (0.3, 1.0, 3.0, *(10.0**power for power in range(1, 13)))  # of a resonance, at which the integral is cut
 
 
-def resonances(stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales: Iterable[float]) -> list[float]:
+def resonances(stiffness: Callable[[Floats], Complexes], scales: Iterable[float]) -> list[float]:
     """Logarithms of the frequencies at which to cut an integral of 1 / \\|stiffness\\|^2.
 
     Parameters
@@ -59,7 +55,7 @@ def resonances(stiffness: Callable[[FloatArray], NDArray[np.complex128]], scales
     return sorted(cut for cut in cuts if start <= cut <= high + _FAR)
 
 
-def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], within: FloatArray) -> FloatArray:
+def integrals(densities: Callable[[Floats], Floats], cuts: list[float], within: Floats) -> Floats:
     """The integrals of several densities over all frequencies, positive and negative, of even functions of w.
 
     They are sums over panels, which are halved where they are not fine enough.
@@ -86,7 +82,7 @@ def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], 
     1.25
     """
 
-    def on(low: FloatArray, high: FloatArray) -> FloatArray:
+    def on(low: Floats, high: Floats) -> Floats:
         nodes, weights = on_panels(low, high, _NODES)
         w = np.exp(nodes)
         there = densities(w.ravel()).reshape(*w.shape, -1)
@@ -114,7 +110,7 @@ def integrals(densities: Callable[[FloatArray], FloatArray], cuts: list[float], 
     return 2.0 * done
 
 
-def _refined(stiffness: Callable[[FloatArray], NDArray[np.complex128]], low: float, high: float) -> float:
+def _refined(stiffness: Callable[[Floats], Complexes], low: float, high: float) -> float:
     """The logarithm of the frequency at which the real part vanishes, or else the size is least."""
 
     def real(u: float) -> float:
@@ -128,7 +124,7 @@ def _refined(stiffness: Callable[[FloatArray], NDArray[np.complex128]], low: flo
     return float(least.x)
 
 
-def _half_width(stiffness: Callable[[FloatArray], NDArray[np.complex128]], peak: float) -> float:
+def _half_width(stiffness: Callable[[Floats], Complexes], peak: float) -> float:
     """Half the width of a resonance in the logarithm of the frequency, from the slope of the real part."""
     step = 1e-5
     below, there, above = stiffness(np.exp([peak - step, peak, peak + step]))

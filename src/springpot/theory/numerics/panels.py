@@ -6,20 +6,18 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-__all__ = ["on_panels", "panel_rule"]
-
-FloatArray = NDArray[np.float64]
+from springpot.machine.arrays import Floats
 
 
 @lru_cache(maxsize=16)
-def _unit(order: int) -> tuple[FloatArray, FloatArray]:
+def _unit(order: int) -> tuple[Floats, Floats]:
     nodes, weights = legendre.leggauss(order)
     return 0.5 * (nodes + 1.0), 0.5 * weights
 
 
-def on_panels(low: ArrayLike, high: ArrayLike, order: int) -> tuple[FloatArray, FloatArray]:
+def on_panels(low: ArrayLike, high: ArrayLike, order: int) -> tuple[Floats, Floats]:
     """Nodes and weights of Gauss's rule from each low to each high end, one row for each panel.
 
     Examples
@@ -33,7 +31,7 @@ def on_panels(low: ArrayLike, high: ArrayLike, order: int) -> tuple[FloatArray, 
     return start + (end - start) * nodes, (end - start) * weights
 
 
-def panel_rule(edges: ArrayLike, order: int) -> tuple[FloatArray, FloatArray]:
+def panel_rule(edges: ArrayLike, order: int) -> tuple[Floats, Floats]:
     """The same on each panel between consecutive edges, in one row.
 
     Examples

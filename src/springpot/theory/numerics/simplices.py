@@ -7,14 +7,10 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import NoConvergenceError
-
-__all__ = ["cut", "facets_on", "integral", "simplices_of_box"]
-
-FloatArray = NDArray[np.float64]
 
 _ORDERS = 16, 12  # of the rule, and of the one that it is compared with
 _CHUNK = 200_000  # points at once
@@ -23,7 +19,7 @@ _ON = 1e-12  # of the size of a simplex, of a corner that is on a plane
 _LATTICE = 8  # subdivisions of a facet
 
 
-def simplices_of_box(low: FloatArray, high: FloatArray) -> FloatArray:
+def simplices_of_box(low: Floats, high: Floats) -> Floats:
     """The simplices of a box, one for each order of its edges: shape (simplices, corners, axes).
 
     Examples
@@ -37,7 +33,7 @@ def simplices_of_box(low: FloatArray, high: FloatArray) -> FloatArray:
     return np.asarray(low + unit * (high - low))
 
 
-def cut(simplices: FloatArray, normal: FloatArray, place: float) -> tuple[FloatArray, FloatArray]:
+def cut(simplices: Floats, normal: Floats, place: float) -> tuple[Floats, Floats]:
     """The simplices before a plane, ``normal @ x >= place``, and behind it; those that it goes through are divided.
 
     Examples
@@ -66,7 +62,7 @@ def cut(simplices: FloatArray, normal: FloatArray, place: float) -> tuple[FloatA
     return whole[before], whole[~before]
 
 
-def facets_on(simplices: FloatArray, axis: int, place: float) -> FloatArray:
+def facets_on(simplices: Floats, axis: int, place: float) -> Floats:
     """Points on the facets of simplices that lie on the plane of one coordinate.
 
     Examples
@@ -83,14 +79,14 @@ def facets_on(simplices: FloatArray, axis: int, place: float) -> FloatArray:
     return np.asarray((_lattice(size) @ corners).reshape(-1, size))
 
 
-def _lattice(corners: int) -> FloatArray:
+def _lattice(corners: int) -> Floats:
     """Shares of corners, evenly spread."""
     counts = itertools.product(range(_LATTICE + 1), repeat=corners)
     return np.array([count for count in counts if sum(count) == _LATTICE]) / _LATTICE
 
 
 @lru_cache(maxsize=16)
-def _rule(size: int, order: int) -> tuple[FloatArray, FloatArray]:
+def _rule(size: int, order: int) -> tuple[Floats, Floats]:
     """Gauss's rule on a simplex with one collapsed axis after the other: shares of corners, and weights."""
     nodes, weights = panel_rule(np.array([0.0, 1.0]), order)
     shares, sizes = np.ones((1, 1)), np.ones(1)
@@ -105,8 +101,8 @@ def _rule(size: int, order: int) -> tuple[FloatArray, FloatArray]:
 
 
 def integral(
-    values: Callable[[FloatArray], FloatArray], simplices: FloatArray, tolerance: float, positive: int = 0
-) -> tuple[FloatArray, float]:
+    values: Callable[[Floats], Floats], simplices: Floats, tolerance: float, positive: int = 0
+) -> tuple[Floats, float]:
     """The integrals of several functions over simplices, and a bound on their errors.
 
     Parameters
@@ -159,13 +155,13 @@ def integral(
         found, errors = (np.concatenate([old[~open_], new]) for old, new in zip((found, errors), more, strict=True))
 
 
-def _both(values: Callable[[FloatArray], FloatArray], simplices: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _both(values: Callable[[Floats], Floats], simplices: Floats) -> tuple[Floats, Floats]:
     """The integrals over each simplex, and their differences to those of the lower order."""
     fine, coarse = (_on_each(values, simplices, order) for order in _ORDERS)
     return fine, np.abs(fine - coarse)
 
 
-def _on_each(values: Callable[[FloatArray], FloatArray], simplices: FloatArray, order: int) -> FloatArray:
+def _on_each(values: Callable[[Floats], Floats], simplices: Floats, order: int) -> Floats:
     size = simplices.shape[2]
     shares, weights = _rule(size, order)
     volumes = np.abs(np.linalg.det(simplices[:, 1:] - simplices[:, :1]))
@@ -178,7 +174,7 @@ def _on_each(values: Callable[[FloatArray], FloatArray], simplices: FloatArray, 
     return np.asarray(np.concatenate(found) * volumes[:, None])
 
 
-def _halved(simplices: FloatArray) -> FloatArray:
+def _halved(simplices: Floats) -> Floats:
     """Each simplex divided at the middle of its longest edge."""
     pairs = np.array([*itertools.combinations(range(simplices.shape[1]), 2)])
     lengths = np.linalg.norm(simplices[:, pairs[:, 0]] - simplices[:, pairs[:, 1]], axis=2)

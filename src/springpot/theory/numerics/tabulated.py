@@ -6,14 +6,10 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PPoly
 
+from springpot.machine.arrays import Floats
 from springpot.theory.numerics.panels import panel_rule
-
-__all__ = ["Tabulated", "signed_root"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class Tabulated:
     spline: PPoly
 
     @classmethod
-    def make(cls, place: FloatArray, density: FloatArray, corner: float = 0.0, power: int = 0) -> Tabulated:
+    def make(cls, place: Floats, density: Floats, corner: float = 0.0, power: int = 0) -> Tabulated:
         """From values on a rising grid, so that the integral of density * place^power is 1, to rounding.
 
         The corner is a place of the grid, or outside it.
@@ -56,7 +52,7 @@ class Tabulated:
         """The largest value with a density."""
         return float(self.corner + self.spline.x[-1] * abs(self.spline.x[-1]))
 
-    def density(self, value: FloatArray) -> FloatArray:
+    def density(self, value: Floats) -> Floats:
         """The density; NaN where the value is NaN."""
         low, high = self.spline.x[0], self.spline.x[-1]
         root = signed_root(value - self.corner)
@@ -64,7 +60,7 @@ class Tabulated:
         return np.where(np.isnan(value), np.nan, np.maximum(inside, 0.0))
 
 
-def _never_negative(place: FloatArray, value: FloatArray) -> PPoly:
+def _never_negative(place: Floats, value: Floats) -> PPoly:
     """Cubic splines on either side of 0, their slopes limited so that between values >= 0 they stay there.
 
     The limit is that of J. W. Schmidt and W. Hess, "Positivity of cubic polynomials on intervals and positive spline
@@ -82,7 +78,7 @@ def _never_negative(place: FloatArray, value: FloatArray) -> PPoly:
     return PPoly(np.concatenate(sides, axis=1), place)
 
 
-def signed_root(distance: FloatArray) -> FloatArray:
+def signed_root(distance: Floats) -> Floats:
     """Root of the absolute value, with the sign.
 
     Examples

@@ -12,17 +12,13 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.theory.methods.envelope.cycles import SMALLEST_PHASE, Cycles, harmonic_sum, make_cycles
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import EnergyDiffusion, make_energy_diffusion
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Problem
-
-__all__ = ["Balance", "Cells", "Closure", "Labels", "Stretch", "balance", "before_impact", "missing_sinc", "saturated"]
-
-FloatArray = NDArray[np.float64]
 
 _NODES = 10  # Gauss-Legendre nodes of a panel
 _FINE_NODES = 30  # for the diffusion in time, whose fluxes are of second order
@@ -84,39 +80,39 @@ class Labels:
         has impacts.
     """
 
-    edges: FloatArray
+    edges: Floats
     clear: int
     clear_amplitude: float
 
     @property
-    def nodes(self) -> FloatArray:
+    def nodes(self) -> Floats:
         """Labels of the nodes, one row for each panel."""
         return on_panels(self.edges[:-1], self.edges[1:], _NODES)[0]
 
     @property
-    def weights(self) -> FloatArray:
+    def weights(self) -> Floats:
         """Weights of the integral over the label, in the shape of the nodes."""
         return on_panels(self.edges[:-1], self.edges[1:], _NODES)[1]
 
-    def derivative(self, values: FloatArray) -> FloatArray:
+    def derivative(self, values: Floats) -> Floats:
         """Derivative by the label."""
         return np.asarray((self._rows(values) @ _DERIVATIVE.T / np.diff(self.edges)[:, None]).ravel())
 
-    def integral(self, values: FloatArray) -> FloatArray:
+    def integral(self, values: Floats) -> Floats:
         """Integral over the label from the first edge to each node."""
         width = np.diff(self.edges)[:, None]
         rows = self._rows(values) * width
         before = np.r_[0.0, np.cumsum(rows @ _WEIGHTS)[:-1]]
         return np.asarray((rows @ _INTEGRAL.T + before[:, None]).ravel())
 
-    def interpolate(self, values: FloatArray, label: FloatArray) -> FloatArray:
+    def interpolate(self, values: Floats, label: Floats) -> Floats:
         """Values of the nodes' polynomials at any labels, shape (..., quantities) for values (nodes, quantities)."""
         panel = np.clip(np.searchsorted(self.edges, label, side="right") - 1, 0, self.edges.size - 2)
         place = 2.0 * (label - self.edges[panel]) / (self.edges[panel + 1] - self.edges[panel]) - 1.0
         series = np.einsum("kn,pnq->pkq", _TO_LEGENDRE, values.reshape(-1, _NODES, values.shape[-1]))
         return np.asarray(np.einsum("...k,...kq->...q", legendre.legvander(place, _NODES - 1), series[panel]))
 
-    def _rows(self, values: FloatArray) -> FloatArray:
+    def _rows(self, values: Floats) -> Floats:
         return values.reshape(-1, _NODES)
 
 
@@ -142,20 +138,20 @@ class Stretch:
     lift: float
     v_factor: float
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Corrected displacements."""
         above = np.maximum(x - self.wall, 0.0) + self.near
         return np.asarray(self.wall + self.factor * (above**self.power - self.near**self.power))
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Corrected velocities."""
         return np.asarray(self.v_factor * (v - self.skew * np.hypot(v, self.soft) + self.lift))
 
-    def v_slope(self, v: FloatArray) -> FloatArray:
+    def v_slope(self, v: Floats) -> Floats:
         """Derivative of the corrected velocities."""
         return np.asarray(self.v_factor * (1.0 - self.skew * v / np.hypot(v, self.soft)))
 
-    def origin(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def origin(self, x: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Inverse of the correction, and the factor on areas."""
         z = np.clip(v / self.v_factor - self.lift, -_FASTEST, _FASTEST)
         rest = 1.0 - self.skew**2
@@ -170,13 +166,13 @@ class Stretch:
 class Cells:
     """Cells of the diffusion in time; one entry per cell for every array, named as in `Balance`."""
 
-    label: FloatArray
-    x_square: FloatArray
-    v_square: FloatArray
-    phase: FloatArray
-    amplitude: FloatArray
-    frequency: FloatArray
-    centre: FloatArray
+    label: Floats
+    x_square: Floats
+    v_square: Floats
+    phase: Floats
+    amplitude: Floats
+    frequency: Floats
+    centre: Floats
     diffusion: EnergyDiffusion
     stretch: Stretch | None
 
@@ -218,27 +214,27 @@ class Balance:
     labels: Labels
     steps: int
     change: float
-    phase: FloatArray
-    amplitude: FloatArray
-    frequency: FloatArray
-    centre: FloatArray
-    mean: FloatArray
-    x_square: FloatArray
-    v_square: FloatArray
-    dissipation: FloatArray
-    rate: FloatArray
-    speed: FloatArray
-    before: FloatArray
-    action: FloatArray
-    measure: FloatArray
-    weight: FloatArray
-    fall: FloatArray
-    mobility: FloatArray
-    density: FloatArray
+    phase: Floats
+    amplitude: Floats
+    frequency: Floats
+    centre: Floats
+    mean: Floats
+    x_square: Floats
+    v_square: Floats
+    dissipation: Floats
+    rate: Floats
+    speed: Floats
+    before: Floats
+    action: Floats
+    measure: Floats
+    weight: Floats
+    fall: Floats
+    mobility: Floats
+    density: Floats
     diffusion: EnergyDiffusion
     stretch: Stretch | None = None
 
-    def average(self, values: FloatArray) -> float:
+    def average(self, values: Floats) -> float:
         """Stationary mean of a quantity of the cycles."""
         return float(self.weight @ values)
 
@@ -257,7 +253,7 @@ class Balance:
         """Mean of the cycles' 2 pi / period."""
         return self.average(math.pi * self.frequency / self.phase)
 
-    def cycle(self, label: FloatArray, clear: int) -> tuple[FloatArray, FloatArray]:
+    def cycle(self, label: Floats, clear: int) -> tuple[Floats, Floats]:
         """Amplitude and frequency of the cycles with these labels; the first ``clear`` are without impacts."""
         cycles, slow_share = _mean_field(self.problem, self.closure)
         above_rest = self.problem.position - slow_share * self.closure.mean
@@ -448,8 +444,8 @@ def _mean_field(problem: Problem, closure: Closure) -> tuple[Cycles, float]:
 
 
 def _shape(
-    cycles: Cycles, labels: Labels, label: FloatArray, first: int, above_rest: float, slow_share: float
-) -> tuple[FloatArray, FloatArray]:
+    cycles: Cycles, labels: Labels, label: Floats, first: int, above_rest: float, slow_share: float
+) -> tuple[Floats, Floats]:
     """Phase and amplitude of the cycles with these labels."""
     p = np.full(label.size, math.pi)
     a = np.empty(label.size)
@@ -461,13 +457,13 @@ def _shape(
     return p, a
 
 
-def missing_sinc(angle: FloatArray) -> FloatArray:
+def missing_sinc(angle: Floats) -> Floats:
     """1 - sin(angle) / angle, without cancellation."""
     small = angle**2 / 6.0 * (1.0 - angle**2 / 20.0)
     return np.where(angle < 0.01, small, 1.0 - np.sinc(angle / math.pi))
 
 
-def before_impact(damping: FloatArray, r: float) -> FloatArray:
+def before_impact(damping: Floats, r: float) -> Floats:
     """Energy before an impact over the mean energy between two impacts.
 
     With damping d and period T the energy H grows towards q / 2d, from r^2 times its value before the impact: the ratio
@@ -482,9 +478,7 @@ def before_impact(damping: FloatArray, r: float) -> FloatArray:
     return np.asarray(gone / (z * ((1.0 - r * r) * lag + r * r * gone / z)))
 
 
-def _broadening(
-    problem: Problem, closure: Closure, p: FloatArray, a: FloatArray, w: FloatArray, w1: FloatArray
-) -> FloatArray:
+def _broadening(problem: Problem, closure: Closure, p: Floats, a: Floats, w: Floats, w1: Floats) -> Floats:
     """Extra power that the springpot dissipates because the harmonics are lines of finite width.
 
     The width comes from the decay of the amplitude's correlation.  The part due to impacts is not power of the
@@ -525,7 +519,7 @@ def _close(b: Balance) -> Closure:
     return Closure(c * float(slow) / variance, mean, decay, frequency, share, taken)
 
 
-def saturated(y: FloatArray, power: float) -> FloatArray:
+def saturated(y: Floats, power: float) -> Floats:
     """(1 - y) / (1 - y^power): 1 - y for small y, and never negative.
 
     Examples

@@ -17,13 +17,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 from scipy.interpolate import CubicSpline
 
-__all__ = ["SMALLEST_PHASE", "Cycles", "harmonic_sum", "make_cycles"]
-
-FloatArray = NDArray[np.float64]
+from springpot.machine.arrays import Floats
 
 _TERMS = 30  # of the series in u / 4: below 1e-16 at u = 1
 SMALLEST_PHASE = 1e-10
@@ -31,13 +28,13 @@ _NEWTON_STEPS = 8
 
 
 @lru_cache(maxsize=64)
-def _series(gamma: float) -> FloatArray:
+def _series(gamma: float) -> Floats:
     """Coefficients of the series in u, highest power first."""
     k = np.arange(_TERMS)
     return np.asarray(((k + 1.0) * (special.zeta(2.0 * k + 4.0 - gamma, 2.0)))[::-1])
 
 
-def harmonic_sum(phase: FloatArray, gamma: float) -> FloatArray:
+def harmonic_sum(phase: Floats, gamma: float) -> Floats:
     """sum_n n^gamma X_n^2 for amplitude 1.
 
     Parameters
@@ -81,14 +78,14 @@ class Cycles:
 
     order: float
     stiffness: float
-    phases: FloatArray
+    phases: Floats
     log_frequency: CubicSpline
 
-    def frequency(self, phase: FloatArray) -> FloatArray:
+    def frequency(self, phase: Floats) -> Floats:
         """w of cycles with these phases."""
         return np.asarray(np.exp(self.log_frequency(np.log(phase))))
 
-    def phase_at(self, ratio: FloatArray, slow_share: float) -> FloatArray:
+    def phase_at(self, ratio: Floats, slow_share: float) -> Floats:
         """Phase p of the cycles that rise to a height h above the wall, by Newton's method from the table.
 
         Parameters
@@ -108,7 +105,7 @@ class Cycles:
             p = np.clip(p - step, 0.5 * p, np.minimum(2.0 * p, math.pi))
         return p
 
-    def _ratio(self, phase: FloatArray, slow_share: float) -> tuple[FloatArray, FloatArray]:
+    def _ratio(self, phase: Floats, slow_share: float) -> tuple[Floats, Floats]:
         """(b - x_rest) / h as a function of the phase, and its derivative."""
         log_phase = np.log(phase)
         w = np.exp(self.log_frequency(log_phase))
@@ -149,5 +146,5 @@ def make_cycles(order: float, stiffness: float) -> Cycles:
 
 
 @lru_cache(maxsize=1)
-def _phases() -> FloatArray:
+def _phases() -> Floats:
     return np.concatenate([np.geomspace(SMALLEST_PHASE, 1.0, 220)[:-1], np.linspace(1.0, math.pi, 240)])

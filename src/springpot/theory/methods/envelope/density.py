@@ -24,14 +24,11 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.theory.methods.envelope.balance import Balance, missing_sinc
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.tabulated import Tabulated, signed_root
-from springpot.theory.result import NotCoveredError
-
-__all__ = ["Portrait", "portrait"]
-
-FloatArray = NDArray[np.float64]
 
 _GRID = 160
 _CROSS = 24  # nodes of each half of a cross-section
@@ -57,15 +54,15 @@ class Shapes:
         Phase p at the impact, pi without impacts.
     """
 
-    top: FloatArray
-    a: FloatArray
-    w: FloatArray
-    top_slope: FloatArray
-    a_slope: FloatArray
-    w_slope: FloatArray
-    phase: FloatArray
+    top: Floats
+    a: Floats
+    w: Floats
+    top_slope: Floats
+    a_slope: Floats
+    w_slope: Floats
+    phase: Floats
 
-    def excess(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def excess(self, x: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Negative where (x, v) is outside the cycle, positive inside, and its derivative by the label."""
         depth, square = self.top - x, (v / self.w) ** 2
         slope = (
@@ -73,7 +70,7 @@ class Shapes:
         )
         return depth * (2.0 * self.a - depth) - square, slope
 
-    def jacobian(self, x: FloatArray) -> FloatArray:
+    def jacobian(self, x: Floats) -> Floats:
         """d(x, v) / d(label, phase) of the cycles at these displacements."""
         a, w = self.a, self.w
         missing = np.clip((self.top - x) / a, 0.0, 2.0)  # 1 - cos s
@@ -81,7 +78,7 @@ class Shapes:
         return np.asarray(across + a * (self.w_slope * a + w * self.a_slope) * missing * (2.0 - missing))
 
     @property
-    def mean_jacobian(self) -> FloatArray:
+    def mean_jacobian(self) -> Floats:
         """Mean of the Jacobian over the phases of each cycle."""
         a, w = self.a, self.w
         once, twice = missing_sinc(self.phase), missing_sinc(2.0 * self.phase)
@@ -112,14 +109,14 @@ class Portrait:
     """
 
     balance: Balance
-    edges: FloatArray
+    edges: Floats
     clear: int
-    series: FloatArray
+    series: Floats
     base: float
-    ratio: Callable[[FloatArray], FloatArray]
+    ratio: Callable[[Floats], Floats]
     total: float
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """Density of displacement and velocity."""
         x, v = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(v, dtype=float))
         if (stretch := self.balance.stretch) is None:
@@ -127,7 +124,7 @@ class Portrait:
         place, speed, wider = stretch.origin(x, v)
         return np.asarray(self._on_cycles(place, speed) / wider)
 
-    def _on_cycles(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def _on_cycles(self, x: Floats, v: Floats) -> Floats:
         """The same without the correction for a lossy wall."""
         place, speed = x.ravel(), v.ravel()
         left, right, top = self._ends_of_cycles
@@ -140,7 +137,7 @@ class Portrait:
         density[inside] *= label < self.edges[-1]
         return density.reshape(x.shape)
 
-    def weight(self, label: FloatArray) -> FloatArray:
+    def weight(self, label: Floats) -> Floats:
         """Probability per label."""
         cycles = self.shapes(label)
         return np.asarray(2.0 * cycles.phase * self._height(label) * cycles.mean_jacobian)
@@ -205,7 +202,7 @@ class Portrait:
             values += self.joint(x, -v)
         return Tabulated.make(grid, 2.0 * np.sum(values * weights, axis=1), corner, power=1)
 
-    def shapes(self, label: FloatArray) -> Shapes:
+    def shapes(self, label: Floats) -> Shapes:
         """The cycles with these labels."""
         return self._on_panels(label, np.searchsorted(self.edges, label, side="right") - 1)
 
@@ -229,17 +226,17 @@ class Portrait:
             float(np.max(cycles.w * cycles.a * np.sin(np.minimum(cycles.phase, math.pi / 2.0)))),
         )
 
-    def _height(self, label: FloatArray) -> FloatArray:
+    def _height(self, label: Floats) -> Floats:
         """Density in the plane on the cycle, without the Jacobian."""
         fall = self.balance.labels.interpolate(self.balance.fall[:, None], label)[..., 0]
         return np.asarray(np.exp(-fall) * self.ratio(label) / self.total)
 
     @cached_property
-    def _slopes(self) -> FloatArray:
+    def _slopes(self) -> Floats:
         """The derivative of each series."""
         return np.asarray(chebyshev.chebder(self.series, axis=1))
 
-    def _on_panels(self, label: FloatArray, panel: NDArray[np.intp]) -> Shapes:
+    def _on_panels(self, label: Floats, panel: NDArray[np.intp]) -> Shapes:
         panel = np.clip(panel, 0, self.edges.size - 2)
         half = (self.edges[panel + 1] - self.edges[panel]) / 2.0
         place = (label - self.edges[panel]) / half - 1.0
@@ -267,7 +264,7 @@ class Portrait:
         clear = self.balance.labels.clear_amplitude > 0.0
         return float(self.balance.centre[0]) if clear else self.balance.problem.position
 
-    def _label(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def _label(self, x: Floats, v: Floats) -> Floats:
         """Label of the cycle through each point: first its panel, then Newton's method within brackets."""
         panel = np.zeros(x.size, dtype=np.intp)
         for edge in range(1, self.edges.size - 1):
@@ -289,7 +286,7 @@ class Portrait:
         return label
 
 
-def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.ones_like) -> Portrait:
+def portrait(balance: Balance, ratio: Callable[[Floats], Floats] = np.ones_like) -> Portrait:
     """The cycles of a balance, with its stationary density or another one.
 
     Parameters
@@ -321,7 +318,7 @@ def portrait(balance: Balance, ratio: Callable[[FloatArray], FloatArray] = np.on
     raise NotCoveredError("The envelope has densities only if cycles of different size do not cross; here they cross.")
 
 
-def _outlines(balance: Balance, edges: FloatArray, ratio: Callable[[FloatArray], FloatArray]) -> Portrait:
+def _outlines(balance: Balance, edges: Floats, ratio: Callable[[Floats], Floats]) -> Portrait:
     """The cycles on these panels, continuous at their ends; on the first panel with impacts A - base is const. e."""
     clear = min(balance.labels.clear, edges.size - 1)
     places = chebyshev.chebpts2(_DEGREE + 1)
@@ -344,7 +341,7 @@ def _outlines(balance: Balance, edges: FloatArray, ratio: Callable[[FloatArray],
     return Portrait(balance, edges, clear, np.stack([w @ to_series, share @ to_series], axis=-1), base, ratio, 1.0)
 
 
-def _grid(low: float, high: float, corner: float) -> FloatArray:
+def _grid(low: float, high: float, corner: float) -> Floats:
     """From low to high through the corner, denser near it: even in the root of the distance from it."""
     ends = signed_root(np.array([low, high]) - corner)
     if ends[0] >= 0.0:
@@ -357,7 +354,7 @@ def _grid(low: float, high: float, corner: float) -> FloatArray:
     return np.asarray(grid)
 
 
-def _cross(start: float, end: float) -> tuple[FloatArray, FloatArray]:
+def _cross(start: float, end: float) -> tuple[Floats, Floats]:
     """Gauss-Legendre rule between two points in three panels that widen away from the start (positive weights)."""
     nodes, weights = panel_rule(start + (end - start) * np.array([0.0, 0.12, 0.4, 1.0]), _CROSS)
     return nodes, np.abs(weights)

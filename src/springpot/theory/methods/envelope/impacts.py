@@ -22,16 +22,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 from scipy.interpolate import PchipInterpolator
 
+from springpot.machine.arrays import Floats
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.balance import Balance
-
-__all__ = ["Impacts", "impacts", "with_short_returns"]
-
-FloatArray = NDArray[np.float64]
 
 _POINTS_PER_DECADE = 15
 _DECADES = 14  # range of speeds: very slow impacts matter with a lossy wall
@@ -56,8 +52,8 @@ class Impacts:
     rate: float
     speed_mean: float
     speed_mean_square: float
-    speeds: FloatArray
-    density: FloatArray
+    speeds: Floats
+    density: Floats
 
 
 def impacts(balance: Balance) -> Impacts | None:
@@ -84,17 +80,17 @@ def impacts(balance: Balance) -> Impacts | None:
     rising &= (balance.measure > 1e-9 * balance.action)[strike]  # not where cycles cross
     per_impact = tuple(balance.average(balance.rate * before**power) for power in (0, 1, 2))
 
-    def turning(v: FloatArray) -> FloatArray:
+    def turning(v: Floats) -> Floats:
         return np.interp(v, balance.speed[strike], (balance.phase / balance.frequency)[strike])
 
     return with_short_returns(speed[rising], flux[rising], turning, lambda v: r * v, slow_impact_power(r), per_impact)
 
 
 def with_short_returns(
-    known: FloatArray,
-    flux: FloatArray,
-    turning: Callable[[FloatArray], FloatArray],
-    rebound: Callable[[FloatArray], FloatArray],
+    known: Floats,
+    flux: Floats,
+    turning: Callable[[Floats], Floats],
+    rebound: Callable[[Floats], Floats],
     power: float,
     regular: tuple[float, ...],
 ) -> Impacts:
@@ -122,7 +118,7 @@ def with_short_returns(
     v = known[-1] * np.geomspace(10.0**-_DECADES, 1.0, _POINTS_PER_DECADE * _DECADES)
     step = math.log(v[1] / v[0])
 
-    def elastic_flux_at(v: FloatArray) -> FloatArray:
+    def elastic_flux_at(v: Floats) -> Floats:
         """The flux without losses; proportional to the speed below the known speeds."""
         held = np.maximum(v, known[0])
         return np.asarray(v * np.exp(fall * held**2 + left(np.log(held))))
@@ -139,7 +135,7 @@ def with_short_returns(
         cut = _CUT * _POINTS_PER_DECADE
         n[:cut] = n[cut] * (v[:cut] / v[cut]) ** (power - 1.0)
 
-    def moment(flux: FloatArray, power: float, k: int) -> float:
+    def moment(flux: Floats, power: float, k: int) -> float:
         """Sum over the grid plus slower impacts: those below u are proportional to u^power."""
         return float(flux @ v ** (k + 1)) * step + float(flux[0] * v[0] ** (k + 1)) / (power + k)
 
@@ -158,7 +154,7 @@ def with_short_returns(
     )
 
 
-def _short_returns(u: FloatArray, v0: FloatArray, limit: FloatArray) -> FloatArray:
+def _short_returns(u: Floats, v0: Floats, limit: Floats) -> Floats:
     """Density of the return speed u after leaving at v0, of a free mass and for returns before ``limit``; q = 1."""
     a = 2.0 * (v0 * v0 - v0 * u + u * u)
     b = 6.0 * v0 * u

@@ -29,10 +29,11 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize
 from scipy.interpolate import RegularGridInterpolator
 
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, Spring, WhiteNoise
 from springpot.problem.system import System
 from springpot.theory.mckean import COLLAPSE_BELOW
@@ -41,11 +42,6 @@ from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.fokker_planck.method import fokker_planck
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
-from springpot.theory.result import NotCoveredError
-
-__all__ = ["Ratios", "changed", "is_tabulated", "moments_from_wall", "sudden_losses", "tabulate"]
-
-FloatArray = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("losses.npz")
 DAMPINGS = np.array([0.003, 0.01, 0.03, 0.08, 0.2, 0.45, 1.0, 2.0, 4.0])
@@ -170,7 +166,7 @@ def _balance(settled: Balance, ratios: Ratios) -> Balance:
     near = _NEAR * math.sqrt(wanted_square)
     above = np.maximum(settled.centre[:, None] + settled.amplitude[:, None] * np.cos(s) - wall, 0.0) + near
 
-    def displaced(power: float) -> FloatArray:
+    def displaced(power: float) -> Floats:
         return np.asarray(above**power - near**power)
 
     def moments(power: float) -> tuple[float, float]:
@@ -238,7 +234,7 @@ def _from_origin(mean: float, square: float, origin: float) -> tuple[float, floa
     return mean - origin, square - 2.0 * origin * mean + origin * origin
 
 
-def _logarithms(damping: float, restitution: float, place: float) -> FloatArray:
+def _logarithms(damping: float, restitution: float, place: float) -> Floats:
     below, above = _tables()
     table, low, high = (below, GAPS[0], 0.0) if place < 0.0 else (above, 0.0, PRELOADS[-1])
     damping = min(max(damping, DAMPINGS[0]), DAMPINGS[-1])
@@ -255,7 +251,7 @@ def _coordinates(settled: Balance) -> tuple[float, float, float]:
     return settled.average(settled.dissipation) / (w * v_square), settled.problem.restitution, place
 
 
-def _crowding(restitution: float | FloatArray) -> FloatArray:
+def _crowding(restitution: float | Floats) -> Floats:
     """Coordinate of the table for r: the moments change fast near the restitution with infinitely many impacts."""
     return np.log(np.asarray(restitution) - COLLAPSE_BELOW)
 
@@ -285,7 +281,7 @@ def tabulate(path: Path = FILE) -> None:
     np.savez_compressed(path, gaps=rows[:, :, : GAPS.size], preloads=rows[:, :, GAPS.size - 1 :])
 
 
-def _rows(point: tuple[float, float]) -> list[FloatArray]:
+def _rows(point: tuple[float, float]) -> list[Floats]:
     """Logarithms of the ratios at all positions of the wall; an unknown one is that of the position before."""
     rows = [_NONE]
     for place in (*GAPS, *PRELOADS[1:]):
@@ -294,7 +290,7 @@ def _rows(point: tuple[float, float]) -> list[FloatArray]:
     return rows[1:]
 
 
-def _row(damping: float, restitution: float, place: float) -> FloatArray:
+def _row(damping: float, restitution: float, place: float) -> Floats:
     """At one position; NaN where the Fokker-Planck equation has no or no accurate result."""
 
     def light(position: float) -> Balance:

@@ -34,9 +34,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
@@ -51,11 +53,7 @@ from springpot.theory.methods.systems.envelope import check_system_covered, enve
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, endless, problem_and_units
-from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, NotCoveredError, Result
-
-__all__ = ["Envelope", "check_covered", "envelope"]
-
-FloatArray = NDArray[np.float64]
+from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, Result
 
 _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where errors are already large
@@ -92,12 +90,12 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         return law.balance.average(law.balance.frequency) / law.units.time
 
     @property
-    def relaxation_rates(self) -> FloatArray:
+    def relaxation_rates(self) -> Floats:
         """Rates at which the density of the energy relaxes, in 1/s, the slowest first."""
         law = self._stationary_law()
         return np.asarray(law.cells.diffusion.modes[0][1:] / law.units.time)
 
-    def amplitude_mean_square_at(self, time: ArrayLike) -> FloatArray:
+    def amplitude_mean_square_at(self, time: ArrayLike) -> Floats:
         """<A^2> at a time from rest, in m^2.
 
         Parameters
@@ -245,7 +243,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
     def _more(self) -> dict[str, object]:
         return {"frequency": None if self.balance is None else self.frequency}
 
-    def _amplitude(self, a: FloatArray, time: float | None) -> FloatArray:
+    def _amplitude(self, a: Floats, time: float | None) -> Floats:
         law = self._stationary_law()
         if time is not None:
             t = finite_number(time, "time", low=0.0, open_low=True, hint="At rest the amplitude has no density.")
@@ -261,7 +259,7 @@ class _Law:
     balance: Balance
     impacts: Impacts | None
     kappa: float  # (frequency of the units / Omega)^2: A^2 = x^2 + kappa v^2
-    ratio: Callable[[FloatArray], FloatArray] = np.ones_like  # of the density to the stationary one
+    ratio: Callable[[Floats], Floats] = np.ones_like  # of the density to the stationary one
 
     def moments(self, system: System) -> Moments:
         """The stationary moments, in units."""
@@ -297,23 +295,23 @@ class _Law:
         unit = self.units.time
         return FirstPassage(passage.mean_time * unit, passage.rates / unit, passage.weights)
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Density of the displacement."""
         return self.portrait.x.density(x)
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Density of the velocity."""
         return self.portrait.v.density(v)
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """Density of both."""
         return self.portrait.joint(x, v)
 
-    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+    def amplitude(self, amplitude: Floats) -> Floats:
         """Density of sqrt(x^2 + kappa v^2)."""
         return np.clip(amplitude, 0.0, self._energy_table.end) * self._energy_table.density(amplitude)
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact."""
         if self.impacts is None:
             raise NotCoveredError(
@@ -429,7 +427,7 @@ def _without(paper: Dimensionless) -> str | None:
     return f"There is no stationary state in floating point: the loss {loss:.2g} of a cycle is too small."
 
 
-def _largest_amplitude(cells: Cells, kappa: float) -> FloatArray:
+def _largest_amplitude(cells: Cells, kappa: float) -> Floats:
     """Largest sqrt(x^2 + kappa v^2) along each cycle, at its ends or between them."""
     a, w, centre = cells.amplitude, cells.frequency, cells.centre
     if cells.stretch is not None:

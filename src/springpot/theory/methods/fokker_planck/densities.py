@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 from scipy import special
 
+from springpot.machine.arrays import Floats
 from springpot.theory.distributions import normal
 from springpot.theory.mckean import slow_impact_power
 from springpot.theory.methods.fokker_planck.equation import Impacts, response, speed_unit
@@ -26,10 +26,6 @@ from springpot.theory.methods.fokker_planck.transition import (
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units
-
-__all__ = ["Laws"]
-
-FloatArray = NDArray[np.float64]
 
 _NEAREST = 0.02  # distance to the wall, over the speed unit, down to which the joint density is computed
 _NEAREST_X = 0.001  # the same for the density of x
@@ -63,15 +59,15 @@ class Laws:
     x_root: float
     v_root: float
 
-    def x(self, displacement: FloatArray) -> FloatArray:
+    def x(self, displacement: Floats) -> Floats:
         """Density of x."""
         return self._x_law.density(displacement - self.problem.position)
 
-    def v(self, velocity: FloatArray) -> FloatArray:
+    def v(self, velocity: Floats) -> Floats:
         """Density of v."""
         return self._v_law.density(velocity)
 
-    def joint(self, displacement: FloatArray, velocity: FloatArray) -> FloatArray:
+    def joint(self, displacement: Floats, velocity: Floats) -> Floats:
         """Density of (x, v), for arrays of one shape."""
         problem, v = self.problem, velocity
         gap = displacement - problem.position
@@ -86,7 +82,7 @@ class Laws:
                 density[row] = law.density(v[row]) * self._x_law.density(np.asarray(distance))
         return density
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed of impacts."""
         return np.asarray(self.flux(speed) / self.impacts.mass)
 
@@ -103,7 +99,7 @@ class Laws:
         sides = np.array([-border, border])
         change = self._at_wall(sides) / (height * there.density(sides)) - 1.0  # from the distance to the wall
 
-        def scaled(v: FloatArray) -> FloatArray:
+        def scaled(v: Floats) -> Floats:
             wall, far = self._at_wall(v), self._at_wall(stretch * v)
             slow = np.exp(-((stretch * v / border) ** 4))
             known = (slow > 1e-9) & (far > 0.0)
@@ -126,12 +122,12 @@ class Laws:
     def _nearest_law(self) -> Tabulated:
         return self._law_of_v(self._nearest)
 
-    def _slice(self, gap: float, v: FloatArray) -> FloatArray:
+    def _slice(self, gap: float, v: Floats) -> Floats:
         """Dimensionless joint density at one distance from the wall."""
         problem = self.problem
         swift = min(float(np.max(np.abs(v))), 4.0 * free_spread(problem))
 
-        def form(problem: Problem, time: FloatArray) -> QuadraticForm:
+        def form(problem: Problem, time: Floats) -> QuadraticForm:
             return QuadraticForm.at(problem, time, gap)
 
         x = np.asarray(problem.position + gap)
@@ -143,13 +139,13 @@ class Laws:
         """Logarithm of the shortest time of flight to this distance from the wall."""
         return math.log(min((gap * gap / 60.0) ** (1.0 / 3.0), gap / float(self.impacts.speed[-1]) / 3.0))
 
-    def _at_wall(self, v: FloatArray) -> FloatArray:
+    def _at_wall(self, v: Floats) -> Floats:
         """Dimensionless joint density at the wall: impact speed u, rebound speed r u."""
         struck = np.where(v < 0.0, -v, v / self.problem.restitution)
         flux = self.flux(struck) * (self.impacts.moment(0) / self.impacts.mass)
         return np.asarray(flux / np.maximum(struck, 1e-300) / np.where(v < 0.0, 1.0, self.problem.restitution**2))
 
-    def flux(self, u: FloatArray) -> FloatArray:
+    def flux(self, u: Floats) -> Floats:
         """Impacts per unit time and speed, dimensionless."""
         impacts, unit = self.impacts, speed_unit(self.problem)
         y = np.log(np.expm1(np.clip(u, 1e-300, impacts.speed[-1]) / unit))
@@ -159,7 +155,7 @@ class Laws:
         return np.asarray(np.where((u >= 0.0) & (u <= impacts.speed[-1]), density, 0.0))
 
     @cached_property
-    def _v_edges(self) -> FloatArray:
+    def _v_edges(self) -> Floats:
         """Panels of the velocity."""
         farthest = min(nothing_beyond(self.problem), 1.5 * float(self.impacts.speed[-1]) + abs(self.problem.position))
         edges = self.v_root * _PLACES
@@ -173,13 +169,13 @@ class Laws:
         # before this time the densities of v are narrower than the spacing of the speeds in the response's sum
         first = (speed_unit(problem) * self.impacts.spacing / 8.0) ** 2
 
-        def density(v: FloatArray) -> FloatArray:
+        def density(v: Floats) -> Floats:
             later = response(problem, self.impacts, v_form, v, math.log(first), 8, 4)
             return normal(v, free_spread(problem) ** 2) + self._just_after(v, first) + later
 
         return _tabulated(density, self._v_edges)
 
-    def _just_after(self, v: FloatArray, end: float) -> FloatArray:
+    def _just_after(self, v: Floats, end: float) -> Floats:
         """Contribution of impacts to the density of v until this short time after each.
 
         Fast speeds are averaged over the noise; near 0, where the flux may vary like a root, slow speeds are summed.
@@ -215,7 +211,7 @@ class Laws:
         farthest = min(nothing_beyond(problem), 1.5 * float(self.impacts.speed[-1]) + 2.0 * abs(problem.position))
         edges = np.append(np.unique(edges[(edges >= nearest) & (edges < 0.9 * farthest)]), farthest)
 
-        def density(gap: FloatArray) -> FloatArray:
+        def density(gap: Floats) -> Floats:
             free = normal(problem.position + gap, free_spread(problem) ** 2)
             return free + response(problem, self.impacts, x_form, problem.position + gap, self._first(nearest), 16, 2)
 
@@ -251,7 +247,7 @@ class _NearWall:
         )
         return cls(table, nearest, power, 1.0 / (1.0 + float(inside)), singular, float(regular))
 
-    def density(self, gap: FloatArray) -> FloatArray:
+    def density(self, gap: Floats) -> Floats:
         """The density; 0 behind the wall."""
         first = float(self.table.density(np.asarray(self.nearest)))
         inside = np.clip(gap, 0.0, self.nearest)
@@ -259,14 +255,14 @@ class _NearWall:
         density = np.where(gap < self.nearest, near, self.table.density(gap))
         return np.asarray(np.where(gap < 0.0, 0.0, self.share * density))
 
-    def _rise(self, gap: FloatArray) -> FloatArray:
+    def _rise(self, gap: Floats) -> Floats:
         """(s^(m-1) - nearest^((m-1)/3)) / (m-1); at the wall that of a very small distance."""
         power = (self.power - 1.0) / 3.0
         log = np.log(np.maximum(gap / self.nearest, 1e-15))
         return np.asarray(self.nearest**power * special.exprel(power * log) * log / 3.0)
 
 
-def _tabulated(density: Callable[[FloatArray], FloatArray], edges: FloatArray) -> Tabulated:
+def _tabulated(density: Callable[[Floats], Floats], edges: Floats) -> Tabulated:
     """Polynomials of the cube root of the argument on panels, then a table on many more knots."""
     root = np.cbrt(edges)
     # edges chosen in different units may nearly coincide; the last edge stays

@@ -23,18 +23,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import interpolate, special
 
+from springpot.machine.arrays import Floats
 from springpot.theory.mckean import slow_impact_power
 from springpot.theory.methods.fokker_planck.transition import QuadraticForm, free_spread, interpolation
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, Moments
-
-__all__ = ["COARSE", "FINE", "Grid", "Impacts", "difference", "moments", "response", "solve", "speed_unit"]
-
-FloatArray = NDArray[np.float64]
 
 _SMALL = math.exp(-10.0)  # of a speed: below it the kernel is its own small-speed limit
 _SMALLEST = math.exp(-13.0)  # below it the kernel is linear in the speed of departure
@@ -60,9 +56,9 @@ FINE = Grid(spacing=0.25, nodes=8, panel=0.45, decay=18.0, reach=6.8)
 class Impacts:
     """Rate of impacts by speed: ``weight[i]`` of them per unit time have a speed near ``speed[i]``."""
 
-    position: FloatArray  # y, with speed = scale * log(1 + e^y)
-    speed: FloatArray
-    weight: FloatArray
+    position: Floats  # y, with speed = scale * log(1 + e^y)
+    speed: Floats
+    weight: Floats
     spacing: float
     power: float  # of the speed, in the rate of slower impacts
 
@@ -100,7 +96,7 @@ def solve(problem: Problem, grid: Grid) -> Impacts:
     return Impacts(y[:end], u[:end], weight[:end], h, slow_impact_power(r))
 
 
-def _kernel(problem: Problem, grid: Grid, u: FloatArray) -> FloatArray:
+def _kernel(problem: Problem, grid: Grid, u: Floats) -> Floats:
     """u^2 int_0^inf [P_t(b, -u | b, r u') - P_t(b, -u | b, -u')] dt, a row for each u, a column for each u'."""
     r, unit = problem.restitution, speed_unit(problem)
     first = min(int(np.searchsorted(u, _SMALLEST * unit)), u.size - 1)
@@ -163,9 +159,7 @@ def _fastest(problem: Problem, grid: Grid) -> float:
     return min(free, math.sqrt(added * (added + 2.0 * gap)))
 
 
-def _panels(
-    problem: Problem, grid: Grid, start: float, turn: float, refine: int
-) -> Iterator[tuple[FloatArray, FloatArray]]:
+def _panels(problem: Problem, grid: Grid, start: float, turn: float, refine: int) -> Iterator[tuple[Floats, Floats]]:
     """Nodes and weights of the integral over time: one block of early times, then blocks of times of like size.
 
     The early panels, between the logarithms ``start`` and ``turn``, have length 1 / ``refine`` in ln t.
@@ -191,12 +185,12 @@ def _panels(
 def response(
     problem: Problem,
     impacts: Impacts,
-    form: Callable[[Problem, FloatArray], QuadraticForm],
-    arrive: FloatArray,
+    form: Callable[[Problem, Floats], QuadraticForm],
+    arrive: Floats,
     first: float,
     speeds: int,
     panels: int,
-) -> FloatArray:
+) -> Floats:
     """Contribution of impacts to the free density: int dt of the flux added less that removed, from e^first on.
 
     Soon after an impact the density is narrow, and the grid must resolve it: it is ``speeds`` times as dense as that of

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
@@ -15,11 +15,7 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
 from springpot.theory.problem import at_rest, endless, problem_and_units
-from springpot.theory.result import Moments, NotCoveredError
-
-__all__ = ["FokkerPlanck", "check_covered", "fokker_planck"]
-
-FloatArray = NDArray[np.float64]
+from springpot.theory.result import Moments
 
 _LIGHTEST = 3e-3  # of c; the time integral is 36/c long
 _STRONGEST = 50.0

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.theory.numerics.contours import dashpot_mean_squares, dashpot_motion
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
-
-__all__ = ["Flow", "QuadraticForm", "free_spread", "interpolation", "nothing_beyond", "v_form", "x_form"]
-
-FloatArray = NDArray[np.float64]
 
 _EXPONENTIALS = 2_000_000  # evaluated at once
 
@@ -34,11 +30,11 @@ def nothing_beyond(problem: Problem) -> float:
 class QuadraticForm:
     """A density of arrival = height exp(-z' form z) with z = (arrival, departure, 1), for many times."""
 
-    form: FloatArray  # of shape (times, 3, 3)
-    height: FloatArray
+    form: Floats  # of shape (times, 3, 3)
+    height: Floats
 
     @classmethod
-    def at(cls, problem: Problem, time: FloatArray, gap: float = 0.0) -> QuadraticForm:
+    def at(cls, problem: Problem, time: Floats, gap: float = 0.0) -> QuadraticForm:
         """The form of P_t(b + gap, v | b, v')."""
         flow = Flow.at(problem.coefficient, time)
         dx = _row(0.0 * time, -flow.kick, gap + problem.position * flow.slip)
@@ -49,7 +45,7 @@ class QuadraticForm:
         return cls(form / (2.0 * flow.determinant)[:, None, None], height)
 
     @classmethod
-    def of_one(cls, line: FloatArray, variance: FloatArray) -> QuadraticForm:
+    def of_one(cls, line: Floats, variance: Floats) -> QuadraticForm:
         """The form of one normal variable: the line is zero at its mean."""
         return cls(_product(line, line, 0.5 / variance), 1.0 / np.sqrt(2.0 * math.pi * variance))
 
@@ -63,7 +59,7 @@ class QuadraticForm:
         """Smallest standard deviation in the departure."""
         return 1.0 / math.sqrt(2.0 * float(np.max(self.form[:, 1, 1])))
 
-    def integrate(self, weight: FloatArray, arrive: FloatArray, depart: FloatArray) -> FloatArray:
+    def integrate(self, weight: Floats, arrive: Floats, depart: Floats) -> Floats:
         """Sum over the times of weight times the density, a row for each arrival, a column for each departure."""
         total = np.zeros((arrive.size, depart.size))
         features = np.stack([arrive**2, arrive, np.ones_like(arrive)])
@@ -80,23 +76,23 @@ class QuadraticForm:
         return total
 
 
-def x_form(problem: Problem, time: FloatArray) -> QuadraticForm:
+def x_form(problem: Problem, time: Floats) -> QuadraticForm:
     """Density of x at a time after leaving the wall, behind it included."""
     flow = Flow.at(problem.coefficient, time)
     return QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick, problem.position * (flow.slip - 1.0)), flow.x_x)
 
 
-def v_form(problem: Problem, time: FloatArray) -> QuadraticForm:
+def v_form(problem: Problem, time: Floats) -> QuadraticForm:
     """Density of v at a time after leaving the wall."""
     flow = Flow.at(problem.coefficient, time)
     return QuadraticForm.of_one(_row(1.0 + 0.0 * time, -flow.kick_rate, problem.position * flow.kick), flow.v_v)
 
 
-def _row(arrival: FloatArray, departure: FloatArray, constant: FloatArray) -> FloatArray:
+def _row(arrival: Floats, departure: Floats, constant: Floats) -> Floats:
     return np.stack([arrival, departure, constant], axis=1)
 
 
-def _product(a: FloatArray, b: FloatArray, factor: FloatArray) -> FloatArray:
+def _product(a: Floats, b: Floats, factor: Floats) -> Floats:
     return np.asarray(factor[:, None, None] * a[:, :, None] * b[:, None, :])
 
 
@@ -104,16 +100,16 @@ def _product(a: FloatArray, b: FloatArray, factor: FloatArray) -> FloatArray:
 class Flow:
     """Mean and covariance of the free motion after some times, exact at small times too."""
 
-    kick: FloatArray  # displacement after a unit speed
-    kick_rate: FloatArray  # its derivative
-    slip: FloatArray  # 1 less the displacement after a unit displacement
-    x_x: FloatArray
-    x_v: FloatArray
-    v_v: FloatArray
-    determinant: FloatArray
+    kick: Floats  # displacement after a unit speed
+    kick_rate: Floats  # its derivative
+    slip: Floats  # 1 less the displacement after a unit displacement
+    x_x: Floats
+    x_v: Floats
+    v_v: Floats
+    determinant: Floats
 
     @classmethod
-    def at(cls, c: float, time: FloatArray) -> Flow:
+    def at(cls, c: float, time: Floats) -> Flow:
         """Closed forms; at small times, integrals that do not cancel."""
         kick, kick_rate, hold = dashpot_motion(c, time)
         x_x, v_v = dashpot_mean_squares(c, time)
@@ -134,7 +130,7 @@ class Flow:
         return cls(kick, kick_rate, slip, x_x, x_v, v_v, determinant)
 
 
-def interpolation(low: float, high: float, width: float, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def interpolation(low: float, high: float, width: float, points: Floats) -> tuple[Floats, Floats]:
     """Chebyshev nodes enough for a normal density of this width, and the matrix from them to the points."""
     half = (high - low) / 2.0
     n = math.ceil(4.0 * half / width) + 10

@@ -9,29 +9,25 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.theory.methods.memory_closure.memory import Loop
 from springpot.theory.methods.memory_closure.quadrature import oscillating_weights
 from springpot.theory.numerics.panels import panel_rule
-
-__all__ = ["folded_correlation", "folded_spectrum", "unfolded_correlation"]
-
-FloatArray = NDArray[np.float64]
 
 _HARMONICS = range(2, 26, 2)  # of f(rho) over one period, kept at the far lags; the next is 1e-5 of the first
 _PHASES = 64
 _ORDER = 8
 
 
-def unfolded_correlation(loop: Loop, lag: FloatArray) -> FloatArray:
+def unfolded_correlation(loop: Loop, lag: Floats) -> Floats:
     """rho at any lags >= 0 (one row), dimensionless."""
     grid = loop.grid
     drop = 2.0 * (grid.weights - oscillating_weights(grid.edges, lag, grid.order).real) @ loop.spectrum / loop.y2
     return np.clip(1.0 - drop, -1.0, 1.0)
 
 
-def folded_correlation(rho: FloatArray) -> FloatArray:
+def folded_correlation(rho: Floats) -> Floats:
     """f(rho), 1 at rho = +-1 and 0 at rho = 0.
 
     Examples
@@ -42,7 +38,7 @@ def folded_correlation(rho: FloatArray) -> FloatArray:
     return np.asarray((np.sqrt(1.0 - rho**2) + rho * np.arcsin(rho) - 1.0) / (math.pi / 2.0 - 1.0))
 
 
-def folded_spectrum(loop: Loop, frequency: FloatArray) -> FloatArray:
+def folded_spectrum(loop: Loop, frequency: Floats) -> Floats:
     """Two-sided spectrum whose integral over the real line is 1, at frequencies >= 0 (one row), dimensionless."""
     grid = loop.grid
     near_edges = np.concatenate([[0.0], grid.near_edges])

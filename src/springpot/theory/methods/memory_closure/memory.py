@@ -25,18 +25,13 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from springpot.machine.arrays import Complexes, Floats
 from springpot.theory.methods.memory_closure.quadrature import oscillating_weights
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import NoConvergenceError
-
-__all__ = ["Grid", "Loop", "make_grid"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 _LOW, _HIGH = 18, 14  # octaves of frequency below and above the resonance
 _ACTIVE = 8.0  # multiple of the resonance above which the remainder of K follows its asymptote w^(alpha-2)
@@ -55,39 +50,39 @@ class Grid:
     resonance: float
     decay: float
     detail: int
-    edges: FloatArray
+    edges: Floats
     order: int
-    w: FloatArray
-    weights: FloatArray
-    near_edges: FloatArray
-    lag: FloatArray
-    lag_weights: FloatArray
-    far_edges: FloatArray
-    far_lag: FloatArray
-    far_weights: FloatArray
-    to_drop: FloatArray = field(repr=False)
-    to_slope: FloatArray = field(repr=False)
-    to_envelope: ComplexArray = field(repr=False)
-    near_kernel: ComplexArray = field(repr=False)
-    far_kernel: ComplexArray = field(repr=False)
+    w: Floats
+    weights: Floats
+    near_edges: Floats
+    lag: Floats
+    lag_weights: Floats
+    far_edges: Floats
+    far_lag: Floats
+    far_weights: Floats
+    to_drop: Floats = field(repr=False)
+    to_slope: Floats = field(repr=False)
+    to_envelope: Complexes = field(repr=False)
+    near_kernel: Complexes = field(repr=False)
+    far_kernel: Complexes = field(repr=False)
 
     @property
     def strength(self) -> float:
         """alpha / Gamma(1 - alpha), 0 at alpha = 1."""
         return self.alpha * float(special.rgamma(1.0 - self.alpha))
 
-    def far_share(self, lag: FloatArray) -> FloatArray:
+    def far_share(self, lag: Floats) -> Floats:
         """The smooth step from 0 at the near lags to 1 at the far ones."""
         centre, width = _handover(self.detail)
         return np.asarray(special.erfc((centre - lag * self.resonance) / (width * math.sqrt(2.0))) / 2.0)
 
-    def moments(self, spectrum: FloatArray) -> tuple[float, float]:
+    def moments(self, spectrum: Floats) -> tuple[float, float]:
         """<y^2> and <y'^2> of a two-sided spectrum that ends like 1 / (2 pi w^4)."""
         top = float(self.edges[-1])
         y2 = 2.0 * float(self.weights @ spectrum) + 1.0 / (3.0 * math.pi * top**3)
         return y2, 2.0 * float(self.weights @ (self.w**2 * spectrum)) + 1.0 / (math.pi * top)
 
-    def free_element(self, spectrum: FloatArray) -> tuple[float, float]:
+    def free_element(self, spectrum: Floats) -> tuple[float, float]:
         """Stiffness and damping of D^alpha y itself as regressed on y and y', both dimensionless."""
         y2, v2 = self.moments(spectrum)
         power = self.w**self.alpha * spectrum * self.weights
@@ -177,7 +172,7 @@ def _handover(detail: int) -> tuple[float, float]:
     return 22.0 * (1 + detail), 3.5 * (1 + detail)
 
 
-def _frequency_edges(resonance: float, decay: float) -> FloatArray:
+def _frequency_edges(resonance: float, decay: float) -> Floats:
     low = resonance * 2.0 ** np.arange(-_LOW, 0.0, 2.0)
     high = resonance * 2.0 ** np.concatenate([np.arange(1.0, 6.0), np.arange(6.0, _HIGH + 1.0, 2.0)])
     depth = max(1, math.ceil(math.log2(resonance / decay)))
@@ -185,7 +180,7 @@ def _frequency_edges(resonance: float, decay: float) -> FloatArray:
     return np.unique(np.concatenate([[0.0, resonance], low, resonance - offsets, resonance + offsets, high]))
 
 
-def _near_edges(resonance: float, decay: float, first: float, end: float) -> FloatArray:
+def _near_edges(resonance: float, decay: float, first: float, end: float) -> Floats:
     edges = [first * resonance * 2.0 ** np.arange(4)]
     for n in range(1, math.ceil(end * resonance / math.pi) + 1):
         corner = math.sqrt(2.0 * math.pi * n * decay / resonance)
@@ -214,10 +209,10 @@ class Loop:
     """
 
     grid: Grid
-    element: ComplexArray
-    spectrum: FloatArray
-    drop: FloatArray
-    envelope: ComplexArray
+    element: Complexes
+    spectrum: Floats
+    drop: Floats
+    envelope: Complexes
     y2: float
     v2: float
 
@@ -249,7 +244,7 @@ class Loop:
         return Loop.driven_by(grid, element, 0.0, 0.0, 0.0)
 
     @classmethod
-    def driven_by(cls, grid: Grid, element: ComplexArray, c: float, stiffness: float, damping: float) -> Loop:
+    def driven_by(cls, grid: Grid, element: Complexes, c: float, stiffness: float, damping: float) -> Loop:
         """The oscillator with a given element: one spectrum, no iteration."""
         response = 1.0 + stiffness - grid.w**2 + 1j * grid.w * damping + c * element
         spectrum = 1.0 / (2.0 * math.pi * np.abs(response) ** 2)
@@ -300,12 +295,12 @@ class Loop:
             f"The memory closure did not converge: after {sweeps} sweeps the correlation still changes by {change:.1e}."
         )
 
-    def _state(self) -> FloatArray:
+    def _state(self) -> Floats:
         ratio = math.sqrt(self.v2 / self.y2)
         return np.concatenate([self.drop, self.envelope.real, self.envelope.imag, [ratio]])
 
 
-def _element(grid: Grid, drop: FloatArray, envelope: ComplexArray, kappa: float) -> ComplexArray:
+def _element(grid: Grid, drop: Floats, envelope: Complexes, kappa: float) -> Complexes:
     """K(iw) of a correlation."""
     alpha, mu = grid.alpha, 2.0 * kappa / math.pi
     theta = 2.0 * np.arcsin(np.sqrt(np.clip(drop / 2.0, 0.0, 1.0)))
@@ -317,7 +312,7 @@ def _element(grid: Grid, drop: FloatArray, envelope: ComplexArray, kappa: float)
     return np.asarray((1j * grid.w + mu) ** alpha - 2.0 / math.pi * kappa**alpha - rest)
 
 
-def _far_harmonics(envelope: ComplexArray) -> tuple[FloatArray, ComplexArray]:
+def _far_harmonics(envelope: Complexes) -> tuple[Floats, Complexes]:
     """Over one period of rho = Re(envelope): mean of sqrt(1 - rho^2), and first harmonic of arcsin(rho)."""
     size = np.clip(np.abs(envelope), 1e-300, 1.0)
     m = size * size

@@ -16,9 +16,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from springpot.machine.faults import per_cent
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError, per_cent
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
@@ -34,11 +35,7 @@ from springpot.theory.methods.memory_closure.plane import Plane
 from springpot.theory.methods.memory_closure.steps import least_loss, light_loss, solve_with_wall
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless, problem_and_units
-from springpot.theory.result import ROUNDED, Moments, NoConvergenceError, NotCoveredError
-
-__all__ = ["MemoryClosure", "NoConvergenceError", "check_covered", "memory_closure"]
-
-FloatArray = NDArray[np.float64]
+from springpot.theory.result import ROUNDED, Moments
 
 _REACH = 1.0  # the farthest wall, in units of sqrt(q / Omega^3)
 _GAP = 1.5  # the widest gap times c: beyond, impacts are rare and |y| is a poor model
@@ -71,7 +68,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
     iterations: int
     residual: float
 
-    def correlation(self, lag: ArrayLike) -> FloatArray:
+    def correlation(self, lag: ArrayLike) -> Floats:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
         Without a wall it is exact; with one the shape of its covariance is that of the folded Gaussian of step 1.
@@ -102,7 +99,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
         shape = folded_correlation(unfolded_correlation(law.loop, time.ravel()).reshape(time.shape))
         return np.asarray(self.x_mean**2 + self._variance * shape)
 
-    def spectrum(self, frequency: ArrayLike) -> FloatArray:
+    def spectrum(self, frequency: ArrayLike) -> Floats:
         """Two-sided spectral density of x - <x>, in m^2 s per rad.
 
         Its integral over the real line is the variance of x.  Without a wall it is exact; with one its shape is that
@@ -150,19 +147,19 @@ class _Solved:
     units: Units
     wall: float
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Density of the distance from the wall."""
         return np.asarray(np.where(x < 0.0, 0.0, self.plane.y_density(np.clip(x, 0.0, _FAR))))
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Density of the velocity away from the wall."""
         return self.plane.v_density(np.clip(v, -_FAR, _FAR))
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """Density of both."""
         return np.where(x < 0.0, 0.0, self.plane.joint(np.clip(x, 0.0, _FAR), np.clip(v, -_FAR, _FAR)))
 
-    def amplitude(self, amplitude: FloatArray) -> FloatArray:
+    def amplitude(self, amplitude: Floats) -> Floats:
         """Density of the amplitude: the joint density's integral over the phase on the circle of one amplitude."""
         pace = self.plane.sigma_y / self.plane.sigma_v  # Omega over that of the units
         a = np.clip(amplitude, 0.0, 2.0 * _FAR * (1.0 + 1.0 / pace))  # which is never reached
@@ -174,7 +171,7 @@ class _Solved:
         along = half * (self.joint(np.maximum(y, 0.0), v) @ weight)
         return np.where(amplitude < 0.0, 0.0, pace * a * along)
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact."""
         return self.plane.impact_speed_density(np.clip(speed, 0.0, _FAR))
 

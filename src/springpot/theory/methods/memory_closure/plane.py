@@ -21,13 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import interpolate, special
 
+from springpot.machine.arrays import Floats
 from springpot.theory.methods.memory_closure.memory import Loop
 from springpot.theory.methods.memory_closure.quadrature import half_normal_rule
 from springpot.theory.result import NoConvergenceError
-
-__all__ = ["Plane", "solve_plane"]
-
-FloatArray = NDArray[np.float64]
 
 _PHASES = 4  # in a quarter period of the far lags
 _RADII = 24
@@ -54,9 +51,9 @@ class Plane:
 
     sigma_y: float
     sigma_v: float
-    coefficients: FloatArray = field(repr=False)
+    coefficients: Floats = field(repr=False)
 
-    def joint(self, y: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, y: Floats, v: Floats) -> Floats:
         """Joint density of Y and V at Y >= 0, broadcast."""
         y, v = np.broadcast_arrays(y, v)
         height, width = self.coefficients.shape
@@ -64,18 +61,18 @@ class Plane:
         value = np.sum(rows * np.polynomial.hermite_e.hermevander(v.ravel(), width - 1), axis=-1)
         return np.asarray(np.exp(-(y * y + v * v) / 2.0) / math.pi * value.reshape(y.shape))
 
-    def y_density(self, y: FloatArray) -> FloatArray:
+    def y_density(self, y: Floats) -> Floats:
         """Density of Y at Y >= 0."""
         value = np.polynomial.polynomial.polyval(y, self.coefficients[:, 0])
         return np.asarray(math.sqrt(2.0 / math.pi) * np.exp(-y * y / 2.0) * value)
 
-    def v_density(self, v: FloatArray) -> FloatArray:
+    def v_density(self, v: Floats) -> Floats:
         """Density of V."""
         height = self.coefficients.shape[0]
         over_y = np.array([_half_normal_moment(i) for i in range(height)]) @ self.coefficients
         return np.asarray(np.exp(-v * v / 2.0) / math.sqrt(2.0 * math.pi) * np.polynomial.hermite_e.hermeval(v, over_y))
 
-    def impact_speed_density(self, u: FloatArray) -> FloatArray:
+    def impact_speed_density(self, u: Floats) -> Floats:
         """Density of -V just before an impact, at -V = u >= 0."""
         value = np.polynomial.hermite_e.hermeval(-u, self.coefficients[0])
         return np.asarray(u * np.exp(-u * u / 2.0) / math.pi * value / self._flux_moment(0))
@@ -143,7 +140,7 @@ def solve_plane(loop: Loop, c: float, position: float, restitution: float, degre
     first = np.zeros(mass.size)
     first[0] = 1.0
 
-    def solve(constant: float) -> tuple[FloatArray, float]:
+    def solve(constant: float) -> tuple[Floats, float]:
         matrix = generator - c * constant * constant_force
         matrix[0] = mass  # the equation of phi = 1 is trivial: the normalization replaces it
         try:
@@ -177,14 +174,14 @@ class _Basis:
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
-    y: FloatArray
-    v: FloatArray
-    weights: FloatArray
-    value: FloatArray
-    by_y: FloatArray
-    by_v: FloatArray
-    by_vv: FloatArray
-    to_monomials: FloatArray
+    y: Floats
+    v: Floats
+    weights: Floats
+    value: Floats
+    by_y: Floats
+    by_v: Floats
+    by_vv: Floats
+    to_monomials: Floats
 
 
 @lru_cache(maxsize=8)
@@ -214,7 +211,7 @@ def _basis(degree: int) -> _Basis:
     )
 
 
-def _impacts(degree: int, restitution: float) -> FloatArray:
+def _impacts(degree: int, restitution: float) -> Floats:
     """int_0^inf u p(0, -u) [phi(0, r u) - phi(0, -u)] du for every pair of basis functions."""
     basis = _basis(degree)
     u, w = half_normal_rule(degree + 4)
@@ -226,7 +223,7 @@ def _impacts(degree: int, restitution: float) -> FloatArray:
     return np.asarray((after - before).T @ ((w * u)[:, None] * before) / math.sqrt(2.0 * math.pi))
 
 
-def _mean_force(loop: Loop, basis: _Basis, scale: float) -> FloatArray:
+def _mean_force(loop: Loop, basis: _Basis, scale: float) -> Floats:
     """E[D^alpha x \\| Y, V] up to a constant: that of D^alpha y less that of D^alpha (y - \\|y\\|) of the history."""
     grid, v = loop.grid, basis.v
     stretch = scale / math.sqrt(loop.y2)
@@ -258,7 +255,7 @@ def _mean_force(loop: Loop, basis: _Basis, scale: float) -> FloatArray:
     return np.asarray(force + wanted @ probes)
 
 
-def _folded_excess(z: FloatArray) -> FloatArray:
+def _folded_excess(z: Floats) -> Floats:
     """E\\|z + N\\| - z for a standard normal N."""
     return np.asarray(2.0 * (np.exp(-z * z / 2.0) / math.sqrt(2.0 * math.pi) - z * special.ndtr(-z)))
 

@@ -6,19 +6,14 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Complexes, Floats
 from springpot.theory.numerics.panels import panel_rule
-
-__all__ = ["half_normal_rule", "oscillating_weights"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 _SLOW = 2.0  # phase over half a panel below which Gauss's rule resolves e^(ikx); above, Filon's rule is used
 
 
-def oscillating_weights(edges: FloatArray, frequency: FloatArray, order: int) -> ComplexArray:
+def oscillating_weights(edges: Floats, frequency: Floats, order: int) -> Complexes:
     """Weights W with int f(x) e^(ikx) dx = W @ f(nodes), for the nodes of `panel_rule` and any k.
 
     On each panel f is replaced by its interpolating polynomial in Legendre form, whose Fourier integrals are spherical
@@ -66,7 +61,7 @@ def oscillating_weights(edges: FloatArray, frequency: FloatArray, order: int) ->
 
 
 @lru_cache(maxsize=8)
-def half_normal_rule(order: int) -> tuple[FloatArray, FloatArray]:
+def half_normal_rule(order: int) -> tuple[Floats, Floats]:
     """Gauss's rule for the mean over a half-normal variable: exact for polynomials of degree below 2 order.
 
     The three-term recurrence of the polynomials comes from a fine discretization of the half line (Stieltjes).
@@ -93,7 +88,7 @@ def half_normal_rule(order: int) -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=8)
-def _legendre(order: int) -> tuple[FloatArray, FloatArray, ComplexArray]:
+def _legendre(order: int) -> tuple[Floats, Floats, Complexes]:
     """Nodes and weights on [-1, 1], and the matrix from spherical Bessel functions j_n to weights at the nodes."""
     x, w = np.polynomial.legendre.leggauss(order)
     n = np.arange(order)

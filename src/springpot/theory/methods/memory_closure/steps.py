@@ -5,16 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springpot.theory.methods.memory_closure.memory import Loop, make_grid
 from springpot.theory.methods.memory_closure.plane import Plane, solve_plane
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import NoConvergenceError
-
-__all__ = ["least_loss", "light_loss", "solve_with_wall"]
-
-FloatArray = NDArray[np.float64]
 
 _DEGREE = 9  # of the polynomials of the plane
 _TOLERANCE = 1e-6  # of the added stiffness, over that of the oscillator, and of the damping, over the whole

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.problem.parts.walls import slow_restitution
@@ -20,10 +21,6 @@ from springpot.theory.methods.envelope.balance import Labels
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import Moments, moments_of
-
-__all__ = ["AmplitudeAveraging", "averaging_amplitude", "check_covered"]
-
-FloatArray = NDArray[np.float64]
 
 _REACH = (
     "Averaging of the amplitude covers springs of odd powers that harden, springpots and dashpots, white noise, and "
@@ -50,14 +47,14 @@ class _Cycle:
         Means over the cycle of \\|y\\|, y^2 and y'^2.
     """
 
-    amplitude: FloatArray
-    frequency: FloatArray
-    stiffness: FloatArray
-    energy: FloatArray
-    force: FloatArray
-    x_mean: FloatArray
-    x_square: FloatArray
-    v_square: FloatArray
+    amplitude: Floats
+    frequency: Floats
+    stiffness: Floats
+    energy: Floats
+    force: Floats
+    x_mean: Floats
+    x_square: Floats
+    v_square: Floats
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ class _Problem:
         """Whether nothing is approximated: dashpots, and no loss in impacts."""
         return self.restitution == 1.0 and all(order == 1.0 for order, _ in self.pots)
 
-    def stiffness(self, w: FloatArray) -> FloatArray:
+    def stiffness(self, w: Floats) -> Floats:
         """Equivalent stiffness of the memory on a cycle of frequency w."""
         found = np.zeros_like(w)
         for order, coefficient in self.pots:
@@ -96,7 +93,7 @@ class _Problem:
                 found = found + coefficient * share * math.cos(order * math.pi / 2.0) * w**order
         return found
 
-    def damping(self, w: FloatArray) -> FloatArray:
+    def damping(self, w: Floats) -> Floats:
         """Equivalent damping coefficient."""
         found = np.zeros_like(w)
         for order, coefficient in self.pots:
@@ -104,7 +101,7 @@ class _Problem:
             found = found + coefficient * share * math.sin(order * math.pi / 2.0) * w ** (order - 1.0)
         return found
 
-    def pace(self, amplitude: FloatArray, cosine: FloatArray, stiffness: FloatArray) -> FloatArray:
+    def pace(self, amplitude: Floats, cosine: Floats, stiffness: Floats) -> Floats:
         """nu(A, phi) = sqrt(2 (U(A) - U(A cos phi))) / (A sin phi), for a column of amplitudes."""
         square = np.broadcast_to(stiffness, np.broadcast_shapes(stiffness.shape, cosine.shape))
         for power, k in enumerate(self.springs):
@@ -112,7 +109,7 @@ class _Problem:
             square = square + k / (power + 1) * amplitude ** (2 * power) * terms
         return np.sqrt(square)
 
-    def cycles(self, amplitude: FloatArray) -> _Cycle:
+    def cycles(self, amplitude: Floats) -> _Cycle:
         """Cycles of these amplitudes; their frequency and the memory's stiffness are found together."""
         a = amplitude[:, None]
         angles, weights = panel_rule([0.0, 0.5 * math.pi], _ANGLES)
@@ -140,7 +137,7 @@ class _Problem:
             v_square=amplitude**2 * ((share * nu * nu) @ sine**2),
         )
 
-    def slope(self, cycles: _Cycle) -> FloatArray:
+    def slope(self, cycles: _Cycle) -> Floats:
         """The derivative by A of the exponent of the density."""
         impacts = -2.0 / math.pi * math.log(self.restitution) * cycles.frequency * cycles.energy / cycles.v_square
         return 2.0 / self.intensity * (self.damping(cycles.frequency) + impacts) * cycles.force
@@ -164,18 +161,18 @@ class _Law:
     problem: _Problem
     labels: Labels
     cycles: _Cycle
-    exponent: FloatArray
+    exponent: Floats
     total: float
 
-    def average(self, values: FloatArray) -> float:
+    def average(self, values: Floats) -> float:
         return float(self.labels.weights.ravel() @ (self.density * values))
 
     @property
-    def density(self) -> FloatArray:
+    def density(self) -> Floats:
         """p(A) at the nodes."""
         return np.asarray(self.cycles.force / self.cycles.frequency * np.exp(-self.exponent) / self.total)
 
-    def at(self, amplitude: FloatArray) -> FloatArray:
+    def at(self, amplitude: Floats) -> Floats:
         """p(A) at any amplitudes."""
         inside = (amplitude > 0.0) & (amplitude < self.labels.edges[-1])
         a = np.where(inside, amplitude, self.labels.edges[-1]).ravel()
@@ -184,7 +181,7 @@ class _Law:
         found = (cycles.force / cycles.frequency * np.exp(-exponent) / self.total).reshape(amplitude.shape)
         return np.where(inside, found, 0.0)
 
-    def x_at(self, x: FloatArray) -> FloatArray:
+    def x_at(self, x: Floats) -> Floats:
         """p(x) = int p(A) 2 / (T v) dA over A > \\|x\\|, with s^2 = A^2 - x^2."""
         side = self.problem.side
         inside = (np.abs(x) < self.labels.edges[-1]) & (side * x >= 0.0)
@@ -211,7 +208,7 @@ class AmplitudeAveraging(WithLaw["_Law"]):
     """
 
     @numbers_only
-    def amplitude_density(self, amplitude: ArrayLike) -> FloatArray:
+    def amplitude_density(self, amplitude: ArrayLike) -> Floats:
         """Density of the amplitude of the cycles, in 1/m.
 
         Parameters
@@ -236,7 +233,7 @@ class AmplitudeAveraging(WithLaw["_Law"]):
         return self._stationary_law().at(np.asarray(amplitude))
 
     @numbers_only
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
+    def x_density(self, displacement: ArrayLike) -> Floats:
         """Density of x, in 1/m.
 
         Parameters
@@ -261,7 +258,7 @@ class AmplitudeAveraging(WithLaw["_Law"]):
         return self._stationary_law().x_at(np.asarray(displacement))
 
     @numbers_only
-    def frequency(self, amplitude: ArrayLike) -> FloatArray:
+    def frequency(self, amplitude: ArrayLike) -> Floats:
         """Frequency w(A) of a cycle, in rad/s.
 
         Parameters
@@ -286,7 +283,7 @@ class AmplitudeAveraging(WithLaw["_Law"]):
         return self._cycles(amplitude).frequency.reshape(np.shape(amplitude))
 
     @numbers_only
-    def damping(self, amplitude: ArrayLike) -> FloatArray:
+    def damping(self, amplitude: ArrayLike) -> Floats:
         """Equivalent damping coefficient of springpots and dashpots at an amplitude, in N s/m (per unit mass without).
 
         Parameters and errors are those of `frequency`.

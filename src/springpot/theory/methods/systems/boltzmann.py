@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed
 from springpot.problem.parts import (
     Barrier,
@@ -42,10 +43,6 @@ from springpot.theory.result import (
     Result,
     moments_of_points,
 )
-
-__all__ = ["ExactOfPoints", "check_points_covered", "exact_of_points"]
-
-FloatArray = NDArray[np.float64]
 
 _REACH = (
     "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with "
@@ -137,7 +134,7 @@ def exact_of_points(system: System) -> ExactOfPoints:
     )
 
 
-def check_points_covered(system: System) -> FloatArray | str:
+def check_points_covered(system: System) -> Floats | str:
     """kT at each point, or why there is no stationary state; `NotCoveredError` for what is not covered."""
     memory = Springpot | FractionalMaxwell | Maxwell | Circuit
     springs = Spring | PolynomialSpring | Constant | Barrier | Contact
@@ -198,12 +195,12 @@ class _Law:
     and the least that it leaves.
     """
 
-    stiffness: FloatArray
-    force: FloatArray
-    terms: tuple[tuple[FloatArray, float, Potential], ...]
-    walls: tuple[tuple[FloatArray, float], ...]
+    stiffness: Floats
+    force: Floats
+    terms: tuple[tuple[Floats, float, Potential], ...]
+    walls: tuple[tuple[Floats, float], ...]
 
-    def energy(self, y: FloatArray) -> FloatArray:
+    def energy(self, y: Floats) -> Floats:
         """U of points, shape (points, axes)."""
         found = 0.5 * np.einsum("pi,ij,pj->p", y, self.stiffness, y) - y @ self.force
         for row, place, potential in self.terms:
@@ -219,7 +216,7 @@ class _Law:
             found |= np.outer(row, row) != 0.0
         return np.asarray(found)
 
-    def on_plane(self, row: FloatArray, place: float) -> tuple[_Law, FloatArray, FloatArray] | None:
+    def on_plane(self, row: Floats, place: float) -> tuple[_Law, Floats, Floats] | None:
         """The law where ``row @ y`` is at a place, y = start + way @ s in its coordinates s; None if walls bar it."""
         start = row * place / float(row @ row)
         way = np.linalg.svd(row[None, :])[2][1:].T
@@ -245,9 +242,9 @@ class _Solved:
     """Moments of a law: the logarithm of its integral, mean, covariance, and means of functions."""
 
     logarithm: float
-    mean: FloatArray
-    covariance: FloatArray
-    means: FloatArray
+    mean: Floats
+    covariance: Floats
+    means: Floats
 
 
 def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
@@ -263,7 +260,7 @@ def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
     for tolerance in (*[_ROUGH] * (_ROUNDS - 1), _FINE[size]):
         simplices, least = _box(law, middle, axes)
 
-        def weighted(s: FloatArray, middle: Any = middle, axes: Any = axes, least: Any = least) -> FloatArray:
+        def weighted(s: Floats, middle: Any = middle, axes: Any = axes, least: Any = least) -> Floats:
             y = middle + s @ axes.T
             weight = np.exp(least - law.energy(y))
             squares = [s[:, i] * s[:, j] for i in range(size) for j in range(i, size)]
@@ -287,7 +284,7 @@ def _solved(law: _Law, functions: Sequence[Any] = ()) -> _Solved:
     return solved
 
 
-def _held(law: _Law) -> FloatArray:
+def _held(law: _Law) -> Floats:
     """A stiffness, over kT, of about the size of the law's: where linear springs do not hold, nonlinear ones and walls.
 
     Only the start of a search.
@@ -310,12 +307,12 @@ def _held(law: _Law) -> FloatArray:
     return np.asarray(found)
 
 
-def _is_loose(stiffness: FloatArray) -> bool:
+def _is_loose(stiffness: Floats) -> bool:
     values = np.linalg.eigvalsh(stiffness)
     return not values[0] > _SMALL * values[-1]
 
 
-def _box(law: _Law, middle: FloatArray, axes: FloatArray) -> tuple[FloatArray, float]:
+def _box(law: _Law, middle: Floats, axes: Floats) -> tuple[Floats, float]:
     """Simplices, in units of the axes, of all that is not too high, and the least energy met."""
     size = len(middle)
     low, high = np.full(size, -_START), np.full(size, _START)
@@ -343,7 +340,7 @@ def _box(law: _Law, middle: FloatArray, axes: FloatArray) -> tuple[FloatArray, f
     raise NoStationaryStateError("There is no stationary state: no spring or wall holds the masses.")
 
 
-def _moments(system: System, temperatures: FloatArray) -> Moments:
+def _moments(system: System, temperatures: Floats) -> Moments:
     """The moments at some temperatures, each of points that no part joins to those of another one."""
     at = system.coordinates
     bent = [(name, part, at.elongations[name]) for name, part in system.named() if _is_bent(part)]
@@ -380,7 +377,7 @@ def _moments(system: System, temperatures: FloatArray) -> Moments:
     x_mean = ways @ mean + rest @ spread @ (rest.T @ force)
     x_spread = ways @ covariance @ ways.T + rest @ spread @ rest.T
 
-    def seen_by(row: FloatArray) -> tuple[Any, ...]:
+    def seen_by(row: Floats) -> tuple[Any, ...]:
         return row @ x_mean, row @ x_spread @ row + (row @ x_mean) ** 2, row @ v_spread @ row
 
     return moments_of_points(system, map(seen_by, at.rows), map(seen_by, at.pairs.values()), found)
@@ -396,17 +393,17 @@ def _is_bent(part: Any) -> bool:
     return isinstance(part, Barrier | Contact) or part.is_bent
 
 
-def _push(contact: Contact, row: FloatArray) -> Any:
+def _push(contact: Contact, row: Floats) -> Any:
     """The force of a contact, as a function of points."""
 
-    def push(y: FloatArray) -> FloatArray:
+    def push(y: Floats) -> Floats:
         depth = np.maximum(contact.inwards * (contact.position - y @ row), 0.0)
         return np.asarray(contact.stiffness * depth**contact.exponent)
 
     return push
 
 
-def _independent(rows: list[FloatArray], size: int) -> FloatArray:
+def _independent(rows: list[Floats], size: int) -> Floats:
     """As many of the rows as are independent."""
     found = np.zeros((0, size))
     for row in rows:
@@ -416,7 +413,7 @@ def _independent(rows: list[FloatArray], size: int) -> FloatArray:
     return found
 
 
-def _apart(stiffness: FloatArray, rows: FloatArray, points: Sequence[str]) -> tuple[FloatArray, ...]:
+def _apart(stiffness: Floats, rows: Floats, points: Sequence[str]) -> tuple[Floats, ...]:
     """x = ways y + rest z with ``rows @ x = y``, such that springs do not couple y and z; and the covariance of z."""
     rest = np.linalg.svd(rows, full_matrices=True)[2][len(rows) :].T if len(rows) else np.eye(len(points))
     ways = np.linalg.pinv(rows)
@@ -431,7 +428,7 @@ def _apart(stiffness: FloatArray, rows: FloatArray, points: Sequence[str]) -> tu
     return np.asarray(ways), np.asarray(rest), np.asarray(np.linalg.inv(held))
 
 
-def _density(law: _Law, solved: _Solved, row: FloatArray, place: float) -> float:
+def _density(law: _Law, solved: _Solved, row: Floats, place: float) -> float:
     """Of an elongation at a place."""
     plane = law.on_plane(row, place)
     if plane is None:

@@ -26,14 +26,12 @@ from numpy.typing import NDArray
 from scipy import sparse, special
 from scipy.sparse import linalg
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier
 from springpot.theory.methods.systems.impacts import restitutions
 from springpot.theory.result import NoConvergenceError
 
-__all__ = ["Chain", "Grid", "grid_over", "kernel_weights", "make_chain"]
-
-FloatArray = NDArray[np.float64]
-Acceleration = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+Acceleration = Callable[[Floats, Floats, Floats], Floats]
 """Of y, x and v."""
 
 _PARTS = 8  # of a step, for the motion
@@ -49,13 +47,13 @@ _BESIDE = 0.6, 0.75  # part of the spacing of nodes that grows with the distance
 class Grid:
     """Nodes of y, x and v, and the weights of y."""
 
-    y: FloatArray
-    x: FloatArray
-    v: FloatArray
-    y_weight: FloatArray
+    y: Floats
+    x: Floats
+    v: Floats
+    y_weight: Floats
 
     @cached_property
-    def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def places(self) -> tuple[Floats, Floats, Floats]:
         """y, x and v of all nodes."""
         y, x, v = np.meshgrid(self.y, self.x, self.v, indexing="ij")
         return y.ravel(), x.ravel(), v.ravel()
@@ -105,18 +103,18 @@ class Chain:
 
     grid: Grid
     step: float
-    half: FloatArray
+    half: Floats
     moved: sparse.csr_array
-    hits: FloatArray
+    hits: Floats
 
-    def forward(self, weights: FloatArray) -> FloatArray:
+    def forward(self, weights: Floats) -> Floats:
         """Weights of the nodes a step later."""
         return self._half_forward(self.moved @ self._half_forward(weights))
 
-    def _half_forward(self, weights: FloatArray) -> FloatArray:
+    def _half_forward(self, weights: Floats) -> Floats:
         return np.asarray((self.half.T @ weights.reshape(self.half.shape[0], -1)).ravel())
 
-    def stationary(self, start: FloatArray | None, together: int, largest: float = math.inf) -> FloatArray:
+    def stationary(self, start: Floats | None, together: int, largest: float = math.inf) -> Floats:
         """The stationary weights of the nodes, found by Arnoldi's iteration of some steps together.
 
         Where interpolation feeds some wave there are eigenvalues above 1, up to ``largest``; correlations need none.
@@ -130,7 +128,7 @@ class Chain:
         if start is None:
             start = self._start()
 
-        def steps(weights: FloatArray) -> FloatArray:
+        def steps(weights: Floats) -> Floats:
             weights = np.ravel(weights)
             for _ in range(together):
                 weights = self.forward(weights)
@@ -154,13 +152,13 @@ class Chain:
                 return np.asarray(found / found.sum())
         raise NoConvergenceError("path integration found no stationary law: the interpolation is not stable here.")
 
-    def _start(self) -> FloatArray:
+    def _start(self) -> Floats:
         _, x, v = self.grid.places
         middle, width = 0.5 * (x.max() + x.min()), 0.25 * (x.max() - x.min())
         normal = np.exp(-0.5 * ((x - middle) / width) ** 2 - 8.0 * (v / v.max()) ** 2)
         return np.asarray(normal * np.repeat(self.grid.y_weight, self.grid.x.size * self.grid.v.size))
 
-    def impacts(self, weights: FloatArray) -> list[tuple[float, float, float]]:
+    def impacts(self, weights: Floats) -> list[tuple[float, float, float]]:
         """Rate at each wall, and the same times mean and mean square of the speed.
 
         Impacts that are too slow to be resolved are taken from a power law; where they are many, all is NaN.
@@ -173,7 +171,7 @@ class Chain:
             found.append((known * (rate + max(slow, 0.0) * share / (1.0 - share)), known * first, known * second))
         return found
 
-    def correlation(self, before: FloatArray, after: FloatArray, longest: int) -> FloatArray:
+    def correlation(self, before: Floats, after: Floats, longest: int) -> Floats:
         """E[f(0) g(t)] at steps from 0, until they have decayed.
 
         Parameters
@@ -220,7 +218,7 @@ def make_chain(
 
 def _move(
     grid: Grid, step: float, acceleration: Acceleration, stops: Sequence[Barrier]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[Floats, Floats, Floats]:
     """Where x and v go in a step from every node, and the impacts on the way."""
     y, x, v = grid.places
     part = step / _PARTS
@@ -236,15 +234,15 @@ def _move(
 
 
 def _drift(
-    y: FloatArray,
-    x: FloatArray,
-    v: FloatArray,
+    y: Floats,
+    x: Floats,
+    v: Floats,
     part: float,
     acceleration: Acceleration,
     stops: Sequence[Barrier],
     slowest: float,
-    hits: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    hits: Floats,
+) -> tuple[Floats, Floats]:
     """Half of a part in a straight line, with an impact at most on each wall; impacts are counted in ``hits``."""
     x = x + 0.5 * part * v
     for stop, counted in zip(stops, hits, strict=True):
@@ -271,7 +269,7 @@ def _drift(
     return x, v
 
 
-def _lagrange(nodes: FloatArray, places: FloatArray, points: int) -> tuple[NDArray[np.intp], FloatArray]:
+def _lagrange(nodes: Floats, places: Floats, points: int) -> tuple[NDArray[np.intp], Floats]:
     """The first of the nodes nearest to each place, and the weights of the polynomial through them."""
     first = np.clip(np.searchsorted(nodes, places, side="right") - points // 2, 0, nodes.size - points)
     near = nodes[first[:, None] + np.arange(points)]
@@ -283,7 +281,7 @@ def _lagrange(nodes: FloatArray, places: FloatArray, points: int) -> tuple[NDArr
     return first, weights
 
 
-def kernel_weights(order: float, step: float, count: int) -> FloatArray:
+def kernel_weights(order: float, step: float, count: int) -> Floats:
     """Weights of the integral of t^-order / Gamma(1 - order) times a correlation that is straight between the steps.
 
     Where the correlation oscillates to its end, the weights fade out over the last half: the waves beyond cancel.

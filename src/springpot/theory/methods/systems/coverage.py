@@ -9,8 +9,6 @@ from springpot.problem.parts import PolynomialDashpot, PolynomialSpring
 from springpot.problem.parts.walls import SoftStop
 from springpot.problem.system import System
 
-__all__ = ["check_kinds"]
-
 
 def check_kinds(
     unit: System,

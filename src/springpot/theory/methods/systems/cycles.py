@@ -9,18 +9,13 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import FractionalMaxwell, Maxwell, PiezoelectricCircuit, Springpot
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.theory.numerics.panels import panel_rule
-
-__all__ = ["COARSE", "FINE", "REACH", "Cycles", "Field", "Ladder", "Problem", "check_settled", "ladder_of", "speed_at"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 REACH = "The envelope of systems covers one well, between walls or without them, with stationary noise"
 FINE = (96, 64)  # places of a half cycle, by Gauss's rule over theta with x = mid + half sin(theta); harmonics
@@ -84,11 +79,11 @@ class Problem:
         """Whether anything has memory."""
         return bool(self.elements or self.circuits)
 
-    def modulus(self, p: Any) -> ComplexArray:
+    def modulus(self, p: Any) -> Complexes:
         """Force over displacement of everything with memory."""
         return np.asarray(sum((element.modulus(p) for element in self.elements), self.electric(p)))
 
-    def in_phase(self, w: FloatArray) -> FloatArray:
+    def in_phase(self, w: Floats) -> Floats:
         """Stiffness of everything with memory on a line at w, which for springpots has a width."""
         found = self.modulus(1j * w).real
         for pot in self.pots:
@@ -102,7 +97,7 @@ class Problem:
         """The springpots that are not in series with a spring."""
         return tuple(element for element in self.elements if isinstance(element, Springpot))
 
-    def electric(self, p: Any) -> ComplexArray:
+    def electric(self, p: Any) -> Complexes:
         """The same of the circuits alone."""
         return np.asarray(sum((circuit.modulus(p) for circuit in self.circuits), np.zeros_like(p)))
 
@@ -137,26 +132,26 @@ class Cycles:
         Square of the frequency between impacts: the slope of the force over x.
     """
 
-    energy: FloatArray
-    period: FloatArray
-    mean: FloatArray
-    x_square: FloatArray
-    v_square: FloatArray
-    v_third: FloatArray
-    v_fourth: FloatArray
-    xv_square: FloatArray
-    harmonics: FloatArray
-    tail: FloatArray
-    stiffness: FloatArray
-    centre: FloatArray
-    least: FloatArray
-    arc: FloatArray
+    energy: Floats
+    period: Floats
+    mean: Floats
+    x_square: Floats
+    v_square: Floats
+    v_third: Floats
+    v_fourth: Floats
+    xv_square: Floats
+    harmonics: Floats
+    tail: Floats
+    stiffness: Floats
+    centre: Floats
+    least: Floats
+    arc: Floats
 
     @property
-    def frequency(self) -> FloatArray:
+    def frequency(self) -> Floats:
         return np.asarray(2.0 * math.pi / self.period)
 
-    def sum_over(self, factor: Any) -> FloatArray:
+    def sum_over(self, factor: Any) -> Floats:
         """sum_n f(n, n w) X_n^2 with all harmonics; f takes arrays."""
         count = self.harmonics.shape[1]
         n = np.arange(1.0, count + 1.0)
@@ -168,7 +163,7 @@ class Cycles:
 
 
 @lru_cache(maxsize=2)
-def _half_cycle(places: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _half_cycle(places: int) -> tuple[Floats, Floats, Floats]:
     """Angles theta from -pi/2 to pi/2, their weights, and the matrix of integrals up to each angle."""
     points, weights = legendre.leggauss(places)
     values = legendre.legvander(points, places)
@@ -182,7 +177,7 @@ def _half_cycle(places: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def cycles_of(
-    problem: Problem, above: FloatArray, place: FloatArray, size: tuple[int, int], like: Cycles | None = None
+    problem: Problem, above: Floats, place: Floats, size: tuple[int, int], like: Cycles | None = None
 ) -> Cycles:
     """The cycles whose energy is ``above`` that at a place, or above the least where the place is NaN.
 
@@ -213,7 +208,7 @@ def cycles_of(
     return replace(found, period=np.where(change > nearly, np.nan, found.period))
 
 
-def _ahead(before: FloatArray, last: FloatArray, here: FloatArray) -> FloatArray:
+def _ahead(before: Floats, last: Floats, here: Floats) -> Floats:
     """Where a sequence that approaches its limit geometrically ends (Aitken)."""
     first, second = last - before, here - last
     ratio = np.divide(second, first, out=np.zeros_like(first), where=np.abs(first) > 1e-14 * np.abs(here))
@@ -221,13 +216,11 @@ def _ahead(before: FloatArray, last: FloatArray, here: FloatArray) -> FloatArray
     return np.asarray(here + second * ratio / (1.0 - ratio))
 
 
-def _given(
-    problem: Problem, above: FloatArray, place: FloatArray, k: FloatArray, centre: FloatArray, size: tuple[int, int]
-) -> Cycles:
+def _given(problem: Problem, above: Floats, place: Floats, k: Floats, centre: Floats, size: tuple[int, int]) -> Cycles:
     """Cycles with a spring k about a centre beside the potential."""
     potential = problem.potential
 
-    def force(x: FloatArray) -> FloatArray:
+    def force(x: Floats) -> Floats:
         return potential.force(x) + k * (x - centre)
 
     # between the bottom and the centre both forces change their sign
@@ -243,12 +236,12 @@ def _given(
     least = np.where(inner, here, beyond)
     offset = potential.energy(least)
 
-    def energy(x: FloatArray) -> FloatArray:
+    def energy(x: Floats) -> Floats:
         rows = (slice(None),) + (None,) * (x.ndim - 1)
         springs = 0.5 * k[rows] * (x - least[rows]) * (x + least[rows] - 2.0 * centre[rows])
         return np.asarray(potential.energy(x) - offset[rows] + springs)
 
-    def force_at(x: FloatArray) -> FloatArray:
+    def force_at(x: Floats) -> Floats:
         return np.asarray(potential.force(x) + k[:, None] * (x - centre[:, None]))
 
     e = np.where(np.isnan(place), above, above + energy(np.nan_to_num(place)))
@@ -291,7 +284,7 @@ def _given(
     )
 
 
-def _harmonics(weighted: FloatArray, phase: FloatArray, count: int) -> FloatArray:
+def _harmonics(weighted: Floats, phase: Floats, count: int) -> Floats:
     """Squares of X_n = (4/T) int x cos(n w t) dt over half a cycle."""
     cosine = np.cos(phase)
     before, now = np.ones_like(cosine), cosine
@@ -302,9 +295,7 @@ def _harmonics(weighted: FloatArray, phase: FloatArray, count: int) -> FloatArra
     return found * found
 
 
-def _turning(
-    potential: Potential, energy: Any, least: FloatArray, e: FloatArray, sign: float, k: FloatArray
-) -> FloatArray:
+def _turning(potential: Potential, energy: Any, least: Floats, e: Floats, sign: float, k: Floats) -> Floats:
     """Where the cycles turn on one side, or the wall before that."""
     wall = potential.low if sign < 0.0 else potential.high
     stiff = np.maximum(potential.curvature(least) + k, 0.0)
@@ -350,7 +341,7 @@ class Ladder:
     starts: tuple[float, ...]
     lengths: tuple[float, ...]
 
-    def cycles(self, problem: Problem, label: FloatArray, size: tuple[int, int], like: Cycles | None = None) -> Cycles:
+    def cycles(self, problem: Problem, label: Floats, size: tuple[int, int], like: Cycles | None = None) -> Cycles:
         """The cycles with these labels, found from those of ``like``."""
         above, place = np.array(label), np.full_like(label, math.nan)
         ends = (*self.starts, math.inf)[1:]
@@ -389,7 +380,7 @@ def ladder_of(problem: Problem) -> Ladder:
     return Ladder(passed, starts, (*lengths, math.inf))
 
 
-def speed_at(problem: Problem, cycles: Cycles, place: float) -> FloatArray:
+def speed_at(problem: Problem, cycles: Cycles, place: float) -> Floats:
     potential, least, k = problem.potential, cycles.least, cycles.stiffness
     at = potential.energy(place) - potential.energy(least)
     at = at + 0.5 * k * (place - least) * (place + least - 2.0 * cycles.centre)

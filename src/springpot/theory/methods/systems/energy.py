@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Barrier,
@@ -33,10 +34,6 @@ from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
-__all__ = ["ExactLaw", "check_law_covered", "exact_law"]
-
-FloatArray = NDArray[np.float64]
-
 _FAR = 750.0  # exponent at which a density is 0 in double precision
 _PANELS = 96
 _NODES = 24
@@ -61,23 +58,23 @@ class _EnergyLaw:
     square: float
     origin: float
     least: float
-    places: FloatArray = field(repr=False)
-    weights: FloatArray = field(repr=False)
+    places: Floats = field(repr=False)
+    weights: Floats = field(repr=False)
     total: float
-    walls: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
+    walls: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def _likeliest(self) -> float:
         """The energy at which g is least."""
         return -self.linear / (2.0 * self.square) if self.linear < 0.0 else 0.0
 
-    def exponent(self, energy: FloatArray) -> FloatArray:
+    def exponent(self, energy: Floats) -> Floats:
         """g less its least value."""
         if self.linear < 0.0:
             return np.asarray(self.square * (energy - self._likeliest) ** 2)
         return np.asarray(energy * (self.linear + self.square * energy))
 
-    def speed_integral(self, power: int, potential: FloatArray) -> FloatArray:
+    def speed_integral(self, power: int, potential: Floats) -> Floats:
         """The integral of v^power exp(-g) over v > 0, at potentials above the least."""
         u = np.atleast_1d(potential)
         if self.square == 0.0:
@@ -94,7 +91,7 @@ class _EnergyLaw:
         values = v**power * np.exp(-np.minimum(self.exponent(0.5 * v * v + u[:, None]), _FAR))
         return np.asarray((values @ weights) * length[:, 0])
 
-    def above_least(self, place: float | FloatArray) -> FloatArray:
+    def above_least(self, place: float | Floats) -> Floats:
         """U less the least U, at places seen from the origin."""
         above = np.asarray(self.potential.energy(place) - self.least)
         return np.maximum(above, -20.0 / self.linear) if self.square == 0.0 else np.maximum(above, 0.0)
@@ -104,33 +101,33 @@ class _EnergyLaw:
         """m and m/s."""
         return Units(1.0, 1.0, 1.0, 1.0)
 
-    def x(self, x: FloatArray) -> FloatArray:
+    def x(self, x: Floats) -> Floats:
         """Density of the displacement."""
         place, inside = self._place(x)
         found = 2.0 * self.speed_integral(0, self.above_least(place).ravel()).reshape(x.shape)
         return np.where(inside, found / self.total, 0.0)
 
-    def joint(self, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joint(self, x: Floats, v: Floats) -> Floats:
         """Density of both."""
         place, inside = self._place(x)
         return np.where(inside, self._at(self.above_least(place), v) / self.total, 0.0)
 
-    def v(self, v: FloatArray) -> FloatArray:
+    def v(self, v: Floats) -> Floats:
         """Density of the velocity."""
         values = self._at(self.above_least(self.places), v.reshape(-1, 1)) @ self.weights
         return np.asarray(values.reshape(v.shape) / self.total)
 
-    def impact_speed(self, speed: FloatArray) -> FloatArray:
+    def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact, on all walls together."""
         values = self._at(self.walls, speed.reshape(-1, 1)).sum(axis=1) / self.speed_integral(1, self.walls).sum()
         return np.asarray(np.maximum(speed, 0.0) * values.reshape(speed.shape))
 
-    def _at(self, potential: FloatArray, v: FloatArray) -> FloatArray:
+    def _at(self, potential: Floats, v: Floats) -> Floats:
         """exp(-g) at potentials above the least, and velocities."""
         energy = potential + 0.5 * np.minimum(np.abs(v), 1e150) ** 2
         return np.asarray(np.exp(-np.minimum(self.exponent(np.minimum(energy, 1e150)), _FAR)))
 
-    def _place(self, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def _place(self, x: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Where x is seen from the origin, and whether it is between the walls; elsewhere some place that is."""
         place = x - self.origin
         inside = (place >= self.potential.low) & (place <= self.potential.high) & (np.abs(x) < 1e100)
@@ -344,13 +341,13 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     return replace(empty, places=places, weights=weights, total=total)
 
 
-def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _settled_grid(law: _EnergyLaw, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Places and weights of panels, halved until the integrals of the density and of its kinetic energy stay.
 
     Panels whose integrals change by no more than the rounding of the energies does are not halved.
     """
 
-    def integrals(places: FloatArray, weights: FloatArray) -> FloatArray:
+    def integrals(places: Floats, weights: Floats) -> Floats:
         u = law.above_least(places)
         density, kinetic = (law.speed_integral(p, u.ravel()).reshape(u.shape) for p in (0, 2))
         each = density, kinetic, density * _rounding(law, places)
@@ -358,7 +355,7 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
 
     places, weights = on_panels(low, high, _NODES)
     found = integrals(places, weights)
-    grids: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    grids: list[tuple[Floats, Floats, Floats]] = []
     for _ in range(_ROUNDS):
         total = found.sum(axis=1, keepdims=True) + sum(done for _, _, done in grids)
         middle = 0.5 * (low + high)
@@ -381,7 +378,7 @@ def _settled_grid(law: _EnergyLaw, low: FloatArray, high: FloatArray) -> tuple[F
     return np.concatenate([grid[0] for grid in grids]), np.concatenate([grid[1] for grid in grids])
 
 
-def _rounding(law: _EnergyLaw, places: FloatArray) -> FloatArray:
+def _rounding(law: _EnergyLaw, places: Floats) -> Floats:
     """Relative error of the density by rounding of the energies."""
     if law.square:
         return np.zeros_like(places)

@@ -8,9 +8,9 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 from scipy import optimize
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Barrier,
@@ -65,11 +65,6 @@ from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
 from springpot.theory.result import Moments, Result, moments_of
 
-__all__ = ["check_system_covered", "envelope_of_system"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
 _FAR = 42.0  # the density ends where its share in the mean energy has fallen by e^-42
 _NEAR, _BROAD = 0.25, 1.0  # widths of panels in ln E, up to a hundred times the typical energy and beyond
@@ -102,12 +97,12 @@ class _Rates:
         The part of ``loss`` that is not of impacts.
     """
 
-    loss: FloatArray
-    spread: FloatArray
-    action: FloatArray
-    electric: FloatArray
-    struck: tuple[FloatArray, ...]
-    damped: FloatArray
+    loss: Floats
+    spread: Floats
+    action: Floats
+    electric: Floats
+    struck: tuple[Floats, ...]
+    damped: Floats
 
 
 def _rates(problem: Problem, cycles: Cycles) -> _Rates:
@@ -144,7 +139,7 @@ def _rates(problem: Problem, cycles: Cycles) -> _Rates:
     return _Rates(taken, spread, action, electric, tuple(struck), loss)
 
 
-def _slope(problem: Problem, w: FloatArray) -> FloatArray:
+def _slope(problem: Problem, w: Floats) -> Floats:
     """Derivative of the in-phase stiffness by the frequency."""
     step = 1e-5
     up, down = (problem.modulus(1j * w * factor).real for factor in (1.0 + step, 1.0 - step))
@@ -157,12 +152,12 @@ class _Law:
 
     cycles: Cycles
     rates: _Rates
-    weight: FloatArray
-    strength: FloatArray
+    weight: Floats
+    strength: Floats
     range: tuple[float, float, float]
     labels: Labels
 
-    def average(self, values: FloatArray) -> float:
+    def average(self, values: Floats) -> float:
         return float(self.weight @ values)
 
 
@@ -258,7 +253,7 @@ def _field(problem: Problem, law: _Law) -> Field:
     return Field(stiffness, mean, width, share * decay)
 
 
-def _broadened(problem: Problem, cycles: Cycles) -> FloatArray:
+def _broadened(problem: Problem, cycles: Cycles) -> Floats:
     """Power that springpots take because the harmonics are lines of finite width, beyond that of an arc."""
     found = np.zeros_like(cycles.energy)
     if problem.field.extra == 0.0:

@@ -9,17 +9,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.felt import felt_in
 from springpot.problem.parts import PoissonImpulses, WhiteNoise
 from springpot.problem.system import System
 from springpot.theory.numerics.frequencies import integrals, resonances
-
-__all__ = ["felt_mean", "felt_mean_square", "felt_spectrum"]
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part
 
@@ -57,7 +53,7 @@ class _Felt:
         ground = float(self.row @ own.coordinates.participations) if source.on == "ground" else 0.0
         return passed + ground if abs(passed + ground) > _NOTHING * (abs(passed) + abs(ground)) else 0.0
 
-    def response(self, w: FloatArray, source: Any) -> NDArray[np.complex128]:
+    def response(self, w: Floats, source: Any) -> Complexes:
         """Per unit of a source, at each frequency."""
         own = self.companion
         moved = own.displaced(w, own.push(source))
@@ -67,7 +63,7 @@ class _Felt:
         light = np.linalg.solve(own.mass, self.row)
         return np.asarray(self.direct(source) - np.einsum("i,wij,wj->w", light, pulls, moved))
 
-    def _modulus(self, part: Any, w: FloatArray) -> NDArray[np.complex128]:
+    def _modulus(self, part: Any, w: Floats) -> Complexes:
         return np.asarray(part.modulus(1j * w) + np.zeros(len(w)), complex)
 
     def mean(self) -> float:
@@ -80,7 +76,7 @@ class _Felt:
             sum(complex(self._modulus(part, np.zeros(1))[0]).real * (row @ at_rest) for part, row in self.parts)
         )
 
-    def density(self, w: FloatArray) -> FloatArray:
+    def density(self, w: Floats) -> Floats:
         """Two-sided, under all noise but matched noise."""
         found = np.zeros(w.shape)
         for noise in self.companion.noises:
@@ -88,12 +84,12 @@ class _Felt:
             found += densities * np.abs(self.response(w, noise)) ** 2
         return found
 
-    def springs(self) -> FloatArray:
+    def springs(self) -> Floats:
         """The force per displacement where there is no damper in it."""
         return np.asarray(sum((part.modulus(0.0) * row for part, row in self.parts), np.zeros(len(self.row))))
 
 
-def felt_spectrum(system: System, companion: Any, of: str) -> Callable[[FloatArray], FloatArray]:
+def felt_spectrum(system: System, companion: Any, of: str) -> Callable[[Floats], Floats]:
     """The two-sided spectral density of a force or an absolute acceleration, a function of frequencies w >= 0."""
     felt = _Felt(system, companion, of)
     if companion.temperature > 0.0:

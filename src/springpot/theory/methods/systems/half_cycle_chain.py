@@ -26,11 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import Springpot
-
-__all__ = ["FASTEST", "MOST_CELLS", "Chain", "HardSpring", "Problem", "Stage", "Stop", "chain_of"]
-
-FloatArray = NDArray[np.float64]
 
 FASTEST = 7.0  # the grid of speeds ends here
 _CELLS, _LEAST_CELLS = 160, 4  # of the grid, and between two marks of it
@@ -50,9 +47,9 @@ class Stop:
     """One stop: its distance from the equilibrium, and the speed after an impact with a speed."""
 
     distance: float
-    rebound: Callable[[FloatArray], FloatArray] = field(default=np.copy)
+    rebound: Callable[[Floats], Floats] = field(default=np.copy)
 
-    def after(self, size: FloatArray, needed: float) -> FloatArray:
+    def after(self, size: Floats, needed: float) -> Floats:
         """The size of the motion (speed at 0, or amplitude) after the stop, which needs this square of it."""
         hits, found = size**2 > needed, size.copy()
         found[hits] = np.sqrt(needed + self.rebound(np.sqrt(size[hits] ** 2 - needed)) ** 2)
@@ -71,10 +68,10 @@ class Flights:
         int x dt and int x^2 dt, with x counted outwards.
     """
 
-    time: FloatArray
-    action: FloatArray
-    first: FloatArray
-    second: FloatArray
+    time: Floats
+    action: Floats
+    first: Floats
+    second: Floats
 
 
 @dataclass(frozen=True)
@@ -84,7 +81,7 @@ class HardSpring:
     linear: float = 1.0
     cubic: float = 0.0
 
-    def energy(self, x: FloatArray | float) -> FloatArray:
+    def energy(self, x: Floats | float) -> Floats:
         square = np.square(x)
         return np.asarray(0.5 * square * (self.linear + 0.5 * self.cubic * square))
 
@@ -92,12 +89,12 @@ class HardSpring:
         """The speed at 0 with which x is just reached."""
         return math.sqrt(2.0 * float(self.energy(x)))
 
-    def turning(self, speed: FloatArray) -> FloatArray:
+    def turning(self, speed: Floats) -> Floats:
         """Where a mass with this speed at 0 turns back."""
         stiffness = self.linear + np.sqrt(self.linear**2 + 2.0 * self.cubic * speed**2)
         return np.asarray(speed * np.sqrt(2.0 / stiffness))
 
-    def flights(self, speed: FloatArray, end: float) -> Flights:
+    def flights(self, speed: Floats, end: float) -> Flights:
         """With x = X sin(phase), dx/dt = X cos(phase) slope(x), so that nothing is singular at the turning point."""
         top = self.turning(speed)[:, None]
         reach = np.arcsin(np.minimum(1.0, end / top))
@@ -142,7 +139,7 @@ class Problem:
         return max(_CELLS, math.ceil(min(_RESOLVED * FASTEST / max(noise, 1e-9), 1e9)))
 
     @property
-    def edges(self) -> FloatArray:
+    def edges(self) -> Floats:
         """Of the cells of speed; those that just reach a stop are among them."""
         reaching = (self.spring.speed_to(stop.distance) for stop in (self.upper, self.lower))
         marks = sorted({0.0, FASTEST, *(speed for speed in reaching if speed < FASTEST)})
@@ -174,7 +171,7 @@ class Stage:
     stop: Stop
     side: float
     back: bool
-    start: FloatArray
+    start: Floats
     flights: Flights
     hits: NDArray[np.bool_]
 
@@ -194,13 +191,13 @@ class Chain:
     """
 
     problem: Problem
-    edges: FloatArray
+    edges: Floats
     stages: tuple[Stage, ...]
-    probabilities: tuple[FloatArray, ...]
-    matrices: tuple[FloatArray, ...] = field(repr=False)
+    probabilities: tuple[Floats, ...]
+    matrices: tuple[Floats, ...] = field(repr=False)
 
     @property
-    def speeds(self) -> FloatArray:
+    def speeds(self) -> Floats:
         return _middles(self.edges)
 
     @property
@@ -208,7 +205,7 @@ class Chain:
         """The mean time of a cycle."""
         return self.total(lambda stage: stage.flights.time)
 
-    def total(self, what: Callable[[Stage], FloatArray]) -> float:
+    def total(self, what: Callable[[Stage], Floats]) -> float:
         """Mean over cycles of a sum over its flights."""
         return float(sum(p @ what(stage) for p, stage in zip(self.probabilities, self.stages, strict=True)))
 
@@ -228,11 +225,11 @@ def chain_of(problem: Problem) -> Chain:
     return chain
 
 
-def _middles(edges: FloatArray) -> FloatArray:
+def _middles(edges: Floats) -> Floats:
     return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
 
-def _stages(problem: Problem, speeds: FloatArray) -> tuple[Stage, ...]:
+def _stages(problem: Problem, speeds: Floats) -> tuple[Stage, ...]:
     found = []
     for stop, side in ((problem.upper, 1.0), (problem.lower, -1.0)):
         needed = problem.spring.speed_to(stop.distance) ** 2 if math.isfinite(stop.distance) else math.inf
@@ -242,7 +239,7 @@ def _stages(problem: Problem, speeds: FloatArray) -> tuple[Stage, ...]:
     return tuple(found)
 
 
-def _chain(problem: Problem, edges: FloatArray, extra: tuple[FloatArray, ...]) -> Chain:
+def _chain(problem: Problem, edges: Floats, extra: tuple[Floats, ...]) -> Chain:
     """The stationary chain with given extra work of the memory in each stage."""
     stages = _stages(problem, _middles(edges))
     matrices = tuple(_law(problem, edges, stage, work) for stage, work in zip(stages, extra, strict=True))
@@ -257,7 +254,7 @@ def _chain(problem: Problem, edges: FloatArray, extra: tuple[FloatArray, ...]) -
     return Chain(problem, edges, stages, tuple(probabilities), matrices)
 
 
-def _law(problem: Problem, edges: FloatArray, stage: Stage, extra: FloatArray) -> FloatArray:
+def _law(problem: Problem, edges: Floats, stage: Stage, extra: Floats) -> Floats:
     """Probability of each cell at the end of a stage, given that at its start."""
     c, flights = problem.damping, stage.flights
     action = flights.action / stage.start**2
@@ -281,16 +278,16 @@ class _Arc:
     """Part of a mean past path, x = side a(t) sin(phase), one for each probe; a^2 is a straight line in time."""
 
     side: float
-    first: FloatArray
-    last: FloatArray
-    begin: FloatArray
-    end: FloatArray
+    first: Floats
+    last: Floats
+    begin: Floats
+    end: Floats
 
 
-def _arc(stage: Stage, amplitude: FloatArray, following: FloatArray | None) -> _Arc:
+def _arc(stage: Stage, amplitude: Floats, following: Floats | None) -> _Arc:
     """A flight from a state to the next one; the last flight is undamped."""
 
-    def reach(size: FloatArray) -> FloatArray:
+    def reach(size: Floats) -> Floats:
         return np.arcsin(np.minimum(1.0, stage.stop.distance / size))
 
     if not stage.back:
@@ -301,7 +298,7 @@ def _arc(stage: Stage, amplitude: FloatArray, following: FloatArray | None) -> _
     return _Arc(stage.side, start, last, math.pi - reach(start), np.full_like(start, math.pi))
 
 
-def _extra_work(chain: Chain) -> list[FloatArray]:
+def _extra_work(chain: Chain) -> list[Floats]:
     """What the memory takes in each stage, per state, beyond a spring and a damper of the frequency 1."""
     speeds, stages = chain.speeds, chain.stages
     amplitude = chain.problem.spring.turning(speeds)
@@ -323,7 +320,7 @@ def _extra_work(chain: Chain) -> list[FloatArray]:
     return found
 
 
-def _work(arcs: list[_Arc], memory: tuple[Springpot, ...], mean: float) -> FloatArray:
+def _work(arcs: list[_Arc], memory: tuple[Springpot, ...], mean: float) -> Floats:
     """The work of the memory on the last arc, less that of a spring and a damper.
 
     Before the first arc the motion is taken to be harmonic, about the mean, with the mean square of the arcs.
@@ -353,7 +350,7 @@ def _work(arcs: list[_Arc], memory: tuple[Springpot, ...], mean: float) -> Float
     return total
 
 
-def _path(arcs: list[_Arc]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _path(arcs: list[_Arc]) -> tuple[Floats, Floats, Floats]:
     """Times, places and speeds, one row for each probe; where arcs meet there are two points at one time."""
     part = np.linspace(0.0, 1.0, _POINTS + 1)
     pieces, before = [], np.zeros((arcs[0].first.size, 1))

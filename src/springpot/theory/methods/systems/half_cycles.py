@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word
 from springpot.problem.parts import (
     Barrier,
@@ -39,10 +40,6 @@ from springpot.theory.methods.systems.impacts import endless_walls, restitutions
 from springpot.theory.methods.systems.linear import linear
 from springpot.theory.result import Moments, moments_of
 
-__all__ = ["HalfCycles", "check_covered", "half_cycles"]
-
-FloatArray = NDArray[np.float64]
-
 _REACH = "The half cycles cover two rigid walls, one on each side of the equilibrium 0"
 _REACHED = FASTEST - 0.5  # the fastest states that are resolved, in standard deviations of the speed without walls
 _ROUNDS, _SETTLED = 200, 1e-9  # of the linear spring with the mean square of a hardening one
@@ -72,7 +69,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
     The parameters are those of `springpot.theory.result.Result`.
     """
 
-    def x_density(self, displacement: ArrayLike) -> FloatArray:
+    def x_density(self, displacement: ArrayLike) -> Floats:
         """Density of x, per m; 0 beyond the walls.
 
         Parameters
@@ -99,7 +96,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         x = real_array(displacement, "displacement") / scales.length
         return np.asarray(_x_density(chain, x) / scales.length)
 
-    def impact_speed_density(self, speed: ArrayLike, wall: str) -> FloatArray:
+    def impact_speed_density(self, speed: ArrayLike, wall: str) -> Floats:
         """Density of the speed just before an impact on a wall, per m/s.
 
         Parameters
@@ -344,7 +341,7 @@ def _impacts(chain: Chain, wall: Barrier, scales: _Scales) -> Impacts | None:
     flight = back.flights.time[hits] + np.interp(back.start[hits], chain.speeds, onward.flights.time)
     pull = float(spring.linear * out.stop.distance + spring.cubic * out.stop.distance**3)
 
-    def limit(v: FloatArray) -> FloatArray:
+    def limit(v: Floats) -> Floats:
         """The longest short return: until the spring has turned the speed, or part of the way to the next impact."""
         intensity = 2.0 * chain.problem.damping
         return np.asarray(intensity / (1.0 / np.interp(v, speed, _SHORT * flight) + pull / v))
@@ -352,7 +349,7 @@ def _impacts(chain: Chain, wall: Barrier, scales: _Scales) -> Impacts | None:
     return with_short_returns(speed[likely], flux[likely], limit, out.stop.rebound, slow_impact_power(slow), regular)
 
 
-def _x_density(chain: Chain, x: FloatArray) -> FloatArray:
+def _x_density(chain: Chain, x: Floats) -> Floats:
     """Time at x over that of a cycle: 1 / sqrt(V^2 - 2 U(x)), averaged over a cell, in which V^2 is uniform."""
     found = np.zeros_like(x)
     least = 2.0 * chain.problem.spring.energy(x)

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -34,13 +34,6 @@ from springpot.theory.methods.envelope.balance import Labels, before_impact
 from springpot.theory.methods.envelope.impacts import with_short_returns
 from springpot.theory.methods.envelope.losses import is_tabulated, moments_from_wall, sudden_losses
 from springpot.theory.methods.systems.cycles import Cycles, Problem
-
-__all__ = [
-    "Hits", "Spread", "after_impact", "endless_walls", "hits_on_walls", "is_endless", "is_smooth", "restitutions",
-    "with_sudden_losses",
-]  # fmt: skip
-
-FloatArray = NDArray[np.float64]
 
 _REBOUNDS = 20  # iterations for the restitution of a law of the speed
 _SHORT, _SHORT_UNCORRECTED = 0.5, 0.375  # of a flight: longer returns are due to springs, or end at the other wall
@@ -64,8 +57,8 @@ class Spread:
 
 
 def after_impact(
-    problem: Problem, wall: Barrier, speed: FloatArray, damped: FloatArray, cycles: Cycles
-) -> tuple[float | FloatArray, FloatArray]:
+    problem: Problem, wall: Barrier, speed: Floats, damped: Floats, cycles: Cycles
+) -> tuple[float | Floats, Floats]:
     """The restitution, and the energy before an impact over the mean energy between two impacts.
 
     They are as in the envelope of an oscillator.  With a law of the speed the squares of the speeds before and after an
@@ -82,7 +75,7 @@ def after_impact(
     return r, np.asarray(2.0 / (1.0 + r**2))
 
 
-def restitutions(wall: Barrier, speed: FloatArray) -> FloatArray:
+def restitutions(wall: Barrier, speed: Floats) -> Floats:
     """The restitution of impacts with these speeds, from 0 to 1."""
     if not callable(wall.restitution):
         return np.full_like(speed, wall.restitution)
@@ -100,9 +93,9 @@ def hits_on_walls(
     problem: Problem,
     cycles: Cycles,
     labels: Labels,
-    weight: FloatArray,
-    struck: tuple[FloatArray, ...],
-    damped: FloatArray,
+    weight: Floats,
+    struck: tuple[Floats, ...],
+    damped: Floats,
 ) -> list[Hits]:
     """The impacts on each wall and contact, in the order of the parts.
 
@@ -143,10 +136,10 @@ def hits_on_walls(
 
 def _with_short_returns(
     wall: Barrier,
-    speed: FloatArray,
-    fast: FloatArray,
-    flux: tuple[FloatArray, FloatArray],
-    short: FloatArray,
+    speed: Floats,
+    fast: Floats,
+    flux: tuple[Floats, Floats],
+    short: Floats,
     intensity: float,
     regular: tuple[float, ...],
 ) -> Hits:
@@ -157,11 +150,11 @@ def _with_short_returns(
     if np.count_nonzero(rising) < 4:
         return Hits(regular[0], regular[1] / regular[0], regular[2] / regular[0])
 
-    def turning(v: FloatArray) -> FloatArray:
+    def turning(v: Floats) -> Floats:
         """The time of the longest short return, in units in which the noise has the intensity 1."""
         return np.asarray(intensity * np.interp(v, speed[rising], short[rising]))
 
-    def rebound(v: FloatArray) -> FloatArray:
+    def rebound(v: Floats) -> Floats:
         return restitutions(wall, v) * v
 
     power = slow_impact_power(slow_restitution(wall))
@@ -172,9 +165,9 @@ def _with_short_returns(
 def with_sudden_losses(
     problem: Problem,
     cycles: Cycles,
-    weight: FloatArray,
-    struck: tuple[FloatArray, ...],
-    damped: FloatArray,
+    weight: Floats,
+    struck: tuple[Floats, ...],
+    damped: Floats,
     spread: Spread,
     hits: list[Hits],
 ) -> tuple[Spread, list[Hits]]:

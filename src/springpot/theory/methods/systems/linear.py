@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed, shown
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.felt import felt_in
@@ -49,9 +50,6 @@ from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
 from springpot.theory.result import Moments, Result, moments_of, moments_of_points
 
-__all__ = ["Companion", "LinearResponse", "companion_of", "linear", "linear_moments", "motions", "pulled"]
-
-FloatArray = NDArray[np.float64]
 Density = Callable[[float], float]
 
 _REACH = "The linear theory covers linear springs, dampers, memory and circuits, without walls and contacts"
@@ -90,23 +88,23 @@ class Companion:
     """
 
     coordinates: Coordinates
-    mass: FloatArray
-    stiffness: FloatArray
-    damping: FloatArray
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
     elements: tuple[Springpot | FractionalMaxwell | Maxwell, ...]
     circuits: tuple[Circuit, ...]
     noises: tuple[Noise, ...]
     temperature: float
     harmonics: tuple[Harmonic, ...]
-    force: FloatArray
+    force: Floats
     parametric: tuple[ParametricNoise, ...]
-    multiplied: tuple[tuple[FloatArray, float], ...] = ()
+    multiplied: tuple[tuple[Floats, float], ...] = ()
 
-    def row(self, part: Element) -> FloatArray:
+    def row(self, part: Element) -> Floats:
         """What a part sees of the coordinates."""
         return self.coordinates.row(part.between)
 
-    def push(self, part: Any) -> FloatArray:
+    def push(self, part: Any) -> Floats:
         """The forces of an excitation per unit of it."""
         return self.coordinates.push(part.on)
 
@@ -114,7 +112,7 @@ class Companion:
         """A number of a part, or one for each frequency, in the equations of motion."""
         return _wide(np.asarray(number)) * np.outer(self.row(part), self.row(part))
 
-    def dissipative(self, w: FloatArray) -> NDArray[np.complex128]:
+    def dissipative(self, w: Floats) -> Complexes:
         """Force over displacement of dampers, memory and circuits, a matrix for each of the frequencies w."""
         p = 1j * np.asarray(w, float)
         found = self.damping * _wide(p)
@@ -122,16 +120,16 @@ class Companion:
             found = found + self.along(element, element.modulus(p))
         return np.asarray(found)
 
-    def dynamic_stiffness(self, w: FloatArray) -> NDArray[np.complex128]:
+    def dynamic_stiffness(self, w: Floats) -> Complexes:
         """Force over displacement, D(w) = k - m w^2 + ..."""
         return np.asarray(self.stiffness - _wide(np.asarray(w, float) ** 2) * self.mass + self.dissipative(w))
 
-    def response(self, w: FloatArray) -> NDArray[np.complex128]:
+    def response(self, w: Floats) -> Complexes:
         """Displacement over force, the inverse of D(w)."""
         stiffness = self.dynamic_stiffness(w)
         return np.asarray(1.0 / stiffness if stiffness.shape[-1] == 1 else np.linalg.inv(stiffness))
 
-    def displaced(self, w: FloatArray, forces: Any) -> NDArray[np.complex128]:
+    def displaced(self, w: Floats, forces: Any) -> Complexes:
         """Displacements of the coordinates under forces on them at frequencies w, shape (frequencies, coordinates).
 
         Of the row of a point, they are what that point sees of forces on each.
@@ -142,7 +140,7 @@ class Companion:
         wide = np.broadcast_to(forces, stiffness.shape[:-1])
         return np.asarray(np.linalg.solve(stiffness, wide[..., None])[..., 0])
 
-    def nearest(self, w: FloatArray) -> NDArray[np.complex128]:
+    def nearest(self, w: Floats) -> Complexes:
         """The eigenvalue of D(w) per mass that is nearest to 0, which it passes at a resonance."""
         stiffness = self.per_mass(self.dynamic_stiffness(w))
         values = stiffness[..., 0] if stiffness.shape[-1] == 1 else np.linalg.eigvals(stiffness)
@@ -154,7 +152,7 @@ class Companion:
         root = np.linalg.inv(np.linalg.cholesky(self.mass))
         return root @ matrix @ root.T
 
-    def sources(self, w: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    def sources(self, w: Floats) -> list[tuple[Floats, Floats]]:
         """Each noise: its push, and its two-sided spectral density per rad/s at frequencies w >= 0."""
         found = [(push, _at(density, w)) for push, density in self.groups]
         if not self.temperature > 0.0:
@@ -169,7 +167,7 @@ class Companion:
         return found
 
     @property
-    def groups(self) -> list[tuple[FloatArray, Density]]:
+    def groups(self) -> list[tuple[Floats, Density]]:
         """The noises but matched noise: their pushes and densities."""
         white = [(row, _flat(intensity)) for row, intensity in self.multiplied]
         return [*((self.push(noise), noise.density) for noise in self.noises), *white]
@@ -222,7 +220,7 @@ def _flat(intensity: float) -> Density:
     return lambda w: intensity / (2.0 * math.pi)
 
 
-def _at(density: Density, w: FloatArray) -> FloatArray:
+def _at(density: Density, w: Floats) -> Floats:
     return np.array([density(each) for each in w.ravel().tolist()]).reshape(w.shape)
 
 
@@ -275,7 +273,7 @@ class LinearResponse(Result):
 
     companion: Companion = field(compare=False)
 
-    def frequency_response(self, frequency: ArrayLike, of: str = "", on: str = "") -> NDArray[np.complex128]:
+    def frequency_response(self, frequency: ArrayLike, of: str = "", on: str = "") -> Complexes:
         """Displacement over force, in m/N (s^2 in a system without a `Mass`).
 
         Parameters
@@ -304,7 +302,7 @@ class LinearResponse(Result):
         row, push = self._row(of), self._push(on)
         return np.asarray(self.companion.response(w) @ push @ row)
 
-    def spectrum(self, frequency: ArrayLike, of: str = "") -> FloatArray:
+    def spectrum(self, frequency: ArrayLike, of: str = "") -> Floats:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
 
         Parameters
@@ -335,7 +333,7 @@ class LinearResponse(Result):
         """
         return self._spectrum(of)(np.abs(real_array(frequency, "frequency")))
 
-    def _spectrum(self, of: str) -> Callable[[FloatArray], FloatArray]:
+    def _spectrum(self, of: str) -> Callable[[Floats], Floats]:
         """The spectral density at frequencies w >= 0: what an integral asks many times."""
         _ = self.moments
         if of in felt_in(self.system):
@@ -412,7 +410,7 @@ class LinearResponse(Result):
         slope = -math.log2(beyond / last) if last > 0.0 else math.inf
         finite = [order for order in orders if slope >= order + 1.01]  # of others the density falls too slowly
 
-        def weighted(w: FloatArray) -> FloatArray:
+        def weighted(w: Floats) -> Floats:
             return np.asarray(spectrum(w)[:, None] * w[:, None] ** finite)
 
         cuts = resonances(self.companion.nearest, self.companion.scales)
@@ -457,7 +455,7 @@ class LinearResponse(Result):
         apart = level - self.mean(of)
         return math.sqrt(speed / variance) / (2.0 * math.pi) * math.exp(-0.5 * apart**2 / variance)
 
-    def density(self, values: ArrayLike, of: str = "") -> FloatArray:
+    def density(self, values: ArrayLike, of: str = "") -> Floats:
         """The probability density, which is Gaussian, in one over the unit.
 
         Parameters
@@ -515,7 +513,7 @@ class LinearResponse(Result):
         row = self._row(of, *felt_in(self.system))
         return float(row @ np.linalg.solve(self.companion.stiffness, self.companion.force))
 
-    def spectral_matrix(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+    def spectral_matrix(self, frequency: ArrayLike) -> Complexes:
         """Two-sided spectral and cross-spectral densities of the displacements of all points, in m^2 s per rad.
 
         Parameters
@@ -546,7 +544,7 @@ class LinearResponse(Result):
         found = _quadratic(self.companion, np.abs(w), self.system.coordinates.rows)
         return np.asarray(np.where(_wide(w) < 0.0, found.conj(), found))
 
-    def covariance(self, of: Literal["x", "v"] = "x") -> FloatArray:
+    def covariance(self, of: Literal["x", "v"] = "x") -> Floats:
         """Covariances of the displacements, or of the velocities, of all points at one time.
 
         Parameters
@@ -592,7 +590,7 @@ class LinearResponse(Result):
             found[one, other] = found[other, one] = (2.0 * half - 1.0) * size[one] * size[other]
         return np.asarray(found)
 
-    def _row(self, of: str, *felt: str) -> FloatArray:
+    def _row(self, of: str, *felt: str) -> Floats:
         """The row of a displacement or an elongation; ``felt``: what else the caller takes."""
         coordinates, known = self.system.coordinates, self.system.points
         if of in known or (not of and len(known) == 1):
@@ -601,7 +599,7 @@ class LinearResponse(Result):
             return coordinates.elongations[of]
         raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations, *felt], 'or')}{_not_one(of)}.")
 
-    def _push(self, on: str) -> FloatArray:
+    def _push(self, on: str) -> Floats:
         known = self.system.points
         if on in (*known, "ground") or (not on and len(known) == 1):
             return self.system.coordinates.push(on or known[0])
@@ -613,7 +611,7 @@ def _not_one(given: str) -> str:
     return f", not {shown(given)}" if given else " where there are several masses"
 
 
-def _quadratic(companion: Companion, w: FloatArray, rows: FloatArray) -> NDArray[np.complex128]:
+def _quadratic(companion: Companion, w: Floats, rows: Floats) -> Complexes:
     """The spectral densities of what rows see, between each other."""
     found = np.zeros((*w.shape, len(rows), len(rows)), complex)
     response = rows @ companion.response(w)
@@ -761,7 +759,7 @@ def _known(companion: Companion) -> Companion | str:
     return replace(companion, parametric=(), multiplied=tuple(zip(rows, (intensity * squares).tolist(), strict=True)))
 
 
-def motions(companion: Companion, rows: Sequence[FloatArray]) -> list[tuple[float, float, float]] | str:
+def motions(companion: Companion, rows: Sequence[Floats]) -> list[tuple[float, float, float]] | str:
     """Mean and mean square of what each row sees of the displacements, and mean square of its velocity.
 
     If there is no stationary state, why.
@@ -813,7 +811,7 @@ def _endless(companion: Companion) -> str:
     return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
 
 
-def _loose(at: Coordinates, squares: FloatArray, shapes: FloatArray) -> list[str]:
+def _loose(at: Coordinates, squares: Floats, shapes: Floats) -> list[str]:
     """The points that no spring pulls back."""
     still = squares <= _LOOSE * np.abs(squares).max()
     moved = np.abs(at.rows @ shapes[:, still]).max(axis=1, initial=0.0)
@@ -827,7 +825,7 @@ class _Seen:
         self.companion = companion
         self.cuts = resonances(companion.nearest, companion.scales)
 
-    def under(self, force: Harmonic, row: FloatArray) -> float:
+    def under(self, force: Harmonic, row: Floats) -> float:
         """The mean square displacement that a row sees of a harmonic force."""
         own = self.companion
         response = complex(row @ own.response(np.array([force.frequency]))[0] @ own.push(force))
@@ -835,14 +833,14 @@ class _Seen:
 
     def mean_squares(
         self,
-        rows: FloatArray,
-        groups: list[tuple[FloatArray, Density]],
+        rows: Floats,
+        groups: list[tuple[Floats, Density]],
         power: int = 0,
-        within: float | FloatArray = 0.0,
-    ) -> FloatArray:
+        within: float | Floats = 0.0,
+    ) -> Floats:
         """Of what rows see of the displacement, or with ``power=1`` of the velocity, under noises."""
 
-        def together(w: FloatArray) -> FloatArray:
+        def together(w: Floats) -> Floats:
             response = rows @ self.companion.response(w)
             found = np.zeros((len(w), len(rows)))
             for push, density in groups:
@@ -852,7 +850,7 @@ class _Seen:
         return integrals(together, self.cuts, np.broadcast_to(within, len(rows)))
 
     def motions(
-        self, rows: FloatArray, within: tuple[Any, Any] = (0.0, 0.0), velocity: bool = True
+        self, rows: Floats, within: tuple[Any, Any] = (0.0, 0.0), velocity: bool = True
     ) -> list[tuple[float, float, float]]:
         """Mean and mean square of the displacement that each row sees, and mean square of its velocity if asked.
 
@@ -865,7 +863,7 @@ class _Seen:
             v_noise = self.mean_squares(rows, own.groups, 1, within[1]) if velocity else v_noise
         return [self._motion(*each) for each in zip(rows, x_noise.tolist(), v_noise.tolist(), strict=True)]
 
-    def motions_within(self, rows: FloatArray, velocity: bool = True) -> list[tuple[float, float, float]]:
+    def motions_within(self, rows: Floats, velocity: bool = True) -> list[tuple[float, float, float]]:
         """The same, where an elongation that never happens is known within a share of the motion of its ends."""
         if rows.shape[1] == 1 or not len(rows):
             return self.motions(rows, velocity=velocity)
@@ -873,7 +871,7 @@ class _Seen:
         x, v = (_ELONGATION * (np.abs(rows) @ sizes) ** 2).T
         return self.motions(rows, (x, v), velocity)
 
-    def _motion(self, row: FloatArray, x_noise: float, v_noise: float) -> tuple[float, float, float]:
+    def _motion(self, row: Floats, x_noise: float, v_noise: float) -> tuple[float, float, float]:
         own = self.companion
         # matched noise shares its energy out evenly
         soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
@@ -886,7 +884,7 @@ class _Seen:
             v_square += response * force.frequency**2
         return x_mean, x_square + x_mean**2, v_square
 
-    def power(self, groups: list[tuple[FloatArray, Density]]) -> float:
+    def power(self, groups: list[tuple[Floats, Density]]) -> float:
         """Mean of the power that all circuits deliver under noises."""
 
         def weighted(density: Density, circuit: Circuit) -> Density:

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 from scipy import optimize
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     BoucWen,
@@ -37,10 +37,6 @@ from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions
 from springpot.theory.methods.systems.yielding import with_arms
 from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
-
-__all__ = ["Linearization", "NearestLinear", "check_covered", "linearization", "nearest_in_time"]
-
-FloatArray = NDArray[np.float64]
 
 _REACH = "Statistical linearization covers nonlinear springs with one equilibrium and nonlinear dampers, without walls"
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
@@ -198,7 +194,7 @@ def check_covered(system: System, *, over: bool = False) -> Companion:
 class _Row:
     """All springs and dampers with the same ends: the row g, the coefficients of their force, and the dampers."""
 
-    g: FloatArray
+    g: Floats
     forces: tuple[float, ...]
     dampers: tuple[Any, ...]
 
@@ -207,7 +203,7 @@ class _Row:
         """Whether anything is not linear."""
         return any(self.forces[2:]) or not all(damper.is_linear for damper in self.dampers)
 
-    def along(self, number: float) -> FloatArray:
+    def along(self, number: float) -> Floats:
         """A number of it in the equations of motion."""
         return number * np.outer(self.g, self.g)
 
@@ -231,7 +227,7 @@ class _Row:
 
 def _rows(system: System) -> tuple[_Row, ...]:
     """The springs and dampers, those with the same ends together."""
-    found: dict[tuple[float, ...], tuple[FloatArray, list[Any]]] = {}
+    found: dict[tuple[float, ...], tuple[Floats, list[Any]]] = {}
     for name, part in system.named():
         if isinstance(part, _REPLACED) or (isinstance(part, Springpot) and part.order == 0.0):
             row = system.coordinates.elongations[name]
@@ -251,7 +247,7 @@ def _rows(system: System) -> tuple[_Row, ...]:
     return tuple(rows)
 
 
-def _condensed(stiffness: FloatArray, force: FloatArray, row: FloatArray) -> tuple[float, float]:
+def _condensed(stiffness: Floats, force: Floats, row: Floats) -> tuple[float, float]:
     """The stiffness and the force that an elongation sees of linear springs where the rest is in equilibrium."""
     start, rest = row / float(row @ row), np.linalg.svd(row[None, :])[2][1:].T
     way = start - rest @ np.linalg.pinv(rest.T @ stiffness @ rest) @ (rest.T @ stiffness @ start)
@@ -294,25 +290,25 @@ class NearestLinear:
 
     companion: Companion
     rows: tuple[_Row, ...]
-    force: FloatArray
+    force: Floats
 
     @property
     def bent(self) -> list[_Row]:
         """The rows of the state."""
         return [row for row in self.rows if row.is_bent]
 
-    def split(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def split(self, state: Floats) -> tuple[Floats, Floats]:
         """The means of a state, and the standard deviations of each row, shape (rows, 2)."""
         count = len(state) - 2 * len(self.bent)
         mean = state[:count] if count else np.zeros(len(self.force))
         return mean, np.exp(state[count:].reshape(2, -1)).T
 
-    def joined(self, mean: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+    def joined(self, mean: Floats, x: Floats, v: Floats) -> Floats:
         """The state of means, and standard deviations of elongations and velocities."""
         shifts = self.force.any() or any(any(row.forces[::2]) for row in self.rows)
         return np.concatenate([mean if shifts else mean[:0], np.log(x), np.log(v)])
 
-    def sizes(self, here: Companion) -> tuple[FloatArray, FloatArray] | str:
+    def sizes(self, here: Companion) -> tuple[Floats, Floats] | str:
         """Standard deviations of elongations and velocities of a linear system; or why there are none.
 
         Where an elongation never happens, it is a share of the largest motion, so that its logarithm is no noise.
@@ -350,7 +346,7 @@ class NearestLinear:
                 warnings = (*warnings, doubt)
         return here, found, warnings
 
-    def settled(self) -> tuple[Companion, FloatArray]:
+    def settled(self) -> tuple[Companion, Floats]:
         """The linear system that agrees with its own motion, and the state."""
         state = self.start()
         if state.size:
@@ -360,13 +356,13 @@ class NearestLinear:
             raise NoConvergenceError("statistical linearization found no solution: its equations did not settle.")
         return here, state
 
-    def at(self, state: FloatArray) -> tuple[Companion, FloatArray]:
+    def at(self, state: Floats) -> tuple[Companion, Floats]:
         """The linear system at a state, and how far its means are from the balance of forces."""
         stiffness, damping, left = self.equivalents(*self.split(state))
         here = replace(self.companion, stiffness=stiffness, damping=damping, force=np.zeros(len(left)))
         return here, np.asarray(np.linalg.solve(stiffness, left))
 
-    def equivalents(self, mean: FloatArray, found: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def equivalents(self, mean: Floats, found: Floats) -> tuple[Floats, Floats, Floats]:
         """Stiffness, damping and what is missing of the forces, at the means and the spreads of each bent row."""
         size, spreads = len(self.force), dict(zip(map(id, self.bent), found, strict=True))
         stiffness, damping, left = np.zeros((size, size)), np.zeros((size, size)), -self.force
@@ -378,7 +374,7 @@ class NearestLinear:
             left = left + pushed * row.g
         return stiffness, damping, left
 
-    def missing(self, state: FloatArray) -> FloatArray:
+    def missing(self, state: Floats) -> Floats:
         """What the linear system has beyond what the state says."""
         here, shift = self.at(state)
         sizes = self.sizes(here)
@@ -391,7 +387,7 @@ class NearestLinear:
         x, v = np.array(sizes) / spreads.T
         return self.joined(shift / scale, x, v)
 
-    def start(self) -> FloatArray:
+    def start(self) -> Floats:
         """The equilibrium, and spreads at which the springs hold as much energy as noise feeds in a while."""
         size, bent = len(self.force), self.bent
         mean = np.zeros(size)
@@ -419,7 +415,7 @@ class NearestLinear:
             spread = math.sqrt(least * most) if 0.0 < least < most < math.inf else spread * step
         raise NoConvergenceError("statistical linearization found no solution: no spread agrees with itself.")
 
-    def tried(self, mean: FloatArray, spreads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None]:
+    def tried(self, mean: Floats, spreads: Floats) -> tuple[Floats, tuple[Floats, Floats] | None]:
         """How far the means are off at some spreads, and those of the linear system; None if it is not held."""
         stiff = [max(row.spring(float(row.g @ mean), s)[1], 1e-300) for row, s in zip(self.bent, spreads, strict=True)]
         here, shift = self.at(self.joined(mean, spreads, spreads * np.sqrt(stiff)))
@@ -430,7 +426,7 @@ class NearestLinear:
             raise NoStationaryStateError(sizes)
         return shift, sizes
 
-    def doubts(self, system: System, here: Companion, state: FloatArray) -> Iterator[str]:
+    def doubts(self, system: System, here: Companion, state: Floats) -> Iterator[str]:
         """Where x is far from Gaussian."""
         thermal, (mean, spreads) = bool(system.of(ThermalNoise)), self.split(state)
         sides = []

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     Barrier,
@@ -31,10 +31,6 @@ from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
-
-__all__ = ["path_integration"]
-
-FloatArray = NDArray[np.float64]
 
 REACH = "Path integration covers one colored noise with springs, contacts without loss, dampers, springpots and walls"
 
@@ -78,13 +74,13 @@ class _Memory:
     x_scale: float
     v_scale: float
     y_scale: float
-    coefficients: FloatArray
+    coefficients: Floats
 
-    def terms(self, y: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+    def terms(self, y: Floats, x: Floats, v: Floats) -> Floats:
         y, x, v = y / self.y_scale, (x - self.centre) / self.x_scale, v / self.v_scale
         return np.stack([np.ones_like(x), x, v, y, x * x, x * v, v * v, x * y, v * y, y * y])
 
-    def force(self, y: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+    def force(self, y: Floats, x: Floats, v: Floats) -> Floats:
         return np.asarray(np.tensordot(self.coefficients, self.terms(y, x, v), 1))
 
 
@@ -93,13 +89,13 @@ class _Law:
     """The stationary weights of a chain, and their first moments."""
 
     chain: Chain
-    weights: FloatArray
+    weights: Floats
     mean: float
     deviation: float
     speed: float
 
     @classmethod
-    def of(cls, chain: Chain, weights: FloatArray) -> _Law:
+    def of(cls, chain: Chain, weights: Floats) -> _Law:
         _, x, v = chain.grid.places
         mean = float(weights @ x)
         square, speed = float(weights @ (x - mean) ** 2), float(weights @ v**2)
@@ -198,7 +194,7 @@ def check_covered(system: System) -> _Problem:
     )
 
 
-def _acceleration(problem: _Problem, y: FloatArray, x: FloatArray, v: FloatArray, memory: _Memory | None) -> FloatArray:
+def _acceleration(problem: _Problem, y: Floats, x: Floats, v: Floats, memory: _Memory | None) -> Floats:
     unit = problem.unit
     found = y - unit.potential.force(x) - problem.damping * v
     for part in unit.of(PolynomialDashpot):
@@ -245,8 +241,8 @@ def _step(problem: _Problem, mean: float, deviation: float, speed: float) -> flo
     return min(_STEP * deviation / speed, _SOFT / frequency(1.5 * deviation), shortest)
 
 
-def _law(problem: _Problem, grid: Grid, step: float, memory: _Memory | None, start: FloatArray | None) -> _Law:
-    def acceleration(y: FloatArray, x: FloatArray, v: FloatArray) -> FloatArray:
+def _law(problem: _Problem, grid: Grid, step: float, memory: _Memory | None, start: Floats | None) -> _Law:
+    def acceleration(y: Floats, x: Floats, v: Floats) -> Floats:
         # beyond the grid the polynomial may feed the motion
         inside = np.clip(x, grid.x[0], grid.x[-1]), np.clip(v, grid.v[0], grid.v[-1])
         return _acceleration(problem, y, *inside, memory)
@@ -362,7 +358,7 @@ def _with_memory(problem: _Problem, law: _Law, memory: _Memory, rounds: int) -> 
     raise NoConvergenceError("path integration did not find the force of the memory: its iteration did not settle.")
 
 
-def _scaled(law: _Law) -> FloatArray:
+def _scaled(law: _Law) -> Floats:
     return np.array([law.mean / law.deviation, 2.0 * math.log(law.deviation), 2.0 * math.log(law.speed)])
 
 

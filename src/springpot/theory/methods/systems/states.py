@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import (
     CloughPenzienNoise,
@@ -30,10 +30,6 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.theory.methods.systems.linear import Companion
-
-__all__ = ["States", "states_of"]
-
-FloatArray = NDArray[np.float64]
 
 _SPACING = 0.55  # of the logarithms of the rates: exp(-pi^2 / h) is 2e-8
 
@@ -59,25 +55,25 @@ class States:
     """
 
     companion: Companion
-    rates: FloatArray
+    rates: Floats
     own: int
-    inputs: tuple[tuple[Any, FloatArray, int], ...]
-    root: FloatArray
-    light: FloatArray
+    inputs: tuple[tuple[Any, Floats, int], ...]
+    root: Floats
+    light: Floats
 
-    def x(self, row: FloatArray) -> FloatArray:
+    def x(self, row: Floats) -> Floats:
         """The state's row of a displacement."""
         found = np.zeros(len(self.rates))
         found[: len(row)] = np.linalg.solve(self.root, row)
         return found
 
-    def v(self, row: FloatArray) -> FloatArray:
+    def v(self, row: Floats) -> Floats:
         """The state's row of a velocity."""
         found = np.zeros(len(self.rates))
         found[len(row) : 2 * len(row)] = self.light @ row
         return found
 
-    def rates_at(self, time: float) -> FloatArray:
+    def rates_at(self, time: float) -> Floats:
         """With filters that change, at a time in s."""
         rates = self.rates.copy()
         for noise, _, at in self.inputs:
@@ -138,8 +134,8 @@ def states_of(companion: Companion, slowest: float, fastest: float, who: str) ->
     begin = 2 * points + len(modes)
     sizes = [_states_of_filter(noise) for noise in own.noises]
     x, v, size = slice(0, points), slice(points, 2 * points), begin + sum(sizes)
-    root: FloatArray = np.linalg.cholesky(stiffness).astype(float)
-    light: FloatArray = np.linalg.inv(np.linalg.cholesky(own.mass)).astype(float)
+    root: Floats = np.linalg.cholesky(stiffness).astype(float)
+    light: Floats = np.linalg.inv(np.linalg.cholesky(own.mass)).astype(float)
     rates = np.zeros((size, size))
     rates[x, v], rates[v, x], rates[v, v] = root.T @ light.T, -light @ root, -light @ damping @ light.T
     for n, (weight, rate, row) in enumerate(modes, start=2 * points):
@@ -170,7 +166,7 @@ def _states_of_filter(noise: Any) -> int:
     return 4
 
 
-def _filter(rates: FloatArray, noise: Any, at: int, push: FloatArray, time: float) -> float:
+def _filter(rates: Floats, noise: Any, at: int, push: Floats, time: float) -> float:
     """Write a filter and its output, and return the intensity of the white noise that drives it."""
     v = slice(len(push), 2 * len(push))
     if isinstance(noise, ColoredNoise):
@@ -192,7 +188,7 @@ def _filter(rates: FloatArray, noise: Any, at: int, push: FloatArray, time: floa
 def _memory(element: Springpot | FractionalMaxwell, slowest: float, fastest: float) -> list[tuple[float, float]]:
     """Weights and rates of modes whose sum is the modulus of an element."""
 
-    def weight(rate: FloatArray) -> FloatArray:
+    def weight(rate: Floats) -> Floats:
         """Of the modes at these rates, per unit of their logarithm."""
         return np.asarray(np.imag(element.modulus(rate * np.exp(1j * np.pi))) / np.pi)
 
@@ -209,7 +205,7 @@ def _memory(element: Springpot | FractionalMaxwell, slowest: float, fastest: flo
 
 
 def _beyond(
-    weight: Callable[[FloatArray], FloatArray], rate: float, spacing: float, powers: tuple[float, float]
+    weight: Callable[[Floats], Floats], rate: float, spacing: float, powers: tuple[float, float]
 ) -> tuple[float, float]:
     """Sums of weight times a power of the rate over the modes beyond an end: geometric series."""
     near = np.array([rate, rate * math.exp(spacing)])

@@ -7,17 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize, special
 
+from springpot.machine.arrays import Floats
 from springpot.problem.parts import BoucWen, Jenkins, Maxwell
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.theory.methods.systems.linear import Companion, pulled
 from springpot.theory.result import NoConvergenceError, NoStationaryStateError
-
-__all__ = ["nearest_arm", "nearest_arm_of_slider", "with_arms"]
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDS = 40  # of halfway steps, before Newton's method
 _TOLERANCE = 1e-10
@@ -135,13 +131,13 @@ def with_arms(companion: Companion, parts: Sequence[Yielding], settled: Callable
     """
     count = len(parts)
 
-    def arms(state: FloatArray) -> tuple[list[Maxwell], FloatArray]:
+    def arms(state: Floats) -> tuple[list[Maxwell], Floats]:
         speeds = np.exp(state[:count])
         each = map(_arm, parts, speeds.tolist(), state[count:].tolist())
         found, forces = zip(*each, strict=True)
         return [*found], np.concatenate([speeds, forces])
 
-    def missing(state: FloatArray) -> FloatArray:
+    def missing(state: Floats) -> Floats:
         found, sizes = arms(state)
         return np.log(_sizes(settled(_with(companion, found)), found) / sizes)
 
@@ -163,7 +159,7 @@ def _with(companion: Companion, arms: Sequence[Maxwell]) -> Companion:
     return replace(companion, elements=(*companion.elements, *arms))
 
 
-def _sizes(companion: Companion, arms: Sequence[Maxwell]) -> FloatArray:
+def _sizes(companion: Companion, arms: Sequence[Maxwell]) -> Floats:
     """Standard deviations of the velocities of the arms' elongations, and of their forces."""
     found = pulled(companion, arms)
     if isinstance(found, str):
