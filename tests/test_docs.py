@@ -173,6 +173,20 @@ def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
     assert cited == set(given)
 
 
+def test_each_source_can_be_found() -> None:
+    """By a DOI, a number in an archive, or a volume, if it is no book; it has authors, a title and a year."""
+    text = (DOCS / "references.bib").read_text(encoding="utf-8")
+    entries = re.findall(r"^@(\w+)\{(\w+),(.*?)\}\}$", text, flags=re.M | re.S)
+    assert len(entries) > 50
+    for kind, key, fields in entries:
+        names = set(re.findall(r"(\w+) = \{", fields))
+        assert {"author", "title", "year"} <= names, key
+        assert names & {"doi", "note", "volume", "publisher", "institution"}, key
+        assert kind != "article" or names & {"doi", "note", "volume"}, key
+        assert int(re.findall(r"\d{4}", key)[0]) == int(re.findall(r"year = \{(\d{4})", fields + "}")[0]), key
+        assert all(re.fullmatch(r"10[.]\d{4,}/\S+", doi) for doi in re.findall(r"doi = \{([^}]*)", fields)), key
+
+
 def test_the_front_page_has_a_picture_and_the_installation() -> None:
     """Before any list of pages; the package is in no registry, so it installs from a clone."""
     top = (DOCS / "index.md").read_text(encoding="utf-8").partition("- [Tutorials]")[0]

@@ -1,8 +1,8 @@
 """Slow impacts on a lossy wall, by McKean's law of returns, which holds for every oscillator.
 
 A free mass that leaves a wall at speed v0 under white noise returns at a speed u of density
-(3 / 2 pi) u^(3/2) v0^(1/2) / (u^3 + v0^3) (McKean, "A winding problem for a resonator driven by a white noise",
-J. Math. Kyoto Univ. 2, 1963).  With restitution below 1 slower and slower impacts follow.
+(3 / 2 pi) u^(3/2) v0^(1/2) / (u^3 + v0^3), as tests/simulation/test_mckean.py derives and simulates.  With
+restitution below 1 slower and slower impacts follow.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ wall is a node.
 
 References
 ----------
-.. [1] A. Naess and V. Moe, "Efficient path integration methods for nonlinear dynamic systems", Probabilistic
-   Engineering Mechanics 15 (2000).
+.. [1] H. T. Sykora, R. Kuske and D. Yurchenko, "Stochastic dynamics of mechanical systems with impacts via the step
+   matrix multiplication based path integration method", Nonlinear Dynamics (2024).
 """
 
 from __future__ import annotations

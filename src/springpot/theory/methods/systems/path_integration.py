@@ -143,8 +143,8 @@ def path_integration(system: System) -> Result:
 
     References
     ----------
-    .. [1] A. Naess and V. Moe, "Efficient path integration methods for nonlinear dynamic systems", Probabilistic
-       Engineering Mechanics 15 (2000).
+    .. [1] H. T. Sykora, R. Kuske and D. Yurchenko, "Stochastic dynamics of mechanical systems with impacts via the
+       step matrix multiplication based path integration method", Nonlinear Dynamics (2024).
 
     Examples
     --------
