@@ -5,14 +5,17 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import pydoc
 import re
+import shlex
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from cyclopts import CycloptsError, MissingArgumentError
 
-from springpot import figures
+from springpot import cli, figures
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
 from springpot.problem import parts
 
@@ -75,7 +78,7 @@ def test_every_page_is_in_a_table_of_contents() -> None:
 
 
 def without_code(page: Path) -> str:
-    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    return re.sub(r"^```(?!\{glossary\}).*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
 
 
 def anchors(page: Path) -> set[str]:
@@ -146,6 +149,25 @@ def test_no_sentence_stands_on_two_pages() -> None:
     assert {sentence: names for sentence, names in found.items() if len(names) > 1} == {}
 
 
+def runs_of_words(page: Path, length: int) -> set[str]:
+    """All of a page's prose with that many words in a row, within a paragraph, without formulas and citations."""
+    text = re.sub(r"^---\n.*?^---$|\$\$.*?\$\$|\$[^$]*\$|\{[a-z:]+\}`[^`]*`", "", without_code(page), flags=re.M | re.S)
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
+    paragraphs = [re.findall(r"[\w'-]+", part.lower()) for part in re.split(r"\n\n|\n- |\||\n\d\. ", text)]
+    return {" ".join(each[i : i + length]) for each in paragraphs for i in range(len(each) - length + 1)}
+
+
+def test_pages_do_not_repeat_each_other() -> None:
+    """Not even a dozen words within longer sentences, but for the front page, which is the README in short."""
+    pages = [page for page in PAGES if page.suffix == ".md" and page.stem not in ("flags", "index")]
+    root = (*DOCS.parent.glob("*.md"), *DOCS.parent.glob("paper/*.md"))
+    found: dict[str, set[str]] = {}
+    for page in (*pages, *(page for page in root if page.stem != "CHANGELOG")):
+        for words in runs_of_words(page, 13):
+            found.setdefault(words, set()).add(str(page.relative_to(DOCS.parent)))
+    assert {words: names for words, names in found.items() if len(names) > 1} == {}
+
+
 def test_every_part_is_in_the_list_of_parts() -> None:
     page = (DOCS / "theory" / "systems.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`(?:sp\.)?([A-Z]\w+)", page)) | set(re.findall(r"\{py:class\}`~?springpot\.(\w+)`", page))
@@ -163,6 +185,59 @@ def test_the_flags_that_pages_name_exist() -> None:
     named = {flag for command in commands for flag in re.findall(r"(?<!\S)`?(--[a-z][a-z-]+)", command)}
     assert len(named) > 40
     assert named <= flags
+
+
+def commands(page: Path) -> list[str]:
+    """What a page tells to type after the name of the program, in blocks, scripts and the text."""
+    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    blocks = "\n".join(re.findall(r"^```(?:console|shell|bash|sh)\n(.*?)^```$", text, flags=re.M | re.S))
+    lines = re.findall(r"^(?:srun |python3 -m )?springpot (.*?)(?: &)?$", blocks, flags=re.M)
+    return [*lines, *(" ".join(words.split()) for words in re.findall(r"(?<!`)`springpot ([^`]+)`", text))]
+
+
+WITH_COMMANDS = [page for page in (*DOCS.parent.glob("*.md"), *PAGES, *EXAMPLES)
+                 if page.stem not in ("CHANGELOG", "flags") and commands(page)]  # fmt: skip
+
+
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.stem)
+def test_the_commands_of_a_page_are_understood(page: Path) -> None:
+    """By the parser of the command; the values that a page leaves out may be missing."""
+    for line in commands(page):
+        words = [word for word in shlex.split(line) if word not in ("--help", "--version")]
+        try:
+            cli.app.parse_args(words, exit_on_error=False, print_error=False)
+        except MissingArgumentError:
+            assert len(words) <= 2, line
+
+
+def test_a_command_that_does_not_exist_is_seen(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    for line in ("springpot simulat", "springpot simulate --ordr 0.5", "springpot simulate --order much"):
+        page.write_text(f"```console\n{line}\n```\n")
+        with pytest.raises(CycloptsError):
+            test_the_commands_of_a_page_are_understood(page)
+
+
+def unknown_names(page: Path) -> list[str]:
+    """Names of the library in the text, as `sp.simulate` or `springpot.theory.envelope`, that do not exist."""
+    missing = []
+    for code in re.findall(r"(?<!`)`{1,2}([^`\n]+)`{1,2}", without_code(page)):
+        for name in re.findall(
+            r"(?<![/\w-])(?:sp|springpot)\.([a-z_]+(?:\.[a-z_]+)*(?:\.[A-Z]\w*)?|[A-Z]\w*(?:\.\w+)*)", code
+        ):
+            try:
+                pydoc.resolve(f"springpot.{name}")
+            except ImportError:
+                missing.append(name)
+    return missing
+
+
+def test_the_names_in_the_text_exist(tmp_path: Path) -> None:
+    pages = (page for page in (*DOCS.parent.glob("*.md"), *PAGES, *EXAMPLES) if page.stem != "CHANGELOG")
+    assert {page.name: names for page in pages if (names := unknown_names(page))} == {}
+    wrong = tmp_path / "page.md"
+    wrong.write_text("`sp.simulat(device)`, `springpot.theory.envelop`, `sp.System.off` and `sp.simulate`\n")
+    assert unknown_names(wrong) == ["simulat", "theory.envelop", "System.off"]
 
 
 def test_each_source_is_cited_and_each_citation_has_a_source() -> None:
