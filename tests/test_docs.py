@@ -8,6 +8,7 @@ import inspect
 import pydoc
 import re
 import shlex
+import tomllib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,11 @@ from typing import Any
 import pytest
 from cyclopts import CycloptsError, MissingArgumentError
 
+import springpot as sp
 from springpot import cli, figures
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP
 from springpot.problem import parts
+from springpot.studies.question import read_study
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 FOLDERS = ("*.md", "api/*.rst", "how_to/*.md", "theory/*.md")
@@ -301,6 +304,52 @@ def test_numbers_that_several_pages_state_are_those_measured() -> None:
 def test_cells_compile(page: Path) -> None:
     for number, cell in enumerate(cells(page)):
         compile(cell, f"{page.name}, cell {number + 1}", "exec")
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def test_python_that_does_not_run_when_a_page_is_built_compiles() -> None:
+    pages = [page for page in (*DOCS.parent.glob("*.md"), *PAGES) if blocks(page, "py(?:thon)?")]
+    assert len(pages) >= 6
+    for page in pages:
+        for block in blocks(page, "py(?:thon)?"):
+            compile(block, page.name, "exec")
+
+
+def test_the_studies_from_python_run() -> None:
+    (block,) = blocks(DOCS / "studies.md", "python")
+    exec(block, {})
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "toml")], ids=name_of)
+def test_the_files_in_the_text_are_read(page: Path, tmp_path: Path) -> None:
+    """Parts beside a spring and noise, and studies, those of a device with one that has the parts that they name."""
+    record = "time_s,acceleration_g\n0,0.1\n0.01,0\n"
+    for name in ("north.csv", "east.csv"):
+        (tmp_path / name).write_text(record)
+    for table in sorted((DOCS / "how_to").glob("*.csv")):
+        (tmp_path / table.name).write_text(table.read_text(encoding="utf-8"))
+    named = {
+        "mount": sp.Springpot(0.3, 150.0),
+        "arm": sp.FractionalMaxwell(sp.Springpot(0.5, 100.0), sp.Spring(200.0)),
+        "magnet": sp.PolynomialSpring((0.0, 0.0, 1e5)),
+    }
+    stop, two = {"stop": sp.Barrier(-0.006, 0.7)}, {"upper": sp.Barrier(0.006, 0.7), "lower": sp.Barrier(-0.007, 0.7)}
+    for block in map(tomllib.loads, blocks(page, "toml")):
+        if "parts" in block:
+            kinds = {part["kind"] for part in block["parts"]}
+            rest = [sp.Mass(1.0)] * ("mass" not in kinds) + [sp.Spring(100.0)]
+            read = sp.read_system(
+                {"parts": [*block["parts"], *tomllib.loads(sp.to_toml(sp.System(*rest)))["parts"]]}, tmp_path
+            )
+            assert len(read.parts) >= len(block["parts"])
+        else:
+            walls = two if "zipped" in block else stop
+            device = sp.System(sp.Mass(0.8), sp.Spring(3200.0), sp.WhiteNoise(1.0), **named, **walls)
+            asked = {"name": "asked", "methods": ["monte_carlo"], "axes": {"parts.mount.order": [0.2, 0.3]}} | block
+            read_study(asked | ({"system": device} if "system" in asked or "name" not in block else {}))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
