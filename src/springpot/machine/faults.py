@@ -1,4 +1,4 @@
-"""Common errors, and functions to write names and values in their sentences."""
+"""Common errors, and how names, values and numbers with their errors are written."""
 
 from __future__ import annotations
 

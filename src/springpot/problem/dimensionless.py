@@ -1,4 +1,4 @@
-"""The oscillator: its springpot, its wall and its excitation.
+"""The paper's problem in its dimensionless numbers: its springpot, its wall and its excitation, per unit mass.
 
 The equation of motion (paper's Eq. 1, per unit mass) is
 
