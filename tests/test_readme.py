@@ -17,6 +17,7 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.problem.catalogue import possible_results
+from springpot.theory.registry import METHODS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -67,14 +68,18 @@ def test_every_block_is_of_a_kind_that_runs_here() -> None:
 @pytest.mark.parametrize(("example", "output"), list(zip(blocks("python"), blocks("text"), strict=True)))
 def test_the_examples_print_and_draw_what_they_say(example: str, output: str, tmp_path: Path) -> None:
     assert len([line for line in example.splitlines() if line]) <= 10
-    printed = io.StringIO()
+    printed, names = io.StringIO(), dict[str, object]()
     with contextlib.redirect_stdout(printed):
-        exec(example, {})
+        exec(example, names)
     assert same_on_other_processors(printed.getvalue(), output)
     for picture in tmp_path.glob("*.png"):
         made, kept = (matplotlib.image.imread(place) for place in (picture, ROOT / "docs" / "images" / picture.name))
         assert made.shape == kept.shape
         assert np.mean(np.abs(made - kept)) < 0.01  # on other processors and with other fonts a few points differ
+    if example in TEXT:  # the one warning of which the text speaks
+        (warning,) = names["run"].warnings  # type: ignore[attr-defined]
+        (share,) = re.findall(r"A warning says that the slowest (.*? %) of the impacts", TEXT)
+        assert f"quantiles of the impact speed are wrong: {share} (" in warning
 
 
 @pytest.mark.parametrize("line", dict.fromkeys("".join(blocks("console")).splitlines()))
@@ -91,6 +96,32 @@ def test_the_commands_named_in_the_text_exist(line: str) -> None:
     assert words[0] in cli.app
     if len(words) > 1:
         cli.app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+def test_the_methods_cover_what_the_tables_say() -> None:
+    """Those of the README and of the theory: every method and form, and the limits at which a method begins to refuse."""
+    theory = (ROOT / "docs" / "theory" / "index.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (.*) \|$", TEXT, flags=re.MULTILINE))
+    more = dict(re.findall(r"^\| \{py:func\}`~springpot.theory.(\w+)` \|.*\| (.*) \|$", theory, flags=re.MULTILINE))
+    forms = {name: method.options["form"] for name, method in METHODS.items() if method.options}
+    assert set(rows) == set(more) == set(METHODS) - set(forms)
+    for form in forms.values():
+        assert all(f'`form="{form}"`' in text for text in (TEXT, theory))
+
+    def refuses(method: str, order: float, c: float, position: float, restitution: float) -> bool:
+        wall = sp.Barrier(position, restitution)
+        return bool(METHODS[method].covers(sp.Oscillator(springpot=sp.Springpot(order, c), barrier=wall)))
+
+    assert "c up to 3" in rows["envelope"]
+    assert "$c \\le 3$" in more["envelope"]
+    assert [refuses("envelope", 0.5, c, 0.0, 0.9) for c in (3.0, 3.1)] == [False, True]
+    assert rows["memory_closure"] == "r from 0.5, wall within one length scale"
+    assert more["memory_closure"] == "$r \\ge 0.5$, $\\lvert b\\rvert \\le \\sqrt{q/\\Omega^3}$"
+    assert [refuses("memory_closure", 0.5, 0.3, 0.0, r) for r in (0.5, 0.49)] == [False, True]
+    assert [refuses("memory_closure", 0.5, 0.3, b, 0.9) for b in (-1.0, -1.01)] == [False, True]
+    assert rows["fokker_planck"] == "order 1, r from 0.18"
+    assert [refuses("fokker_planck", 1.0, 0.3, 0.0, r) for r in (0.18, 0.17)] == [False, True]
+    assert refuses("fokker_planck", 0.9, 0.3, 0.0, 0.9)
 
 
 def test_it_installs_as_it_says() -> None:
