@@ -99,7 +99,7 @@ def test_the_commands_named_in_the_text_exist(line: str) -> None:
 
 
 def test_the_methods_cover_what_the_tables_say() -> None:
-    """Those of the README and of the theory: every method and form, and the limits at which a method begins to refuse."""
+    """Those of README and theory: every method and form, and the limits at which a method begins to refuse."""
     theory = (ROOT / "docs" / "theory" / "index.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (.*) \|$", TEXT, flags=re.MULTILINE))
     more = dict(re.findall(r"^\| \{py:func\}`~springpot.theory.(\w+)` \|.*\| (.*) \|$", theory, flags=re.MULTILINE))
