@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import csv
 import importlib
 import inspect
+import json
 import pydoc
 import re
 import shlex
@@ -316,6 +318,25 @@ def test_python_that_does_not_run_when_a_page_is_built_compiles() -> None:
     for page in pages:
         for block in blocks(page, "py(?:thon)?"):
             compile(block, page.name, "exec")
+
+
+def test_the_files_of_a_run_are_those_of_the_reference(tmp_path: Path) -> None:
+    """What the table of files says of a saved run: which files there are, and what is in them for other programs."""
+    run = sp.simulate(sp.Oscillator(), paths=64, duration=20.0, record=1, seed=1)
+    for ending in ("nc", "json", "csv"):
+        run.save(tmp_path / f"run.{ending}")
+    table = re.findall(r"^\| `run[^|]*\|", (DOCS / "reference.md").read_text(encoding="utf-8"), flags=re.M)
+    assert set(re.findall(r"`([\w.]+)`", "".join(table))) == {file.name for file in tmp_path.iterdir()}
+    with importlib.import_module("xarray").open_dataset(tmp_path / "run.nc") as opened:
+        assert opened.equals(run.to_xarray())
+    content = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert content["run"]
+    header, *rows = csv.reader((tmp_path / "run.csv").read_text(encoding="utf-8").splitlines())
+    columns = re.findall(r"^\| `run.csv`.*$", (DOCS / "reference.md").read_text(encoding="utf-8"), flags=re.M)
+    assert header == [name for name in re.findall(r"`([a-z_]+)`", columns[0]) if name in header]
+    assert len(set(header)) == len(header) >= 6
+    assert set(run.estimates) <= {row[0] for row in rows}
+    assert all(sp.load_run(tmp_path / f"run.{ending}").estimates == run.estimates for ending in ("nc", "json"))
 
 
 def test_the_studies_from_python_run() -> None:
