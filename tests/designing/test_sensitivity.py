@@ -150,8 +150,13 @@ def test_monte_carlo_is_chosen_where_no_method_is_recommended() -> None:
 
 
 def test_monte_carlo_is_chosen_for_a_force_that_linear_theory_does_not_cover() -> None:
-    parts = sp.Mass(2.0), sp.Spring(8.0), sp.WhiteNoise(1.0, on="ground"), sp.ParametricNoise(0.1)
-    model = sp.System(*parts, mount=sp.Dashpot(sp.free("c", 1.0, (0.5, 2.0))))
+    """With a second mass, for their kernel is there."""
+    to_a, to_b = ("ground", "a"), ("ground", "b")
+    model = sp.System(
+        sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, between=to_a), sp.Spring(1.0, between=to_b),
+        sp.Dashpot(0.5, between=to_b), sp.WhiteNoise(1.0, on="ground"), sp.ParametricNoise(0.1, between=to_a),
+        mount=sp.Dashpot(sp.free("c", 1.0, (0.5, 2.0)), between=to_a),
+    )  # fmt: skip
     with pytest.raises(ValueError, match="a noise that multiplies an elongation is not covered in mount_force"):
         sp.sensitivity(model, "mount_force_mean_square", method="linear")
     found = sp.sensitivity(model, "mount_force_mean_square", paths=64, duration=20.0, step=0.05)

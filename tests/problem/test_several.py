@@ -107,7 +107,8 @@ def test_numbers_are_those_of_the_parts_and_names_are_none() -> None:
 def test_one_mass_with_a_name_is_one_mass() -> None:
     """Its numbers are those without a name, to the last bit."""
     parts = sp.Spring(8.0), sp.Springpot(0.5, 0.4), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.0), sp.Constant(0.5)
-    plain = sp.System(sp.Mass(2.0), *parts)
+    away = sp.Barrier(200.0, side="below")  # with it their kernel is there
+    plain = sp.System(sp.Mass(2.0), *parts, away)
     named = sp.System(
         sp.Mass(2.0, at="box"),
         sp.Spring(8.0, between=("ground", "box")),
@@ -115,6 +116,7 @@ def test_one_mass_with_a_name_is_one_mass() -> None:
         sp.Barrier(-0.2, 0.8, between=("ground", "box")),
         sp.WhiteNoise(1.0, on="box"),
         sp.Constant(0.5, on="box"),
+        away,
     )
     assert named.points == ("box",)
     assert named.per_unit_mass == plain.per_unit_mass

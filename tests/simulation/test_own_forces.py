@@ -18,20 +18,32 @@ NOISE = sp.WhiteNoise(1.0)
 NO_FRICTION, NO_RECORD = sp.Friction(0.0), sp.RecordedExcitation((0.0, 100.0), (0.0, 0.0))
 
 
-def test_dry_friction_takes_the_same_from_every_half_cycle_and_holds_the_mass_at_rest() -> None:
+ONE = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(0.0), sp.Friction(0.1), NO_RECORD)
+BETWEEN = {"between": ("ground", "a")}
+BESIDE_ANOTHER = sp.System(
+    sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(2.0, **BETWEEN), sp.Friction(0.1, **BETWEEN),
+    sp.Spring(1.0, between=("ground", "b")),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("slider", "place"), [(ONE, 1.03), (BESIDE_ANOTHER, {"a": 1.03})])
+def test_dry_friction_takes_the_same_from_every_half_cycle_and_holds_the_mass_at_rest(
+    slider: sp.System, place: float | dict[str, float]
+) -> None:
     """Free vibration: the amplitude falls by 2 F / k in each half cycle, until the spring cannot move the mass."""
-    slider = sp.System(sp.Mass(2.0), sp.Spring(2.0), sp.Dashpot(0.0), sp.Friction(0.1), NO_RECORD)
     run = sp.simulate(
-        slider, paths=1, duration=12.0 * math.pi, step=0.01, start="rest", initial_position=1.03, record=1,
+        slider, paths=1, duration=12.0 * math.pi, step=0.01, start="rest", initial_position=place, record=1,
         window=(0.0, 3.0 * math.pi),
     )  # fmt: skip
-    x = np.interp(math.pi * np.arange(11), run.time, run.record[0, :, 0])
+    moved = run.record.reshape(len(run.time), -1)[:, 0]
+    x = np.interp(math.pi * np.arange(11), run.time, moved)
     expected = (1.03 - 0.1 * np.arange(11)) * (-1.0) ** np.arange(11)
     assert x == pytest.approx(expected, abs=2e-4)
-    assert abs(run.record[0, -200:, 0]).max() < 0.05 + 1e-4  # where it sticks, the spring is weaker than the friction
-    # at rest it creeps, with a time constant of 2 / (Omega^2 h)
-    rate = math.log(run.record[0, -200, 0] / run.record[0, -1, 0]) / (199 * run.settings.step)
-    assert rate == pytest.approx(0.5 * run.settings.step, rel=0.05)
+    assert abs(moved[-200:]).max() < 0.05 + 1e-4  # where it sticks, the spring is weaker than the friction
+    # at rest it creeps: one mass with a time constant of 2 / (Omega^2 h), beside another more slowly
+    rate = math.log(moved[-200] / moved[-1]) / (199 * run.settings.step)
+    assert rate < 0.4 * run.settings.step or slider is ONE
+    assert rate == pytest.approx(0.5 * run.settings.step, rel=0.05) or slider is not ONE
     # energy: in three half cycles the friction took k (x0^2 - x3^2) / 2, which it reports as a power
     taken = run["friction_power"].value * 3.0 * math.pi
     assert taken == pytest.approx(1.03**2 - 0.73**2, rel=1e-3)

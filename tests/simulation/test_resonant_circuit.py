@@ -70,7 +70,8 @@ def test_a_free_motion_has_an_error_of_second_order(several: bool) -> None:
             system, x0 = pair(circuit, sp.WhiteNoise(0.0, on="b")), {"a": 1.0}
         else:
             system, x0 = sp.System(*PARTS, COIL, sp.WhiteNoise(0.0)), 1.0
-        run = sp.simulate(system, paths=1, duration=20.0, step=step, start="rest", record=1, initial_position=x0)
+        given = {"paths": 1, "duration": 20.0, "start": "rest", "record": 1, "memory_tolerance": 1e-9}
+        run = sp.simulate(system, **given, step=step, initial_position=x0)
         data = run.to_xarray()
         x = data["x"].sel(point="a") if several else data["x"]
         exact = [(linalg.expm(matrix * t) @ [1.0, 0.0, 0.0, 0.0])[0] for t in data["time"].values]

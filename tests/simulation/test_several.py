@@ -453,7 +453,7 @@ def alone_and_held(kind: Any, numbers: tuple[Any, ...]) -> tuple[Run, Run, dict[
 @pytest.mark.parametrize(
     ("kind", "numbers"),
     [
-        (sp.Friction, (0.2,)), (sp.PolynomialDashpot, ((0.1, 0.2, 0.1),)), (sp.VanDerPol, (0.3, 1.0)),
+        validation(sp.Friction, (0.2,)), (sp.PolynomialDashpot, ((0.1, 0.2, 0.1),)), (sp.VanDerPol, (0.3, 1.0)),
         (sp.Contact, (-0.4, 30.0, 1.5, 0.2)), (sp.Maxwell, (1.0, 0.5)), (sp.FractionalMaxwell, (sp.Springpot(0.5, 1.0),
         sp.Spring(2.0))),
     ],

@@ -101,7 +101,7 @@ def test_functions_of_the_user_in_one_run() -> None:
 @pytest.mark.parametrize(
     ("kind", "numbers"),
     [
-        (sp.PiezoelectricCircuit, (0.8, 1.5, 0.7)), (sp.Barrier, (-0.5, sp.PowerRestitution(0.7, 0.5, 0.3))),
+        (sp.PiezoelectricCircuit, (0.8, 1.5, 0.7)), validation(sp.Barrier, (-0.5, sp.PowerRestitution(0.7, 0.5, 0.3))),
         validation(sp.Barrier, (-0.5, fading)), validation(sp.Force, (pull,)),
     ],
 )  # fmt: skip
