@@ -49,15 +49,21 @@ def test_scales_of_a_wall_far_outside_the_law() -> None:
 
 
 def test_huge_numbers_that_belong_together_are_simulated() -> None:
-    """Frequency and noise fit each other, and the wall is at the equilibrium: a bouncing mass in small units."""
+    """Frequency and noise fit each other, and the wall is at the equilibrium: a bouncing mass in small units.
+
+    The other wall is far away in these units: with it the kernel is there.
+    """
     step = plan_of(HUGE).settings.step
-    found = sp.simulate(HUGE, paths=256, duration=2500 * step, window=(1500 * step, 2500 * step), start="rest")
+    huge = sp.System(*HUGE.parts, sp.Barrier(1e-11, side="below"))
+    found = sp.simulate(huge, paths=256, duration=2500 * step, window=(1500 * step, 2500 * step), start="rest")
     usual = sp.System(
         sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.0, 1e-25)), sp.Springpot(0.5, 1e-50), sp.Barrier(0.0, 0.9),
-        sp.WhiteNoise(1.0),
+        sp.WhiteNoise(1.0), sp.Barrier(200.0, side="below"),
     )  # fmt: skip
     own = sp.simulate(usual, paths=256, duration=25.0, window=(15.0, 25.0), step=0.01, start="rest")
-    assert found["impact_rate"].value / 1e25 == pytest.approx(own["impact_rate"].value, rel=0.01)
+    assert found["barrier_1_impact_rate"].value / 1e25 == pytest.approx(own["barrier_1_impact_rate"].value, rel=0.01)
+    assert found["barrier_1_impact_rate"].value > 0.1e25
+    assert found["barrier_2_impact_rate"].value == 0.0
     assert found["x_mean_square"].value * 1e25 == pytest.approx(own["x_mean_square"].value, rel=0.01)
 
 
