@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import reprlib
 from collections.abc import Iterable, Sequence
@@ -139,6 +138,8 @@ def nearest(word: str, names: Iterable[str]) -> str:
     'damping_power'
     """
     known = [*names]
+    import difflib  # only mistakes need it
+
     close = [name for name in _SYMBOLS.get(word, ()) if name in known]
     return next(iter(close or difflib.get_close_matches(word[:100], known, n=1, cutoff=0.7)), "")
 

@@ -375,6 +375,10 @@ CATALOGUE = (
     Quantity("v", "m s-1", "velocity of the first paths", dimensions=("path", "time"), **_on_request("record")),
 )  # fmt: skip
 """The quantities of runs, in the order of their results; each has a twin ``_se``, its standard error."""
+PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
+"""Endings of names of errors."""
+OF_A_POINT = tuple(f"{name}{end}" for end in ("", "_end") for name in ("x_mean", "x_mean_square", "v_mean_square"))
+"""Results of each of several masses, without the point's name in datasets."""
 OF_A_WALL = tuple(entry.name.removeprefix(_OF) for entry in CATALOGUE if entry.dimensions == ("barrier",))
 """What there is of each wall and contact: in datasets ``barrier_impact_rate`` and so on over all of them."""
 

@@ -19,7 +19,6 @@ from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
-from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.few_events import Watched, error_of_unseen
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
@@ -38,8 +37,7 @@ from springpot.simulation.result.warnings import (
     about_uncontrolled_impacts,
     doubts,
 )
-from springpot.simulation.watch.first_passage import from_the_start
-from springpot.simulation.watch.requested import Requested, requested
+from springpot.simulation.watch.requested import Requested, from_the_start, requested
 
 _SAID_BY = {"no_stationary_state": "starts_from_rest", "transient_in_window": "window_from_rest"}
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
@@ -79,7 +77,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
     over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * bool(wishes.get("first_passage"))
     plan, moved = from_the_start(plan_of(system, **options), over_time, options.get("window"))
-    wanted = requested(plan, **wishes)
+    wanted = requested(plan, **wishes) if wishes else Requested()
     begun = time.perf_counter()
     simulation = simulation_of(plan := adapt(plan, progress=progress))
     wanted = wanted.completed(simulation)
@@ -177,6 +175,8 @@ def _faults_of_own_forces(system: System) -> Iterator[None]:
 
 def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[str, Any], progress: Any) -> Run:
     """A run with ``rtol``."""
+    from springpot.simulation.error.reach import reach  # loaded for rtol only
+
     chosen = sorted(set(given) - {"seed", "threads"})
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +21,13 @@ from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.soft_contacts import Soft
 from springpot.simulation.lowering.compose import Parts
-from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
+
+if TYPE_CHECKING:
+    from springpot.simulation.lowering.several import PartsOfSeveral
 
 Samples = dict[str, tuple[float, Floats]]
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,8 +26,10 @@ from springpot.simulation.estimate.slow_impacts import (
 )
 from springpot.simulation.plan.motion import Motion, StruckWalls
 from springpot.simulation.plan.schemes import scheme_of
-from springpot.simulation.watch.distributions import Distribution
 from springpot.theory.mckean import COLLAPSE_BELOW
+
+if TYPE_CHECKING:
+    from springpot.simulation.watch.distributions import Distribution
 
 _COUNTABLE = 1.0001 * COLLAPSE_BELOW
 OVERSHOOT = 0.5826  # -zeta(1/2) / sqrt(2 pi)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -36,11 +36,13 @@ from springpot.simulation.lowering.memory import answer_of, memory_of, taps_of
 from springpot.simulation.lowering.modulated import mean_squares
 from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
 from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
-from springpot.simulation.lowering.several import PartsOfSeveral, compose_several
 from springpot.simulation.lowering.walls import sums_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
+
+if TYPE_CHECKING:
+    from springpot.simulation.lowering.several import PartsOfSeveral
 
 _FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
 
@@ -167,6 +169,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         If parts of the system cannot be simulated together.
     """
     if len(plan.system.points) > 1:
+        from springpot.simulation.lowering.several import compose_several  # loaded for several masses only
+
         return compose_several(plan, 2 if halved else 1)
     motion, settings, parts_of_step = plan.motion, plan.settings, 2 if halved else 1
     unit, scales = motion.unit, motion.scales

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +18,12 @@ from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.random import key_words
 from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
 from springpot.simulation.lowering.compose import Parts, compose
-from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
+
+if TYPE_CHECKING:
+    from springpot.simulation.lowering.several import PartsOfSeveral
 
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
 

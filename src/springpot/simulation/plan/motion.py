@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import permutations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
@@ -33,12 +33,14 @@ from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restit
 from springpot.problem.system import System
 from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.creep import Creep
-from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.theory.mckean import COLLAPSE_BELOW
+
+if TYPE_CHECKING:
+    from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _SMOOTH = (*_FED, ParametricNoise)

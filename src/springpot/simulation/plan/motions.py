@@ -17,7 +17,6 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.scales import closed_form
-from springpot.simulation.plan.several import motion_of_several
 
 
 def motion_of(system: System) -> Motion:
@@ -38,6 +37,8 @@ def motion_of(system: System) -> Motion:
     (-1.0, False)
     """
     if len(checked_system(system).points) > 1:
+        from springpot.simulation.plan.several import motion_of_several  # loaded for several masses only
+
         return motion_of_several(system)
     try:
         paper = Dimensionless.of(system)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, Literal, TypedDict, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
-from annotated_types import Ge, Gt
+if TYPE_CHECKING:
+    from annotated_types import Ge, Gt
 
-from springpot.problem.basquin import Basquin
+    from springpot.problem.basquin import Basquin
 
 Observable = Callable[..., float]
 Progress = Callable[[float], None]
@@ -100,7 +101,9 @@ def hints(*without: str) -> Mapping[str, Any]:
     >>> list(hints("paths"))[:2]
     ['duration', 'step']
     """
-    declared = get_type_hints(Options, include_extras=True)
+    from annotated_types import Ge, Gt  # only those who show the limits need them
+
+    declared = get_type_hints(Options, localns={"Ge": Ge, "Gt": Gt}, include_extras=True)
     return {name: _optional(hint) for name, hint in declared.items() if name not in without}
 
 

@@ -22,12 +22,21 @@ from springpot.machine.extras import need
 from springpot.problem.file import read_system
 from springpot.problem.messages import MESSAGES, Message
 from springpot.problem.system import System
+from springpot.simulation.error.budget import Budget
 from springpot.simulation.result.results import Run
 from springpot.simulation.result.save import FORMAT, GROUP, RECORD, SUFFIXES, WORDS, Arrays, checksum_of
+from springpot.simulation.watch.distributions import Distribution
+from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
+from springpot.simulation.watch.profiles import Profile
+from springpot.simulation.watch.spectrum import Spectrum
 
 _MOST_EXPANDED = 1100  # times the size of the file: zlib cannot make an array smaller than that
 _DAMAGED = "its content was damaged"
 _NOT_OURS = "it was not written by springpot"
+# what is in a run only where it was asked for: `springpot.simulation.result.results` does not load these kinds
+_ASKED_FOR = {kind.__name__: kind for kind in (
+    Budget, Distribution, PassagesOfLevels, PassageTimes, Profile, Spectrum
+)}  # fmt: skip
 
 
 def load_run(path: str | Path) -> Run:
@@ -109,7 +118,7 @@ def _classes() -> dict[str, type]:
         if dataclasses.is_dataclass(kind) and isinstance(kind, type) and kind is not System:
             if kind.__name__ not in classes:
                 classes[kind.__name__] = kind
-                for part in typing.get_type_hints(kind).values():
+                for part in _kinds(kind).values():
                     look(part)
         else:
             for part in typing.get_args(kind):
@@ -121,7 +130,7 @@ def _classes() -> dict[str, type]:
 
 @cache
 def _kinds(parent: type) -> dict[str, Any]:
-    return typing.get_type_hints(parent)
+    return typing.get_type_hints(parent, localns=_ASKED_FOR)
 
 
 def _fits(value: object, kind: Any) -> bool:

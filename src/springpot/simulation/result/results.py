@@ -14,19 +14,26 @@ from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
 from springpot.machine.plain import plain
-from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request, unit_of_result
+from springpot.problem.catalogue import (
+    OF_A_POINT,
+    OF_A_WALL,
+    PARTS_OF_ERROR,
+    possible_results,
+    results_on_request,
+    unit_of_result,
+)
 from springpot.problem.system import System
-from springpot.simulation.error.budget import Budget
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.distributions import Distribution, sample_quantiles
-from springpot.simulation.watch.observables import OF_A_POINT, PARTS_OF_ERROR
-from springpot.simulation.watch.passage_times import Columns, PassagesOfLevels, PassageTimes
-from springpot.simulation.watch.profiles import Profile
-from springpot.simulation.watch.spectrum import Spectrum
 
 if TYPE_CHECKING:
     import xarray
+
+    from springpot.simulation.error.budget import Budget
+    from springpot.simulation.watch.distributions import Distribution
+    from springpot.simulation.watch.passage_times import Columns, PassagesOfLevels, PassageTimes
+    from springpot.simulation.watch.profiles import Profile
+    from springpot.simulation.watch.spectrum import Spectrum
 
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
@@ -56,6 +63,7 @@ class Estimate:
 
     Examples
     --------
+    >>> from springpot.simulation import Budget
     >>> print(Estimate(0.25904, 0.00213, "m")), f"{Estimate(2.0, 0.1):.1f}", float(Estimate(2.0, 0.1))
     0.2590 +- 0.0021 m
     (None, '2.0', 2.0)
@@ -291,6 +299,8 @@ class Run:
             for name, sketch in self.distributions.items()
         }
         for name, samples in self.extremes.items():
+            from springpot.simulation.watch.distributions import sample_quantiles  # for who asked for extremes
+
             quantiles[f"{name}_quantile"] = (
                 *sample_quantiles(samples, PROBABILITIES),
                 unit_of_result(self.system, f"{name}_quantile"),

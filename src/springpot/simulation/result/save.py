@@ -36,11 +36,10 @@ import numpy.typing as npt
 from springpot.machine.extras import need
 from springpot.machine.files import netcdf_of, write
 from springpot.machine.places import place_for
-from springpot.problem.catalogue import unit_of_result
+from springpot.problem.catalogue import PARTS_OF_ERROR, unit_of_result
 from springpot.problem.file import check_writable
 from springpot.problem.messages import Message
 from springpot.problem.system import System
-from springpot.simulation.watch.observables import PARTS_OF_ERROR
 
 if TYPE_CHECKING:
     Run = Any  # its class is in `springpot.simulation.result.results`, which writes its files with this module

@@ -31,11 +31,11 @@ from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.transient import MOST_TRANSIENT
-from springpot.simulation.watch.distributions import Distribution
 from springpot.theory.walls import about_walls
 
 if TYPE_CHECKING:
     from springpot.simulation.error.reach import Reached
+    from springpot.simulation.watch.distributions import Distribution
 
 Values = Mapping[str, float]
 

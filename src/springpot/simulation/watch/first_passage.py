@@ -35,7 +35,6 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import unit_of_result
-from springpot.problem.messages import Message, say
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.felt import roughness_in_steps
@@ -91,21 +90,6 @@ class Passage:
     reference: float
     unit: str
     observer: Observer
-
-
-def from_the_start(plan: Plan, wanted: Sequence[str], window: object) -> tuple[Plan, list[Message]]:
-    """The plan of a run with first passages or profiles: from rest the window is the whole run if none is given.
-
-    Where the motion becomes stationary, one sentence says so: the means of the run are then others.
-    """
-    settings = plan.settings
-    if not wanted or window is not None or settings.start != "rest" or settings.window[0] == 0.0:
-        return plan, []
-    whole = plan.but(window=(0.0, settings.duration))
-    if plan.motion.not_stationary:
-        return whole, []
-    begin, end = settings.window
-    return whole, [say("window_from_rest", asked=" and ".join(f"{name}=" for name in wanted), begin=begin, end=end)]
 
 
 def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:

@@ -19,7 +19,7 @@ from numba.core.errors import NumbaError
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, few, meant, shown
-from springpot.problem.catalogue import OF_A_WALL, possible_results, results_on_request
+from springpot.problem.catalogue import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR, possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, greater, lesser
@@ -27,13 +27,6 @@ from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, O
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import observer_of
-
-PARTS_OF_ERROR = ("_se", "_step_bias", "_memory_bias", "_transient", "_error")
-"""Endings of names of errors."""
-
-
-OF_A_POINT = tuple(f"{name}{end}" for end in ("", "_end") for name in ("x_mean", "x_mean_square", "v_mean_square"))
-"""Results of each of several masses, without the point's name in datasets."""
 
 FIRST = len(HEADER)
 _LENGTH, _SPEED_UNIT, _TIME, _, _WALL, _ = range(FIRST)

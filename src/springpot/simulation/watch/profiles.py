@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,12 +24,14 @@ from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.compose import Parts
-from springpot.simulation.lowering.several import PartsOfSeveral
 from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import observer_of
+
+if TYPE_CHECKING:
+    from springpot.simulation.lowering.several import PartsOfSeveral
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
 _KINDS = 7  # x, x^2, v^2, impacts, squares of their speeds, speeds, and impacts and speeds together

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, shown
 from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.messages import Message, say
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
@@ -21,22 +22,16 @@ from springpot.simulation.plan.options import Observable
 from springpot.simulation.plan.plan import MOST_RECORDED, Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.watch.first_passage import Passage, checked, passage_times
-from springpot.simulation.watch.observables import (
-    COUNTED,
-    extremes,
-    extremes_in,
-    faster_than,
-    is_taken,
-    mean_of,
-    of_impacts,
-    squares,
-)
-from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
-from springpot.simulation.watch.profiles import Profile, checked_edges, powers_in, powers_of, profile_of, profiles_in
-from springpot.simulation.watch.rainflow import Counted, fatigue_in, wanted_cycles
-from springpot.simulation.watch.spectrum import Spectrum, checked_frequencies, spectral, spectrum_in
+
+if TYPE_CHECKING:
+    from springpot.simulation.watch.distributions import Distribution
+    from springpot.simulation.watch.first_passage import Passage
+    from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
+    from springpot.simulation.watch.profiles import Profile
+    from springpot.simulation.watch.rainflow import Counted
+    from springpot.simulation.watch.spectrum import Spectrum
+
+# What each observer is made of is loaded where one is asked for: an ordinary run has none.
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +64,8 @@ class Requested:
         Of each displacement, force or acceleration whose cycles are counted.
     """
 
-    observables: Mapping[str, Observer]
-    impact_observables: Mapping[str, Observer]
+    observables: Mapping[str, Observer] = field(default_factory=dict)
+    impact_observables: Mapping[str, Observer] = field(default_factory=dict)
     sketches: tuple[tuple[Seen, Observer], ...] = ()
     extremes: tuple[tuple[Seen, Observer], ...] = ()
     frequencies: Floats = field(default_factory=lambda: np.zeros(0))
@@ -103,11 +98,22 @@ class Requested:
         """With the powers of the profiles, whose factors are those of the kernel's parts."""
         if not self.edges.size:
             return self
+        from springpot.simulation.watch.profiles import powers_of
+
         powers = powers_of(simulation.parts, simulation.motion, self.edges, simulation.settings)
         return replace(self, powers=(powers,))
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """The results of the observers after a run."""
+        if not self.observers:
+            return Observed()
+        from springpot.simulation.watch.distributions import distributions_in
+        from springpot.simulation.watch.first_passage import passage_times
+        from springpot.simulation.watch.observables import extremes_in
+        from springpot.simulation.watch.profiles import Profile, powers_in, profiles_in
+        from springpot.simulation.watch.rainflow import fatigue_in
+        from springpot.simulation.watch.spectrum import spectrum_in
+
         left, settings = iter(ensemble.observed), simulation.settings
         low, high = settings.window_steps
         time = (high - low) * settings.step
@@ -160,6 +166,8 @@ def _counted(sums: dict[str, Floats], time: float) -> dict[str, tuple[float, Flo
     """COUNTED of each wall and of all together, from numbers, speeds and squares of each path."""
     if sums and "" not in sums:
         sums = {"": sum(sums.values(), np.zeros(3)), **sums}
+    from springpot.simulation.watch.observables import COUNTED
+
     found: dict[str, tuple[float, Floats]] = {}
     for wall, columns in sums.items():
         number, speeds, squares = columns.T
@@ -189,7 +197,7 @@ class Observed:
         As in `springpot.simulation.Run`.
     """
 
-    means: dict[str, Floats]
+    means: dict[str, Floats] = field(default_factory=dict)
     distributions: dict[str, Distribution] = field(default_factory=dict)
     extremes: dict[str, Floats] = field(default_factory=dict)
     spectra: dict[str, Spectrum] = field(default_factory=dict)
@@ -197,6 +205,21 @@ class Observed:
     counted_impacts: dict[str, tuple[float, Floats]] = field(default_factory=dict)
     profiles: dict[str, Profile] = field(default_factory=dict)
     forces: dict[str, Floats] = field(default_factory=dict)
+
+
+def from_the_start(plan: Plan, wanted: Sequence[str], window: object) -> tuple[Plan, list[Message]]:
+    """The plan of a run with first passages or profiles: from rest the window is the whole run if none is given.
+
+    Where the motion becomes stationary, one sentence says so: the means of the run are then others.
+    """
+    settings = plan.settings
+    if not wanted or window is not None or settings.start != "rest" or settings.window[0] == 0.0:
+        return plan, []
+    whole = plan.but(window=(0.0, settings.duration))
+    if plan.motion.not_stationary:
+        return whole, []
+    begin, end = settings.window
+    return whole, [say("window_from_rest", asked=" and ".join(f"{name}=" for name in wanted), begin=begin, end=end)]
 
 
 def requested(
@@ -219,6 +242,13 @@ def requested(
     TypeError, ValueError
         One sentence, before the simulation: an invalid name or frequency, or a function that cannot be compiled.
     """
+    from springpot.simulation.watch.distributions import sketches
+    from springpot.simulation.watch.first_passage import checked
+    from springpot.simulation.watch.observables import extremes, is_taken, mean_of, of_impacts, squares
+    from springpot.simulation.watch.profiles import checked_edges, profile_of
+    from springpot.simulation.watch.rainflow import wanted_cycles
+    from springpot.simulation.watch.spectrum import checked_frequencies, spectral
+
     state, impact = {} if observables is None else observables, {} if impact_observables is None else impact_observables
     for name, given in (("observables", state), ("impact_observables", impact)):
         if not isinstance(given, Mapping):
@@ -289,6 +319,8 @@ def _counted_of(name: str, seen: Seen) -> Seen:
 def _fast(plan: Plan, slowest: float) -> dict[str, Observer]:
     if not plan.motion.touched:
         raise ValueError("slowest_counted_impact needs a wall or a contact: there are no impacts to count.")
+    from springpot.simulation.watch.observables import faster_than
+
     speed = finite_number(slowest, "slowest_counted_impact", low=0.0, hint="It is a speed in m/s.")
     # of all walls of one mass together they are added in the order of the impacts
     together = [""] if len(plan.motion.touched) > 1 and not plan.motion.arguments else []
