@@ -27,7 +27,7 @@ from springpot.theory import (
     memory_closure,
     solve_all,
 )
-from springpot.theory.methods.averaging import harmonic_sum
+from springpot.theory.decay import harmonic_sum
 from springpot.theory.methods.exact import exact
 from springpot.theory.result import MOMENTS, names_of_results
 

@@ -9,6 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
+from inspect import get_annotations
+from sys import modules
+from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args, get_origin, get_type_hints
 
 from springpot.machine.arguments import LARGEST, finite_number
@@ -240,18 +244,25 @@ def stated_numbers(kind: type) -> dict[str, Any]:
     >>> stated_numbers(Spring)["stiffness"].unit
     'N m-1'
     """
+    return {name: said for each in reversed(kind.__mro__) for name, said in _own_numbers(each).items()}
+
+
+@cache
+def _own_numbers(kind: type) -> dict[str, Any]:
+    """Those of the fields that a class declares itself: what all parts and families declare is read once."""
+    declared = {name: hint for name, hint in get_annotations(kind).items() if "ClassVar" not in str(hint)}
+    own = SimpleNamespace(__annotations__=declared)
     found = {}
-    for name, hint in get_type_hints(kind, include_extras=True).items():
+    for name, hint in get_type_hints(own, vars(modules[kind.__module__]), include_extras=True).items():
         said = [what for what in getattr(hint, "__metadata__", ()) if isinstance(what, Number | dict)]
         part_or_law = isinstance(hint, type) and issubclass(hint, Checked)
         law_or_none = any(isinstance(one, type) and issubclass(one, Checked) for one in get_args(hint)) and not said
         plain = hint in _UNMEASURED or get_origin(hint) in (Literal, Callable) or part_or_law or law_or_none
-        if not said and not plain and get_origin(hint) is not ClassVar:
+        if not said and not plain:
             raise TypeError(
                 f"{kind.__name__}.{name} must say its symbol, words and unit, as Annotated[float, Number(...)]."
             )
-        if get_origin(hint) is not ClassVar:
-            found[name] = said[0] if said else None
+        found[name] = said[0] if said else None
     return found
 
 

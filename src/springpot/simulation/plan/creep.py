@@ -20,7 +20,6 @@ import numpy as np
 
 from springpot.problem.dimensionless import Dimensionless
 from springpot.simulation.plan.scales import closed_form
-from springpot.theory.problem import free_mean_squares
 
 LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
 
@@ -39,6 +38,8 @@ class Creep:
     @property
     def free(self) -> dict[str, float]:
         """Mean squares without a wall; none where only the wall dissipates."""
+        from springpot.theory.problem import free_mean_squares  # loaded for rtol only
+
         free = free_mean_squares(replace(self.paper, barrier=None))
         if isinstance(free, str):  # no springpot, or one of order 0
             return {}

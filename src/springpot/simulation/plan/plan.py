@@ -24,7 +24,6 @@ from springpot.simulation.plan.settings import (
     whole_number,
 )
 from springpot.simulation.plan.transient import MOST_TRANSIENT
-from springpot.theory.result import NoStationaryStateError
 
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
@@ -191,6 +190,8 @@ def check_stationary(system: System, who: str) -> None:
 def check_motion(motion: Motion, who: str) -> None:
     """As `check_stationary`."""
     if motion.not_stationary:
+        from springpot.theory.result import NoStationaryStateError
+
         raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {motion.not_stationary}.")
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import Barrier
-from springpot.theory.methods.averaging import decay_rate, mean_square_amplitude
+from springpot.theory.decay import decay_rate, mean_square_amplitude
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
-from springpot.memory.zeta import zeta_beyond_one
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
+from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_sum
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array, times
 from springpot.theory.numerics.panels import panel_rule
@@ -24,7 +24,6 @@ from springpot.theory.problem import Units, at_rest, endless
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of
 
 _METHODS = {"corrected": "averaging", "printed": "averaging_printed", "shifted": "averaging_shifted"}
-_SERIES_TERMS = 30
 _LIGHT = 0.1  # the largest c at which <A^2> without a wall is within 2 % of the exact one, at every order
 _CHECKED = 1.0  # the largest c at which it was compared with the exact one at several orders
 _MAPPED = 3.0  # the largest c on the validity map, which has the errors with a wall
@@ -32,33 +31,6 @@ _POWERS = 64  # of the squared correlation, summed one by one; higher ones in bl
 _BLOCKS = 22  # each twice as long: the terms fall like k^-3
 _BLOCK_NODES = 8
 _HARMONICS = 24  # of the spectrum, beyond the highest frequency asked for
-
-
-def harmonic_sum(alpha: float) -> float:
-    """S(alpha) = sum_{m>=1} m^2 (2m)^(alpha-1) / (4m^2-1)^2, the sum in the paper's Eq. 20.
-
-    Expanding 1 / (4m^2-1)^2 in 1/(4m^2) and summing over m first gives
-    (2^(alpha-1) / 16) sum_k (k+1) 4^-k zeta(2k + 3 - alpha), which reaches rounding in 30 terms.
-
-    Parameters
-    ----------
-    alpha : float
-        Order in [0, 1].
-
-    Raises
-    ------
-    TypeError, ValueError
-        If alpha is not a number in [0, 1].
-
-    Examples
-    --------
-    >>> round(harmonic_sum(1.0) * 64 / math.pi**2, 12)
-    1.0
-    """
-    a = finite_number(alpha, "alpha", low=0.0, high=1.0)
-    k = np.arange(_SERIES_TERMS)
-    terms = (k + 1.0) * 0.25**k * zeta_beyond_one(2.0 * k + 2.0 - a)
-    return math.exp2(a - 5.0) * math.fsum(terms.tolist())
 
 
 @dataclass(frozen=True)
@@ -330,10 +302,10 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     system = checked_system(system)
     paper = check_covered(system, form)
     frequency = _shifted_frequency(paper) if form == "shifted" else paper.natural_frequency
-    beta = _memory_decay(paper, frequency)
+    beta = memory_decay(paper, frequency)
     if form == "printed":
         beta /= paper.natural_frequency
-    beta += _impact_decay(paper, frequency)
+    beta += impact_decay(paper, frequency)
     return Averaging(
         method=_METHODS[form],
         system=system,
@@ -343,16 +315,6 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
         decay_rate=beta,
         frequency=frequency,
     )
-
-
-def decay_rate(paper: Dimensionless) -> float:
-    """beta of the corrected form, in 1/s: the amplitude decays like exp(-beta t)."""
-    return _memory_decay(paper, paper.natural_frequency) + _impact_decay(paper, paper.natural_frequency)
-
-
-def mean_square_amplitude(paper: Dimensionless, beta: float, frequency: float) -> float:
-    """mu = <x^2 + v^2 / w^2> in the stationary state; infinite where nothing dissipates energy."""
-    return paper.excitation.intensity / (4.0 * beta) * 2.0 / frequency / frequency if beta > 0.0 else math.inf
 
 
 def check_covered(system: System, form: str = "corrected") -> Dimensionless:
@@ -379,35 +341,6 @@ def _shifted_frequency(paper: Dimensionless) -> float:
     pot = paper.springpot
     share = 1.0 if paper.barrier is None else 16.0 / math.pi**2 * stiffness_sum(pot.order)
     return resonance(paper.natural_frequency**2, [replace(pot, coefficient=share * pot.coefficient)])
-
-
-def stiffness_sum(alpha: float) -> float:
-    """sum_{m>=1} (2m)^alpha / (4m^2-1)^2, by the expansion of `harmonic_sum`.
-
-    Examples
-    --------
-    >>> round(stiffness_sum(0.0) - (math.pi**2 / 16 - 0.5), 12)
-    0.0
-    """
-    k = np.arange(_SERIES_TERMS)
-    terms = (k + 1.0) * 0.25**k * zeta_beyond_one(2.0 * k + 3.0 - alpha)
-    return math.exp2(alpha - 4.0) * math.fsum(terms.tolist())
-
-
-def _memory_decay(paper: Dimensionless, frequency: float) -> float:
-    """The springpot's part of beta: half its power over one cycle, divided by the energy."""
-    alpha, coefficient = paper.springpot.order, paper.springpot.coefficient
-    loss = coefficient * math.pow(frequency, alpha - 1.0) * math.sin(alpha * math.pi / 2.0)
-    if paper.barrier is None:
-        return loss / 2.0
-    return 32.0 / math.pi**2 * harmonic_sum(alpha) * loss
-
-
-def _impact_decay(paper: Dimensionless, frequency: float) -> float:
-    """The wall's part of beta: one impact, and a factor r on the amplitude, in each half period."""
-    if paper.barrier is None:
-        return 0.0
-    return -frequency / math.pi * math.log(paper.restitution) + 0.0
 
 
 def _stationary(system: System, paper: Dimensionless, beta: float, frequency: float) -> Moments | str:

@@ -14,9 +14,9 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
+from springpot.theory.decay import harmonic_sum, stiffness_sum
 from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
-from springpot.theory.methods.averaging import harmonic_sum, stiffness_sum
 from springpot.theory.methods.envelope.balance import Labels
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.panels import panel_rule
