@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -158,3 +160,18 @@ def test_the_results_of_a_run_are_among_those_foretold(system: System) -> None:
     }
     assert foretold - found <= (allowed if system is PARTS_OF_RUNS[-1] else set())
     assert all(unit_of_result(system, name) for name in foretold)
+
+
+@pytest.mark.parametrize("order", [0.0955, 0.25, 0.8, 1.0])
+def test_a_mount_has_the_stiffness_and_the_loss_factor_that_were_measured(order: float) -> None:
+    spring, springpot = sp.Springpot.from_loss_factor(order, 0.15, 136e3, 38.0)
+    found = spring.stiffness + springpot.modulus(2j * math.pi * 38.0)
+    assert found == pytest.approx(136e3 * (1.0 + 0.15j), rel=1e-12)
+    assert spring.stiffness >= 0.0
+
+
+def test_an_order_below_that_of_the_springpot_alone_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^order must be in \[0\.0947\d*, 1\], not 0\.09\. Below 0\.0948 a springpot"):
+        sp.Springpot.from_loss_factor(0.09, 0.15, 136e3, 38.0)
+    with pytest.raises(ValueError, match=r"^loss_factor must be in \(0, "):
+        sp.Springpot.from_loss_factor(0.5, 0.0, 136e3, 38.0)

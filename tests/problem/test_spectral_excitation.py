@@ -82,7 +82,15 @@ def test_units_and_slopes() -> None:
     assert slopes.psd == pytest.approx(table.psd)
     assert table.one_sided(20.0) == pytest.approx(0.02 * G**2)
     assert [table.one_sided(f) for f in (9.99, 40.01)] == [0.0, 0.0]
-    assert table.white_at(40.0 * math.pi) == sp.WhiteNoise(table.one_sided(20.0) / 2.0, on="ground")
+    assert table.white_at(frequency_hz=20.0) == sp.WhiteNoise(table.one_sided(20.0) / 2.0, on="ground")
+
+
+@pytest.mark.parametrize("frequency_hz", [9.99, 40.01, 40.0 * math.pi])
+def test_a_table_is_white_at_its_own_frequencies_only(frequency_hz: float) -> None:
+    with pytest.raises(
+        ValueError, match=r"^frequency_hz must be in \[10, 40\], not .* It is in Hz, as in the table\.$"
+    ):
+        sp.SpectralExcitation.from_psd((10.0, 40.0), (1.0, 1.0), "g2/Hz").white_at(frequency_hz=frequency_hz)
 
 
 def test_a_white_noise_is_the_same_where_the_band_is_wide() -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
+from springpot.problem.messages import Message, say
 from springpot.problem.parts import (
     Barrier,
     CloughPenzienNoise,
@@ -110,6 +111,41 @@ def felt_in(system: System) -> dict[str, Felt]:
         shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
         reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
         found[name] = Felt(shares | loads, constant, reason, row)
+    return found
+
+
+def about_shocks(system: System, names: Iterable[str], values: Mapping[str, float]) -> list[Message]:
+    """Of accelerations, and of the force on the ground, whose values are those between the impacts on rigid walls.
+
+    Parameters
+    ----------
+    system : System
+    names : iterable of str
+        Of forces and accelerations that are seen.
+    values : dict
+        Results by name: a wall without impacts is not named.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier, Dashpot, Mass, Spring, WhiteNoise
+    >>> box = System(Mass(1.0), Spring(1.0), Dashpot(0.1), Barrier(-1.0), WhiteNoise(0.1, on="ground"))
+    >>> [message.name for message in about_shocks(box, ["spring_force", "acceleration"], {"impact_rate": 0.1})]
+    ['shocks_left_out']
+    """
+    at, felt, found = system.coordinates, felt_in(system), []
+    walls = {
+        name: at.elongations[name] for name, part in system.elements.items()
+        if isinstance(part, Barrier) and values.get(f"{name}_impact_rate", values.get("impact_rate")) != 0.0
+    }  # fmt: skip
+    for name in names:
+        if name == "force_on_ground":
+            struck = [wall for wall in walls if wall in system.grounded]
+        elif (row := felt[name].row if name in felt else None) is not None:
+            struck = [wall for wall, elongation in walls.items() if float(at.accelerations(row) @ elongation)]
+        else:
+            continue
+        if struck:
+            found.append(say("shocks_left_out", name=name, walls=listed(struck)))
     return found
 
 

@@ -219,6 +219,12 @@ MESSAGES: dict[str, Kind] = {
         "extremes, record and profile.",
         "Use a shorter step; the mean square itself has what is lacking.",
     ),
+    "shocks_left_out": Kind(
+        _PROBLEM,
+        "{name} is that between impacts: the shocks on {walls} are not in it, nor in its peaks, cycles and damage, "
+        "because a rigid wall has no largest force.",
+        "Take a Contact with the stiffness of the stop for peaks, cycles and damage: they depend on it.",
+    ),
     "passage_mean_extrapolated": Kind(
         _ACCURACY, "{name}: {assumed}",
         "Use a longer run, or read the restricted mean and the survival curve.",

@@ -17,6 +17,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, listed, meant, shown
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
+from springpot.problem.felt import about_shocks
 from springpot.problem.messages import say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.estimate.few_events import Watched, error_of_unseen
@@ -110,6 +111,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         *about_observables(observed.means, values),
         *about_damage(observed.counted_impacts),
         *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
+        *about_shocks(system, wanted.felt_names, values),
         *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
     )
     return Run(

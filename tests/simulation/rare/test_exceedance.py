@@ -90,6 +90,12 @@ def test_what_all_paths_exceed_has_a_bound_and_no_return_period() -> None:
     assert np.isfinite([curve.rate[1], curve.return_period[1]]).all()
 
 
+def test_what_is_exceeded_downwards_is_printed_so() -> None:
+    curve = sp.exceedance(LIGHT, {"x": -1.0}, **SHORT, rtol=0.3)["x"]
+    assert curve.downwards
+    assert str(curve).startswith("x < -1 m: ")
+
+
 def test_without_a_stationary_state_there_are_probabilities_and_no_return_periods() -> None:
     noise = sp.WhiteNoise(0.2, on="a", envelope=sp.ExponentialEnvelope(slow=0.2, fast=0.6))
     shaken = sp.System(*(part for part in kernels.PAIR.parts if not isinstance(part, sp.WhiteNoise)), noise)
@@ -335,6 +341,7 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"own": (lambda t, x, v: x, 1.0)}, {"save": "x"}, "save cannot be given with the function of own"),
         (LIGHT, {"x": 1.0}, {"seed": -1}, "seed must be in"),
         (PAIR, {"x": 1.0}, {}, "levels has 'x', which is no quantity that can be asked"),
+        (PAIR, {"x": 1.0}, {}, 'a function: {"difference": (lambda a_x, b_x: a_x - b_x, levels)}.'),
         (PAIR, {"a_x": [-1.0, 1.0]}, {}, "levels of a_x must lie on one side of the start, 0 m"),
         (PAIR, {"a_acceleration": 1.0}, {}, "a_acceleration cannot be seen: white_noise would be in it"),
         (LIGHT, {"spring_force": [-1.0, 1.0]}, {}, "levels of spring_force must lie on one side of 0"),

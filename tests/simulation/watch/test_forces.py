@@ -10,6 +10,7 @@ import pytest
 
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
+from springpot.problem.felt import about_shocks
 from springpot.simulation.monte_carlo import simulated
 from springpot.theory import linear
 from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
@@ -270,6 +271,33 @@ def test_forces_have_the_same_bits_for_any_threads() -> None:
     ]  # fmt: skip
     one, two = (run.to_xarray().drop_attrs() for run in runs)
     assert one.identical(two)
+    said = [str(message) for message in runs[0].warnings if message.name == "shocks_left_out"]
+    assert len(said) == 1
+    assert said[0].startswith("acceleration is that between impacts: the shocks on stop are not in it")
+
+
+BELOW = sp.Barrier(-0.1, 0.8)
+BETWEEN = sp.Barrier(-0.05, 0.6, between=("base", "top"))
+FELT = ["mount_force", "force_on_ground", "acceleration", "base_acceleration", "top_acceleration"]
+
+
+@pytest.mark.parametrize(
+    ("system", "values", "named"),
+    [
+        (device(0.5, stop=BELOW), {"impact_rate": 0.2}, FELT[1:3]),
+        (device(0.5, stop=BELOW), {"impact_rate": float("nan")}, FELT[1:3]),
+        (device(0.5, stop=BELOW), {"impact_rate": 0.0}, []),
+        (device(0.5, stop=sp.Contact(-0.1, 1e4)), {"impact_rate": 0.2}, []),
+        (device(0.5), {}, []),
+        (sp.System(*isolated(DAMPERS[1]).parts, stop=BETWEEN), {"stop_impact_rate": 0.1}, FELT[3:]),
+    ],
+)
+def test_shocks_are_left_out_of_what_a_struck_rigid_wall_acts_on(
+    system: sp.System, values: dict[str, float], named: list[str]
+) -> None:
+    said = about_shocks(system, FELT, values)
+    assert [str(message).split()[0] for message in said] == named
+    assert all("on stop are" in message for message in said)
 
 
 def test_forces_of_too_many_recorded_points_are_refused() -> None:
@@ -480,7 +508,7 @@ def test_a_soft_stop_has_a_rate_beside_a_wall_that_has_none() -> None:
 def test_impulses_between_masses_are_those_of_the_reduced_mass() -> None:
     stop = sp.Barrier(-0.05, 0.6, between=("base", "top"))
     smooth = sp.System(*isolated(DAMPERS[1]).parts, stop=stop)
-    with pytest.raises(NotCoveredError, match="stop_impulse cannot be seen: "):
+    with pytest.raises(NotCoveredError, match=r"stop_impulse cannot be seen: .*With slowest_counted_impact= there are"):
         simulated(smooth, paths=64, forces=("stop_impulse",))
     system = sp.System(*smooth.parts[:-1], sp.WhiteNoise(0.01, on="top"), stop=stop)
     run = simulated(system, paths=64, duration=60.0, step=0.01, forces=("stop_impulse",))

@@ -741,15 +741,31 @@ class SpectralExcitation(Excitation):
         """Two-sided spectral density per rad/s."""
         return self.one_sided(abs(w) / (2.0 * math.pi)) / (4.0 * math.pi)
 
-    def white_at(self, frequency: float) -> WhiteNoise:
-        """The white noise of the same density at a frequency in rad/s, for a response that is narrow about it.
+    def white_at(self, *, frequency_hz: float) -> WhiteNoise:
+        """The white noise of the same density at a frequency, for a response that is narrow about it.
+
+        Parameters
+        ----------
+        frequency_hz : float
+            In Hz, as in the table.
+
+        Returns
+        -------
+        WhiteNoise
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no frequency of the table, which has no density elsewhere.
 
         Examples
         --------
-        >>> SpectralExcitation((1.0, 4.0), (1.0, 1.0)).white_at(12.0)
+        >>> SpectralExcitation((1.0, 4.0), (1.0, 1.0)).white_at(frequency_hz=2.0)
         WhiteNoise(intensity=0.5, on='ground')
         """
-        return WhiteNoise(2.0 * math.pi * self.density(frequency), self.on)
+        low, high = self.frequency[0], self.frequency[-1]
+        at = finite_number(frequency_hz, "frequency_hz", low=low, high=high, hint="It is in Hz, as in the table.")
+        return WhiteNoise(2.0 * math.pi * self.density(2.0 * math.pi * at), self.on)
 
     def power_into(self, frequency: float, rate: float) -> float:
         """Power fed into an oscillator of unit mass, also where it is out of the band: roughly, for guesses of scales.
@@ -769,7 +785,7 @@ class SpectralExcitation(Excitation):
 
     def measure(self, name: str, frequency: float, resonance: float, own: Any) -> str:
         """Its density at the resonance, in the unit of a table and as white noise."""
-        q, hertz = self.white_at(resonance).intensity, 0.5 * resonance / math.pi
+        q, hertz = 2.0 * math.pi * self.density(resonance), 0.5 * resonance / math.pi
         level = own.one_sided(hertz)
         size = f"{level / STANDARD_GRAVITY**2:.6g} g2/Hz" if own.on == "ground" else f"{level:.6g} in the unit of psd"
         there = f"{size}, that of white noise of intensity {q:.6g} m^2/s^3" if q else "0, outside its band"

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import signed
 from springpot.problem.parts.registration import Element, Number, Part, Slopes
@@ -47,6 +48,55 @@ class Springpot(Element):
         float,
         Number("C", "coefficient", "N s^alpha m-1", "unsigned", "It is the springpot's force per unit of D^alpha x."),
     ]
+
+    @classmethod
+    def from_loss_factor(
+        cls, order: float, loss_factor: float, stiffness: float, frequency_hz: float
+    ) -> tuple[Spring, Springpot]:
+        """A spring and a springpot side by side with a measured dynamic stiffness and loss factor at one frequency.
+
+        Parameters
+        ----------
+        order : float
+            Greater than 0: how fast both change with frequency; 0.1 to 0.3 for rubber whose loss factor hardly does.
+        loss_factor : float
+            eta, the loss stiffness over the storage stiffness; near a resonance there 1 / Q, twice the damping ratio.
+        stiffness : float
+            Storage stiffness K' in N/m; of a mass m with this resonance m (2 pi frequency_hz)^2.
+        frequency_hz : float
+            In Hz.
+
+        Returns
+        -------
+        (Spring, Springpot)
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number is none or out of its range, or the order so small that the springpot alone is stiffer.
+
+        Notes
+        -----
+        From K' + i eta K' = k + C (i w)^alpha.
+
+        Examples
+        --------
+        >>> spring, springpot = Springpot.from_loss_factor(0.25, 0.15, 136_000.0, 38.0)
+        >>> round(spring.stiffness), round(springpot.coefficient)
+        (86750, 13561)
+        >>> k = spring.stiffness + springpot.modulus(2j * math.pi * 38.0)
+        >>> round(k.real), round(k.imag / k.real, 9)
+        (136000, 0.15)
+        """
+        loss = finite_number(loss_factor, "loss_factor", low=0.0, high=LARGEST, open_low=True)
+        whole = finite_number(stiffness, "stiffness", low=0.0, high=LARGEST, open_low=True, hint="It is in N/m.")
+        hertz = finite_number(frequency_hz, "frequency_hz", low=0.0, high=LARGEST, open_low=True, hint="It is in Hz.")
+        least = 2.0 / math.pi * math.atan(loss)
+        hint = f"Below {least:.3g} a springpot of loss factor {loss:g} is stiffer than stiffness."
+        own = finite_number(order, "order", low=least, high=1.0, hint=hint)
+        turn = 0.5 * math.pi * own
+        springpot = cls(own, loss * whole / (math.sin(turn) * (2.0 * math.pi * hertz) ** own))
+        return Spring(max(whole * (1.0 - loss / math.tan(turn)), 0.0)), springpot
 
     @property
     def dissipates(self) -> bool:

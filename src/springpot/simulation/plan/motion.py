@@ -197,7 +197,10 @@ class Motion:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
             if reason := self._refused(touches[name]):
-                raise NotCoveredError(f"{name} cannot be seen: {reason}.")
+                raise NotCoveredError(
+                    f"{name} cannot be seen: {reason}. With slowest_counted_impact= there are the speeds of impacts, "
+                    "whose impulses are (1 + restitution) times the mass, of two masses a b / (a + b), times the speed."
+                )
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             if isinstance(self.touched.get(wall := str(name).removesuffix("_force")), Barrier) and name != wall:

@@ -112,6 +112,9 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
         )
     if name not in known:
         near = motion.near(name, [*known, *motion.felt])
+        if len(points := motion.system.points) > 1:
+            a, b = (f"{point}_x" for point in points[:2])
+            near += f' Anything else is a function: {{"difference": (lambda {a}, {b}: {a} - {b}, levels)}}.'
         raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
     kind, seen = known[name]
     if kind == "impact_speed" and not motion.touched:
@@ -142,6 +145,8 @@ class Asked:
         The coordinate that a path has, about, when it exceeds the last level; NaN where plain paths must tell.
     floor : float
         No state of the first paths is kept below this coordinate.
+    downwards : bool
+        Whether levels are exceeded by what is below them.
     """
 
     name: str
@@ -153,6 +158,7 @@ class Asked:
     duration: float
     target: float
     floor: float = -math.inf
+    downwards: bool = False
 
     @property
     def marks(self) -> slice:
@@ -242,7 +248,10 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     own = replace(own, on_steps=on_steps)  # also where only impacts are seen
     observers = nearness, *([quantity.observer] if quantity.observer else []), own
     duration = (high - low) * plan.settings.step
-    return Asked(quantity.name, quantity.unit, levels, kernels, observers, spacing, duration, target)
+    downwards = quantity.has_sides and sign < 0.0
+    return Asked(
+        quantity.name, quantity.unit, levels, kernels, observers, spacing, duration, target, downwards=downwards
+    )
 
 
 def _put_energy(

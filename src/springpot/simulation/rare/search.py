@@ -15,6 +15,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.plain import plain
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError
+from springpot.problem.felt import about_shocks
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, UPPER
@@ -69,6 +70,8 @@ class ExceedanceCurve:
         Of a repetition, on average; steps of all paths, and the time that they took.
     settles : bool
         Whether the motion has a stationary state; without one exceedances have no rate.
+    downwards : bool
+        Whether a level is exceeded by what is below it.
     warnings : tuple of str
     """
 
@@ -89,6 +92,7 @@ class ExceedanceCurve:
     path_steps: float
     seconds: float
     settles: bool = True
+    downwards: bool = False
     warnings: tuple[Message, ...] = ()
 
     @property
@@ -129,7 +133,8 @@ class ExceedanceCurve:
 
     def __str__(self) -> str:
         levels = zip(np.ravel(self.levels), self.said, strict=True)
-        each = [f"{f'{self.name} > {level:g} {self.unit}'.strip()}: {said}" for level, said in levels]
+        than = "<" if self.downwards else ">"
+        each = [f"{f'{self.name} {than} {level:g} {self.unit}'.strip()}: {said}" for level, said in levels]
         return "\n".join(each + [f"return periods of {self.name}: {UNSETTLED}."] * (not self.settles))
 
 
@@ -350,6 +355,7 @@ class _Repetitions:
             path_steps=self.path_steps,
             seconds=seconds,
             settles=self.simulation.motion.settles,
+            downwards=self.asked.downwards,
             warnings=tuple(self._doubts(p, error, high, reason)),
         )  # fmt: skip
 
@@ -360,7 +366,8 @@ class _Repetitions:
         return min(self.most, own) if not self.last.any() else 1.0
 
     def _doubts(self, p: Floats, error: Floats, high: Floats, reason: str) -> list[Message]:
-        said, rtol, of = [], self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
+        rtol, of = self.rtol, {"name": self.asked.name, "unit": self.asked.unit}
+        said = about_shocks(self.simulation.motion.system, [self.asked.name], {})
         if not p.all():
             n = int(np.argmin(p))
             said.append(say("level_not_reached", **of, level=self.asked.given[n], most=high[n]))

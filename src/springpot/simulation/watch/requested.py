@@ -94,6 +94,14 @@ class Requested:
         whole = {*(seen.feels for seen, _ in self.sketches), *(seen.feels for seen, _ in self.profiles)}
         return [seen.names["x"] for seen, _ in self.felt if seen.feels and (settings.record or seen.feels in whole)]
 
+    @property
+    def felt_names(self) -> list[str]:
+        """Forces and accelerations of which anything is wanted."""
+        seen = [own for own, _ in (*self.sketches, *self.spectra, *self.felt, *self.profiles)]
+        seen += [own for own, _, _ in self.cycles]
+        names = [*(own.names["x"] for own in seen if own.feels), *(passage.quantity for passage in self.passages)]
+        return [*dict.fromkeys(names)]
+
     def completed(self, simulation: Simulation) -> Requested:
         """With the powers of the profiles, whose factors are those of the kernel's parts."""
         if not self.edges.size:
