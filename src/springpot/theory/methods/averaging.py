@@ -18,7 +18,8 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_sum
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, hoyt, modulus_correlation, normal, rayleigh, real_array, times
+from springpot.theory.distributions import finite_array, modulus_correlation, real_array, times
+from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of
@@ -34,7 +35,7 @@ _HARMONICS = 24  # of the spectrum, beyond the highest frequency asked for
 
 
 @dataclass(frozen=True)
-class Averaging(DensitiesOfAmplitude["_Law"]):
+class Averaging(DensitiesOfAmplitude[Normals]):
     """Result of stochastic averaging: moments, densities, correlation, spectrum and transients.
 
     With a^2 = x^2 + v^2 / w^2 the amplitude obeys the Ito equation
@@ -202,59 +203,17 @@ class Averaging(DensitiesOfAmplitude["_Law"]):
         shifted = {"frequency": self.frequency} if self.method == _METHODS["shifted"] else {}
         return {"decay_rate": self.decay_rate, **shifted}
 
-    def _at(self, time: float | None) -> _Law:
+    def _at(self, time: float | None) -> Normals:
         if time is not None and real_array(time, "time").ndim:
             raise TypeError(f"time must be one number, not {time!r}.")
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
         if mu == 0.0:
             raise ValueError("there is no density: the amplitude is always zero (at rest, or without noise).")
-        return _Law(mu, self.frequency, self.frequency / self.paper.natural_frequency, self.paper.direction)
-
-
-@dataclass(frozen=True)
-class _Law:
-    """Densities of x = a cos p and v = w a sin p with a uniform phase p and a Rayleigh amplitude a, in m and m/s.
-
-    Parameters
-    ----------
-    mu, frequency : float
-        <a^2> in m^2, and w in rad/s.
-    side : float
-        1 above a wall, -1 below it, 0 without.
-    """
-
-    mu: float
-    frequency: float
-    shift: float  # frequency over Omega
-    side: float
-
-    @property
-    def units(self) -> Units:
-        """m and m/s: the paper's formulas are in them."""
-        return Units(1.0, 1.0, 1.0, self.side or 1.0)
-
-    def x(self, x: Floats) -> Floats:
-        """Half-normal on the mass's side of the wall; normal without a wall."""
-        fold = np.where(x >= 0.0, 2.0, 0.0) if self.side else 1.0
-        return np.asarray(fold * normal(x, self.mu / 2.0))
-
-    def v(self, v: Floats) -> Floats:
-        """Normal."""
-        return normal(v, self.mu * self.frequency**2 / 2.0)
-
-    def joint(self, x: Floats, v: Floats) -> Floats:
-        """With a uniform phase x and v are independent."""
-        return np.asarray(self.x(x) * self.v(v))
-
-    def amplitude(self, amplitude: Floats) -> Floats:
-        """Rayleigh where it is a; Hoyt at a shifted frequency."""
-        if self.shift == 1.0:
-            return rayleigh(amplitude, self.mu)
-        return hoyt(amplitude, self.mu / 2.0, self.mu / 2.0 * self.shift**2)
-
-    def impact_speed(self, speed: Floats) -> Floats:
-        """Rayleigh: it is w a."""
-        return rayleigh(speed, self.mu * self.frequency**2)
+        # x = a cos p and v = w a sin p with a uniform phase p and a Rayleigh amplitude a
+        omega, side, spread = self.paper.natural_frequency, self.paper.direction, math.sqrt(mu / 2.0)
+        return Normals(
+            Units(omega, 1.0, omega, side or 1.0), spread, spread * self.frequency / omega, 0.0 if side else math.nan
+        )
 
 
 @np.errstate(all="ignore")  # what is not finite is no answer

@@ -14,20 +14,20 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import hoyt, modulus_correlation, normal, rayleigh, real_array, times
+from springpot.theory.distributions import modulus_correlation, real_array, times
 from springpot.theory.forms import form_of
 from springpot.theory.methods.systems.boltzmann import ExactOfPoints, check_points_covered, exact_of_points
 from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law
+from springpot.theory.normals import Normals, hazard_of
 from springpot.theory.numerics.contours import (
     dashpot_mean_squares,
     dashpot_motion,
     free_spectrum,
     relaxation,
 )
-from springpot.theory.problem import Units, at_rest, free_mean_squares, problem_and_units
+from springpot.theory.problem import at_rest, free_mean_squares, problem_and_units
 from springpot.theory.result import NEVER_STRUCK, Moments, NoStationaryStateError
 
-_FAR = 60.0  # standard deviations at which every density here is exactly 0 in double precision
 _LONG = 1e300  # a time that stands for infinity without making phases NaN
 _REACH = (
     "The exact answer covers any order without a wall, order 1 with an elastic wall at any position, and a springpot "
@@ -36,7 +36,7 @@ _REACH = (
 
 
 @dataclass(frozen=True)
-class Exact(DensitiesOfAmplitude["Normals"]):
+class Exact(DensitiesOfAmplitude[Normals]):
     """The exact stationary state, and where it is known the way there from rest.
 
     Without a wall x and v are independent and normal.  With a dashpot and an elastic wall they are the same two
@@ -198,38 +198,6 @@ class Exact(DensitiesOfAmplitude["Normals"]):
         return relaxation(alpha, c).mean_squares(t)
 
 
-@dataclass(frozen=True)
-class Normals:
-    """Densities of two independent normals, the first cut off at the wall (NaN for none); dimensionless."""
-
-    units: Units
-    x_spread: float
-    v_spread: float
-    wall: float
-
-    def x(self, x: Floats) -> Floats:
-        """Density of the displacement."""
-        return normal(x, self.x_spread**2) if math.isnan(self.wall) else _cut_normal(x, self.x_spread, self.wall)
-
-    def v(self, v: Floats) -> Floats:
-        """Density of the velocity."""
-        return normal(v, self.v_spread**2)
-
-    def joint(self, x: Floats, v: Floats) -> Floats:
-        """Density of both."""
-        return np.asarray(self.x(x) * self.v(v))
-
-    def amplitude(self, amplitude: Floats) -> Floats:
-        """Density of sqrt(x^2 + v^2)."""
-        if math.isnan(self.wall):
-            return hoyt(amplitude, self.x_spread**2, self.v_spread**2)
-        return _cut_rayleigh(amplitude, self.x_spread, self.wall)
-
-    def impact_speed(self, speed: Floats) -> Floats:
-        """Density of the speed just before an impact."""
-        return rayleigh(speed, 2.0 * self.v_spread**2)
-
-
 @np.errstate(all="ignore")  # what is not finite is no answer
 def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     """Solve a system exactly, where that can be done.
@@ -331,7 +299,7 @@ def exact_state(system: System, paper: Dimensionless) -> tuple[Moments | str, No
     law = Normals(units, math.sqrt(x_mean_square), spread, math.nan)
     if paper.barrier is not None:
         k = problem.position / spread
-        hazard = _hazard(k)
+        hazard = hazard_of(k)
         x_mean, x_mean_square = spread * hazard, v_mean_square * (1.0 + k * hazard)
         hit = hazard / math.sqrt(2.0 * math.pi), math.sqrt(math.pi / 2.0 * v_mean_square), 2.0 * v_mean_square
         law = Normals(units, spread, spread, problem.position)
@@ -340,38 +308,3 @@ def exact_state(system: System, paper: Dimensionless) -> tuple[Moments | str, No
         c = problem.coefficient
         return f"There is no stationary state in floating point: C Omega^(alpha-2) = {c:g} is too small.", None
     return moments, law
-
-
-def _hazard(k: float) -> float:
-    """phi(k) / (1 - Phi(k)), the inverse of Mills' ratio; 0 where it is below double precision."""
-    from scipy import special  # slow to import, and most runs need none of it
-
-    return math.sqrt(2.0 / math.pi) / float(special.erfcx(k / math.sqrt(2.0)))
-
-
-def _cut_normal(value: Floats, spread: float, wall: float) -> Floats:
-    """Normal density on value >= wall, normalized there."""
-    from scipy import special  # slow to import, and most runs need none of it
-
-    k = wall / spread
-    z = np.clip(value / spread - k, -1.0, _FAR + abs(k))
-    if k > 0.0:  # k^2 is taken out by hand: under a deep preload it is huge
-        shape = _hazard(k) * np.exp(-z * (k + z / 2.0))
-    else:
-        shape = np.exp(-((z + k) ** 2) / 2.0) / (math.sqrt(2.0 * math.pi) * float(special.ndtr(-k)))
-    return np.asarray(np.where(z >= 0.0, shape, 0.0) / spread)
-
-
-def _cut_rayleigh(amplitude: Floats, spread: float, wall: float) -> Floats:
-    """Rayleigh density of an amplitude whose phase is uniform on the arc beyond the wall."""
-    from scipy import special  # slow to import, and most runs need none of it
-
-    k = wall / spread
-    a = np.clip(amplitude / spread, 0.0, _FAR + abs(k))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        arc = np.arccos(np.clip(np.nan_to_num(k / a), -1.0, 1.0)) / math.pi
-    if k > 0.0:  # 1 - Phi(k) = exp(-k^2 / 2) erfcx(k / sqrt 2) / 2
-        shape = np.exp(-np.maximum(a - k, 0.0) * (a + k) / 2.0) * 2.0 / float(special.erfcx(k / math.sqrt(2.0)))
-    else:
-        shape = np.exp(-a * a / 2.0) / float(special.ndtr(-k))
-    return np.asarray(a * arc * shape / spread)

@@ -24,7 +24,7 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import finite_array
-from springpot.theory.methods.exact import Normals, exact_of_paper, exact_state
+from springpot.theory.methods.exact import exact_of_paper, exact_state
 from springpot.theory.methods.memory_closure.correlation import (
     folded_correlation,
     folded_spectrum,
@@ -33,6 +33,7 @@ from springpot.theory.methods.memory_closure.correlation import (
 from springpot.theory.methods.memory_closure.memory import Loop
 from springpot.theory.methods.memory_closure.plane import Plane
 from springpot.theory.methods.memory_closure.steps import least_loss, light_loss, solve_with_wall
+from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless, problem_and_units
 from springpot.theory.result import ROUNDED, Moments
