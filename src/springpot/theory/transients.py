@@ -35,6 +35,7 @@ from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.linearization import NearestLinear, nearest_in_time
 from springpot.theory.methods.systems.states import States, states_of
 from springpot.theory.normal_modes import free_motion
+from springpot.theory.numerics.panels import panel_rule
 
 _REACH = "The transient covers systems from rest"
 _STEPS = 800  # of the time that is asked for, and of an envelope
@@ -291,6 +292,8 @@ def _driven_white(
     """Mean squares under the noises that white noise drives, at the times that were asked for."""
     from scipy import linalg  # slow to import
 
+    from springpot.theory.numerics.white_noise import gathered
+
     noises = [(noise, vector) for noise, vector, _ in states.inputs if not isinstance(noise, SpectralExcitation)]
     changing = any(getattr(noise, "frequency_rate", 0.0) for noise, _ in noises)
     size, known = len(states.rates), dict[float, tuple[Floats, list[Floats]]]()
@@ -300,34 +303,20 @@ def _driven_white(
             rates = states.rates_at(begin + 0.5 * length) if changing else states.rates
             half: Any = linalg.expm(0.5 * length * rates)
             vectors = [vector for _, vector in noises]
-            gathered = [_simpson(half, b, length) if changing else _gathered(rates, b, length) for b in vectors]
-            known = {length: (half @ half, gathered)} if changing else {**known, length: (half @ half, gathered)}
-        moved, gathered = known[length]
+            brought = [
+                _simpson(half, b, length) if changing else gathered(length * rates, length * np.outer(b, b))[1]
+                for b in vectors
+            ]
+            known = {length: (half @ half, brought)} if changing else {**known, length: (half @ half, brought)}
+        moved, brought = known[length]
         covariance = beyond.act(covariance, 0.5 * length) if beyond else covariance
         covariance = moved @ covariance @ moved.T
-        for (noise, _), more in zip(noises, gathered, strict=True):
+        for (noise, _), more in zip(noises, brought, strict=True):
             covariance += _mean_square(noise, begin, length) * more
         covariance = beyond.act(covariance, 0.5 * length) if beyond else covariance
         if is_asked:
             found.append(np.einsum("ri,ij,rj->r", seen, covariance, seen))
     return np.array(found)
-
-
-def _gathered(rates: Floats, b: Floats, length: float) -> Floats:
-    """The covariance that a white noise brings in a step: that of a short one, which is doubled."""
-    from scipy import linalg  # slow to import
-
-    halvings = max(0, math.ceil(math.log2(max(length * float(np.abs(rates).sum(axis=1).max()), 1e-300))) + 1)
-    size, short = len(rates), length * 0.5**halvings
-    joint = np.zeros((2 * size, 2 * size))
-    joint[:size, :size], joint[:size, size:], joint[size:, size:] = -rates, np.outer(b, b), rates.T
-    power: Any = linalg.expm(short * joint)
-    step = power[size:, size:].T
-    spread = step @ power[:size, size:]
-    for _ in range(halvings):
-        spread = spread + step @ spread @ step.T
-        step = step @ step
-    return np.asarray(0.5 * (spread + spread.T))
 
 
 def _simpson(half: Floats, b: Floats, length: float) -> Floats:
@@ -394,6 +383,4 @@ def _frequencies(noise: SpectralExcitation, values: Any, end: float) -> tuple[Fl
         edges.append(w)
         if len(edges) * _NODES > _MOST_FREQUENCIES:
             raise NotCoveredError(f"{_REACH}, with at most {_MOST_FREQUENCIES:,} frequencies of a spectral excitation.")
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (np.array(edges)[1:] + np.array(edges)[:-1])[:, None]
-    return (middle + half * nodes).ravel(), (half * weights).ravel()
+    return panel_rule(edges, _NODES)

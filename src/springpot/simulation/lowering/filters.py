@@ -22,6 +22,7 @@ from scipy import linalg
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.sources import Filter, Filtered
+from springpot.theory.numerics.white_noise import gathered
 
 _DOUBLINGS = 80
 _FASTER = 1e9  # of two rates
@@ -129,7 +130,7 @@ def over_a_step(block: Filter) -> tuple[Floats, Floats, Floats]:
     size = block.output.size + 1
     generator = np.zeros((size, size))
     generator[:-1, :-1], generator[-1, :-1] = block.matrix, block.output
-    step, spread = _transition(generator, linalg.block_diag(block.noise, np.zeros((1, 1))))
+    step, spread = gathered(generator, linalg.block_diag(block.noise, np.zeros((1, 1))))
     return step, spread, _stationary(block)
 
 
@@ -140,25 +141,6 @@ def _stationary(block: Filter) -> Floats:
     if alone and np.abs(rates).max() > _FASTER * np.abs(rates).min():  # where SciPy's solver loses the slower one
         return np.asarray(-block.noise / np.add.outer(rates, rates))
     return np.asarray(linalg.solve_continuous_lyapunov(block.matrix, -block.noise))
-
-
-def _transition(generator: Floats, noise: Floats) -> tuple[Floats, Floats]:
-    """exp(A) and the covariance that a linear equation gathers in a unit of time, for rates of any size.
-
-    Van Loan's exponential overflows for fast decay, so short times are doubled: P(2 t) = P P, and the covariance of the
-    first half is carried through the second.
-    """
-    halvings = max(0, math.ceil(math.log2(max(float(np.abs(generator).sum(axis=1).max()), 1e-300))) + 1)
-    size, short = len(generator), 0.5**halvings
-    joint = np.zeros((2 * size, 2 * size))
-    joint[:size, :size], joint[:size, size:], joint[size:, size:] = -generator, noise, generator.T
-    power = linalg.expm(short * joint)
-    step = power[size:, size:].T
-    spread = step @ power[:size, size:]
-    for _ in range(halvings):
-        spread = spread + step @ spread @ step.T
-        step = step @ step
-    return step, 0.5 * (spread + spread.T)
 
 
 def _root(covariance: Floats) -> Floats:
