@@ -48,7 +48,7 @@ class Level:
     halved : bool
         Whether the noise is that of half the step, summed in pairs.
     rows : ndarray, shape (paths, len(COLUMNS))
-    counted : ndarray, shape (paths, 3 times the walls that are completed)
+    counted : ndarray, shape (paths, 2 times the walls that are completed)
         Counts of `counts_of_fast_impacts`.
     """
 
@@ -75,11 +75,9 @@ class Level:
             observers=counts_of_fast_impacts(self.simulation),
             progress=progress,
         )
-        rows = np.concatenate([self.rows, ensemble.rows])
+        counted = np.stack([np.empty(more), *(of_wall[:, 0] for of_wall in ensemble.observed)], axis=1)[:, 1:]
         return replace(
-            self,
-            rows=rows,
-            counted=np.concatenate([self.counted, np.hstack([np.empty((more, 0)), *ensemble.observed])]),
+            self, rows=np.concatenate([self.rows, ensemble.rows]), counted=np.concatenate([self.counted, counted])
         )
 
     def samples(self) -> dict[str, Floats]:
@@ -159,7 +157,7 @@ def _without_paths(simulation: Simulation, stream: int) -> Level:
         stream,
         False,
         np.empty((0, len(simulation.parts.columns))),
-        np.empty((0, 3 * len(simulation.motion.completed))),
+        np.empty((0, 2 * len(simulation.motion.completed))),
     )
 
 
@@ -170,7 +168,10 @@ def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], 
     that is longer.
     """
     relaxation = motion.scales.forgetting_time
-    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), _slow_time(motion, rtol, wanted))
+    begin = max(
+        relaxation * math.log(max(3.0 / rtol, FORGET)),
+        *(_slow_time(creep, motion, rtol, wanted) for creep in motion.slow),
+    )
     if motion.is_thermal:
         begin = 0.0  # it starts from the stationary law
     fewest, most = RELAXATIONS
@@ -219,12 +220,8 @@ def first_pairs(simulation: Simulation, rtol: float) -> int:
     return -(-pairs // (2 * LANES)) * 2 * LANES
 
 
-def _slow_time(motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
+def _slow_time(creep: Creep | CreepOfSeveral, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
-    return max((_slow_time_of(creep, motion, rtol, wanted) for creep in motion.slow), default=0.0)
-
-
-def _slow_time_of(creep: Creep | CreepOfSeveral, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     if not creep.free:
         return 0.0
     values = dict.fromkeys(wanted, 1.0) | creep.free

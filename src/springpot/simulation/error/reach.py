@@ -220,7 +220,8 @@ def reach(
         report.block(0.0)
         plan = adapt(request.plan(step), paths=_pilots(motion, rtol), progress=report.block)
         levels = levels_of(plan)
-        _measure_speed(levels.pair_coarse, report)
+        first = levels.pair_coarse
+        report.clock.measure(*first.simulation.timed(stream=first.stream, halved=True, progress=report.block))
         pairs = first_pairs(levels.pair_coarse.simulation, rtol)
         if report.clock.seconds(levels.work(0, pairs)) > 0.25 * report.clock.left:
             pairs = FEWEST_PAIRS
@@ -323,11 +324,6 @@ def _pilots(motion: Motion, rtol: float) -> int:
     length = max(longest, min(scales.creep_time, 20.0 * cycles))
     wanted = fewest * max(1.0, (PILOTS_DO / rtol) ** 2) * longest / length
     return int(min(max(wanted, 256.0), most))
-
-
-def _measure_speed(level: Level, report: _Report) -> None:
-    """Measure the path-steps per second with a short run."""
-    report.clock.measure(*level.simulation.timed(stream=level.stream, halved=level.halved, progress=report.block))
 
 
 def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:

@@ -15,43 +15,25 @@ equation at order 1 (b = 0, C = 0.2, h = 0.05, 100,000 paths): 0.59, 0.60, 0.61,
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
-from typing import Any
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, Observer
+from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.watch.observables import faster_than
 from springpot.theory.mckean import slow_impact_power
-
-_FIRST = len(HEADER)
 
 
 def counts_of_fast_impacts(simulation: Simulation) -> tuple[Observer, ...]:
-    """For each of the walls that `Motion.completed` has: counts, for each path, of the impacts faster than the resolved
-    speed and of those faster than twice that speed."""
-    found = []
-    for before, walls in simulation.motion.completed.items():
-        initial = np.zeros(3 * LANES)
-        initial[:LANES] = walls.resolved_speed(simulation.settings.step) / simulation.parts.units.speed
-        found.append(Observer(None, _counter(), initial, per_path=True, stop=before.removesuffix("_")))
-    return tuple(found)
-
-
-@cache
-def _counter() -> Any:
-    @callback(ON_IMPACTS)
-    def count_fast(count, speed, lane, array):  # type: ignore[no-untyped-def]
-        limit = array[_FIRST + lane]
-        if speed > limit:
-            array[_FIRST + LANES + lane] += count
-        if speed > 2.0 * limit:
-            array[_FIRST + 2 * LANES + lane] += count
-
-    return count_fast
+    """For each of the walls that `Motion.completed` has: the impacts of each path that are not slower than the resolved
+    speed, and those that are not slower than twice that speed."""
+    step = simulation.settings.step
+    return tuple(
+        faster_than(times * walls.resolved_speed(step), before.removesuffix("_"))
+        for before, walls in simulation.motion.completed.items()
+        for times in (1.0, 2.0)
+    )
 
 
 def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], counted: Floats) -> dict[str, Floats]:
@@ -61,12 +43,12 @@ def with_completed_rate(simulation: Simulation, samples: dict[str, Floats], coun
     ----------
     simulation : Simulation
     samples : dict
-    counted : ndarray, shape (paths, 3 times the walls that are completed)
+    counted : ndarray, shape (paths, 2 times the walls that are completed)
         Counts of the observers of `counts_of_fast_impacts`.
     """
     result, completed = samples, simulation.motion.completed
     for n, before in enumerate(completed):
-        result = result | _completed(simulation, samples, before, counted[:, 3 * n + 1], counted[:, 3 * n + 2])
+        result = result | _completed(simulation, samples, before, counted[:, 2 * n], counted[:, 2 * n + 1])
     walls = list(simulation.motion.touched)
     for wall in walls if len(walls) == 1 and "" in completed else ():  # its numbers are those of all impacts
         result |= {f"{wall}_{name}": result[name] for name in ("impact_rate", "impact_speed_mean")}

@@ -10,7 +10,6 @@ runs with the same normals; a last pilot run with independent normals measures t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -53,7 +52,7 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
     most = min(max(plan.settings.paths, PILOT_PATHS[0]), PILOT_PATHS[1]) if paths is None else paths
     pilot = _pilot(plan, most)
     alive = None if progress is None else (lambda _: progress(0.0))
-    sign, walls = motion.sign, _Walls(*sorted((motion.sign * motion.low, motion.sign * motion.high)))
+    sign, (low, high) = motion.sign, sorted((motion.sign * motion.low, motion.sign * motion.high))
     now = sign * motion.scales.mean
     if pilot.settings.window[0] < SETTLED * motion.scales.energy_time:
         return plan.started_at(Adapted(sign * now, None, None, None, 0))
@@ -74,32 +73,20 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
         # impacts separate paths with the same normals, so that two pilots differ at least by their standard errors
         if abs(reached - now) <= max(WANTED * spread, error) or len(tried) == MOST_PILOTS:
             break
-        now = walls.nearest(now + (reached - now) / (1.0 - _slope(tried)))
+        now = min(max(low, now + (reached - now) / (1.0 - _slope(tried))), high)
     check, its_error, spread = mean(now, 2)
     if not 0.0 < spread < math.inf:
         raise ValueError(TOO_FAR_APART)
     # the fixed point from the last two pilots, which have independent normals
     settled = now + (0.5 * (reached + check) - now) / (1.0 - _slope(tried))
     found = Adapted(
-        position=sign * walls.nearest(settled),
+        position=sign * min(max(low, settled), high),
         residual=abs(check - now) / spread,
         residual_se=its_error / spread,
         error=0.5 * math.hypot(error, its_error) / (1.0 - _slope(tried)) / spread,
         pilots=len(tried) + 1,
     )
     return plan.started_at(found)
-
-
-@dataclass(frozen=True)
-class _Walls:
-    """Where x(0) may lie, seen from a wall below."""
-
-    low: float
-    high: float
-
-    def nearest(self, position: float) -> float:
-        """The nearest place between the walls."""
-        return min(max(self.low, position), self.high)
 
 
 def _slope(tried: list[tuple[float, float]]) -> float:

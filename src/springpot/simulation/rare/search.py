@@ -32,7 +32,6 @@ EVEN, UNEVEN = 0.4, 0.7  # standard deviation of the repetitions over their mean
 DOUBTFUL = 1.0  # the same above which their spread says little, or the largest share of one of them in their sum:
 LARGEST_SHARE = 0.3
 MOST_OF_A_RATE = 0.5  # share of one repetition in a rate from which on it is not known
-CONFIDENCE = 1.96  # standard errors on either side of a return period
 PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
 FARTHER = 0.25  # power of the paths of a repetition with which the coordinate grows at which it dies out
@@ -103,7 +102,7 @@ class ExceedanceCurve:
     @property
     def return_interval(self) -> tuple[Floats, Floats]:
         """Ends of the 95 % intervals of the return periods in s, which are those of their logarithms."""
-        factor = np.exp(CONFIDENCE * self.rate_error / self.rate)
+        factor = np.exp(NORMAL * self.rate_error / self.rate)
         return self.return_period / factor, self.return_period * factor
 
     @property
