@@ -16,7 +16,7 @@ from springpot.machine.faults import NotCoveredError, listed, meant, nearest, sh
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import parts_of_modes
-from springpot.problem.parts import Constant, Contact, Force, Mass, Point, ThermalNoise
+from springpot.problem.parts import Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
 from springpot.problem.parts.checks import fields_of, plain
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.parts.registration import Element, Part, kind_of
@@ -389,6 +389,11 @@ class System:
         """Coefficient of the linear dampers, without springpots of order 1, in N s/m."""
         linear: float = sum((part.linear_damping for part in self._acting), 0.0)
         return linear
+
+    @property
+    def dashpots(self) -> float:
+        """Coefficient of the linear dampers, with springpots of order 1, in N s/m."""
+        return self.damping + sum(pot.coefficient for pot in self.of(Springpot) if pot.order == 1.0)
 
     @property
     def natural_frequency(self) -> float:

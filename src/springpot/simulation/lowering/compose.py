@@ -94,12 +94,6 @@ class Parts(Composed):
         return advance
 
     @property
-    def half_drift(self) -> tuple[float, float, float]:
-        """Of the circle of the linear spring."""
-        phase = 0.5 * self.frequency * self.scheme.step
-        return math.cos(phase), math.sin(phase), math.sin(phase)
-
-    @property
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """Those of one coordinate and one row."""
         of_sources = np.dtype(type(self.of_kernel()[1].zero))
@@ -207,10 +201,11 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     taps = tuple(taps_of(total.arms, memory, history, step))
     if len(taps) > MOST_FORCES:
         raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
+    phase = 0.5 * frequency * step  # of half a drift on the circle of the linear spring
     brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
     (low, high), modulated = settings.window_steps, list[tuple[Floats, Floats]]()
     for noise in (each for each in total.modulated if each.intensity > 0.0 and not each.multiplies):
-        squares = noise.values(units, step, settings.steps)[1:] ** 2
+        squares = noise.squares(units, step, settings.steps)
         mean = float(squares[low:high].mean())
         own = np.array([[at_this_step.share * step * noise.intensity * mean]])
         modulated += [(own, squares / mean)] if mean > 0.0 else []
@@ -226,6 +221,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         load=load,
         memory=memory,
         start=Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), float(early)),
+        half_drift=(math.cos(phase), math.sin(phase), math.sin(phase)),
         drive=reduce(add, drives) if drives else np.zeros(0, settings.precision),
         frequency=frequency,
         expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
@@ -265,11 +261,7 @@ def _units(motion: Motion, position: float, velocity: float) -> Units:
     scales = motion.scales
     walls = [abs(end) for end in (motion.low, motion.high) if math.isfinite(end)]
     longest = max(scales.length, abs(position), abs(velocity) / scales.flight_frequency, *walls, 0.0)
-    return Units(
-        length=2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0,
-        time=2.0 ** round(-math.log2(scales.fastest_rate)),
-        sign=motion.sign,
-    )
+    return Units.near(longest, scales.fastest_rate, motion.sign)
 
 
 def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:

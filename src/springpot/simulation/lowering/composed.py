@@ -31,6 +31,9 @@ class Composed:
     ----------
     start : Start
         x and v at time 0, in the kernel's units.
+    half_drift : tuple of float
+        Shares of a place, and of a velocity over ``frequency``, in the place half a drift away; and the latter again
+        where a drift may turn in between.
     units : Units
     history : ExponentialSum
         The memory without units.
@@ -64,6 +67,7 @@ class Composed:
     """
 
     start: Start
+    half_drift: tuple[float, float, float]
     units: Units
     history: ExponentialSum
     expected_power: float
@@ -80,13 +84,6 @@ class Composed:
     damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
     readings: tuple[Reading, ...] = ()
     felt: FeltInKernel = field(default_factory=FeltInKernel)
-
-    @property
-    def half_drift(self) -> tuple[float, float, float]:
-        """Shares of a place, and of a velocity over ``frequency``, in the place half a drift away; and the latter
-        again where a drift may turn in between.
-        """
-        raise NotImplementedError
 
     @property
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:

@@ -111,10 +111,10 @@ def lowered_felt(
             for n, part in own.items():
                 share = unit * each.shares[n]
                 term[: len(part.springs)] += share * np.array(part.springs)
-                term[10] = share if _remembers(part) else term[10]
-                term[11] += share * _dashpots(part)
+                term[10] = share if part.remembers else term[10]
+                term[11] += share * part.dashpots
                 rough += [(order, share * c * g[e]) for order, c in part.springpots]
-            term[11] -= term[10] * sum(map(_dashpots, parts.values()))
+            term[11] -= term[10] * sum(part.dashpots for part in parts.values())
             for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
                 term = new_term(e)
                 term[12], term[15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
@@ -148,14 +148,6 @@ def lowered_felt(
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
     rows_of_terms = np.array(row, np.int64)
     return FeltInKernel(np.array(begin), rows_of_terms, whole, lacking, in_steps, scale, unit * length, length)
-
-
-def _remembers(part: Lowered) -> bool:
-    return bool(part.arms) or any(order != 1.0 for order, _ in part.springpots)
-
-
-def _dashpots(part: Lowered) -> float:
-    return sum(c for order, c in part.springpots if order == 1.0)
 
 
 def _lack_of(part: Excitation, step: float) -> float:

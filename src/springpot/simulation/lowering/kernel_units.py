@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from springpot.simulation.kernel.block import COLUMNS
@@ -22,6 +23,12 @@ class Units:
     length: float
     time: float
     sign: float
+
+    @classmethod
+    def near(cls, length: float, fastest: float, sign: float = 1.0) -> Units:
+        """Powers of two near a length and the time of a rate."""
+        near = 2.0 ** round(math.log2(length)) if length > 0.0 else 1.0
+        return cls(near, 2.0 ** round(-math.log2(fastest)), sign)
 
     @property
     def speed(self) -> float:

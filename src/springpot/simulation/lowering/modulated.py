@@ -61,10 +61,14 @@ class Modulation:
         middles = step * units.time * (np.arange(steps) + 0.5)
         return np.concatenate([self.envelope.at([0.0]), self.envelope.at(middles)])
 
+    def squares(self, units: Units, step: float, steps: int) -> Floats:
+        """e^2 in the middle of each step."""
+        return self.values(units, step, steps)[1:] ** 2
+
 
 def mean_squares(noise: Modulation, units: Units, step: float, edges: Sequence[int]) -> list[float]:
     """The intensity of white noise with its envelope, its means between each two of some steps; 0 of filtered noise."""
-    squares = noise.values(units, step, edges[-1])[1:] ** 2
+    squares = noise.squares(units, step, edges[-1])
     return [noise.intensity * float(squares[low:high].mean()) for low, high in itertools.pairwise(edges)]
 
 

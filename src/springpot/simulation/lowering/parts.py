@@ -157,6 +157,16 @@ class Lowered:
     barriers: tuple[tuple[str, Barrier], ...] = ()
     contacts: tuple[tuple[str, Contact], ...] = ()
 
+    @property
+    def remembers(self) -> bool:
+        """Whether its force depends on the past."""
+        return bool(self.arms) or any(order != 1.0 for order, _ in self.springpots)
+
+    @property
+    def dashpots(self) -> float:
+        """The coefficient of all dashpots together."""
+        return sum(c for order, c in self.springpots if order == 1.0)
+
     def __add__(self, other: Lowered) -> Lowered:
         size = max(len(self.springs), len(other.springs))
         padded = ((*one.springs, *(0.0,) * (size - len(one.springs))) for one in (self, other))

@@ -121,11 +121,6 @@ class PartsOfSeveral(Composed):
         return 1.0, observer.place / self.units.length
 
     @property
-    def half_drift(self) -> tuple[float, float, float]:
-        """Of a straight line."""
-        return 1.0, 0.5 * self.exact.step, 0.0
-
-    @property
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """All in the precision of the sweep."""
         kind, states = np.dtype(type(self.sweep.zero)), sum(named.states for named in self.named)
@@ -258,6 +253,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         memories=with_arrays(memories, kind),
         sources=_sources(given, kind, parts_of_step),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
+        half_drift=(1.0, 0.5 * frame.step, 0.0),
         units=units,
         unit_mass=frame.unit_mass,
         history=history,
@@ -371,7 +367,7 @@ def _shaken(frame: _Frame, settings: Settings) -> Iterator[_Shaken]:
             named = Named(f"parametric {n}", _no_law, 0, "expected")
             yield _Shaken(n, frame.step * total.parametric, np.zeros(0), named)
         for noise in total.modulated:
-            squares = noise.values(frame.units, frame.step, settings.steps)[1:] ** 2
+            squares = noise.squares(frame.units, frame.step, settings.steps)
             named = Named(f"parametric {noise.name}", _no_law, 0, "expected")
             yield _Shaken(n, frame.step * noise.intensity, squares, named)
 
@@ -402,10 +398,7 @@ def _units(plan: Plan) -> tuple[Units, float]:
     walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
     longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
     masses = np.diag(plan.system.coordinates.mass)
-    units = Units(
-        2.0 ** round(math.log2(longest)) if longest > 0.0 else 1.0, 2.0 ** round(-math.log2(scales.fastest_rate)), 1.0
-    )
-    return units, 2.0 ** round(float(np.log2(masses).mean()))
+    return Units.near(longest, scales.fastest_rate), 2.0 ** round(float(np.log2(masses).mean()))
 
 
 def _kind_of(springs: Floats) -> int:
@@ -572,12 +565,12 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
     for thermal in plan.system.of(ThermalNoise):
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         for n, (total, row) in enumerate(zip(frame.totals, frame.rows, strict=True)):
-            if _remembers(total):
+            if total.remembers:
                 own, hot = f"{name} of row {n}", replace(total, temperature=warm)
                 noise = thermal_noise(own, hot, step, plan.settings.steps, parts_of_step)
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif total.springpots:
-                white.append(math.sqrt(2.0 * warm * _dashpots(total)) * row)
+                white.append(math.sqrt(2.0 * warm * total.dashpots) * row)
     placed = [*_placed(given, parts_of_step, plan.settings.window_steps)]
     return np.array(white).reshape(-1, many), placed, constant
 
@@ -586,22 +579,14 @@ def _temperature(thermal: ThermalNoise, frame: _Frame) -> float:
     return lower(thermal.per_mass(frame.unit_mass), "", frame.units, frame.step).temperature
 
 
-def _remembers(total: Lowered) -> bool:
-    return bool(total.arms) or any(order != 1.0 for order, _ in total.springpots)
-
-
-def _dashpots(total: Lowered) -> float:
-    return sum(c for order, c in total.springpots if order == 1.0)
-
-
 def _of_thermal_noise(plan: Plan, parts: PartsOfSeveral, frame: _Frame) -> Iterator[Reading]:
     """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
     for thermal in plan.system.of(ThermalNoise):
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         white = sum(
-            warm * _dashpots(total) / float(mass)
+            warm * total.dashpots / float(mass)
             for total, mass in zip(frame.totals, frame.reduced, strict=True)
-            if not _remembers(total)
+            if not total.remembers
         )
         works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
         yield Reading(f"{name}_power", works, "time", frame.power * white)
@@ -637,27 +622,21 @@ def _placed(
 
 
 def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.Sources:
-    kinds = {
-        sources.Filtered: kernel.FILTERED, sources.Harmonic: kernel.HARMONIC, sources.Table: kernel.TABLE,
-        sources.Poisson: kernel.POISSON, sources.Modulated: kernel.MODULATED,
-        sources.ModulatedWhite: kernel.MODULATED,
-    }  # fmt: skip
     laws = [each.law for each in given]
+    kinds, tables, waves = zip(*map(_told, laws), strict=True) if laws else ((), (), ())
     filters = [law if isinstance(law, sources.Filtered) else None for law in laws]
     pairs = [np.zeros((0, 20)) if law is None else law.pairs for law in filters]
     starts = [np.zeros((0, 0)) if law is None else law.start for law in filters]
-    tables = [*map(_table_of, laws)]
     wide = max((start.shape[1] for start in starts), default=0)
     starts = [np.pad(start, ((0, 0), (0, wide - start.shape[1]))) for start in starts]
     newest = [np.zeros(4) if law is None else law.newest for law in filters]
-    waves = [*map(_wave_of, laws)]
 
     def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
         return np.array(numbers, np.int64)
 
     return kernel.Sources(
         parts_of_step,
-        whole([kinds[type(law)] for law in laws]),
+        whole(kinds),
         whole([getattr(law, "word", 0) for law in laws]),
         whole([getattr(law, "place", 0) for law in laws]),
         _begins(pairs),
@@ -671,30 +650,21 @@ def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.S
     )
 
 
-def _table_of(law: Any) -> Floats:
+def _told(law: Any) -> tuple[int, Floats, tuple[float, float]]:
+    """The kind of a law in the kernel, its table, and two numbers of it."""
     match law:
+        case sources.Filtered():
+            return kernel.FILTERED, np.asarray(law.envelope), (0.0, 0.0)
+        case sources.Harmonic():
+            return kernel.HARMONIC, np.zeros(0), (law[2], law[3])
+        case sources.Poisson():
+            return kernel.POISSON, np.asarray(law.envelope), (law[2], law[3])
         case sources.Table():
-            return np.asarray(law.impulses).ravel()
+            return kernel.TABLE, np.asarray(law.impulses).ravel(), (len(law.impulses), law.drawn)
         case sources.ModulatedWhite():
-            return np.asarray(law.roots)
-        case sources.Modulated():
-            return np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
-        case sources.Filtered() | sources.Poisson():
-            return np.asarray(law.envelope)
-    return np.zeros(0)
-
-
-def _wave_of(law: Any) -> tuple[float, float]:
-    match law:
-        case sources.Harmonic() | sources.Poisson():
-            return float(law[2]), float(law[3])
-        case sources.Modulated():
-            return float(law.seen.shape[1]), float(law.roots.size)
-        case sources.ModulatedWhite():
-            return 0.0, float(law.roots.size)
-        case sources.Table():
-            return float(len(law.impulses)), float(law.drawn)
-    return 0.0, 0.0
+            return kernel.MODULATED, np.asarray(law.roots), (0.0, law.roots.size)
+    table = np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
+    return kernel.MODULATED, table, (law.seen.shape[1], law.roots.size)
 
 
 def _precision(settings: Settings, noisy: bool) -> str:

@@ -274,14 +274,16 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
     energy_time = theta / taken if taken > 0.0 else math.inf
-    own_time, yielding = max(map(time_of_its_own, unit.parts)), _yielding_time(unit, law)
+    # the dashpots that the fast motion makes of parts that yield, for slow displacements
+    yielded = sum(slow_dashpot(part, theta, law.frequency**2) for part in unit.of(Yielding))
+    own_time, yielding = max(map(time_of_its_own, unit.parts)), _overdamped_time(yielded, law.frequency)
     settled = max(energy_time, own_time, _hopping_time(law, potential))
     forgetting = _GUESSED * max(energy_time, own_time, 2.0 / law.frequency, 0.5 * yielding)
     return Scales(
         frequency=law.frequency,
         fastest_rate=max(rates),
         energy_time=settled,
-        creep_time=max([_overdamped_time(unit, law), yielding, *creep]),
+        creep_time=max([_overdamped_time(unit.dashpots, law.frequency), yielding, *creep]),
         forgetting_time=forgetting,
         settling_time=max(settled, forgetting),
         flight_frequency=frequency,
@@ -360,17 +362,9 @@ def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Stop)
     return max(pressing, 0.0) / math.sqrt(law.temperature) if depth < 5.0 * law.temperature else 0.0
 
 
-def _overdamped_time(unit: System, law: BoltzmannLaw) -> float:
+def _overdamped_time(damping: float, frequency: float) -> float:
     """Time in which x forgets its start where dashpots are stronger than the spring of the same law."""
-    damping, w = unit.damping + sum(pot.coefficient for pot in unit.of(Springpot) if pot.order == 1.0), law.frequency
-    return damping / w**2 if damping > w else 0.0
-
-
-def _yielding_time(unit: System, law: BoltzmannLaw) -> float:
-    """The same where the fast motion makes dashpots of parts that yield, for slow displacements."""
-    square = law.frequency**2
-    damping = sum(slow_dashpot(part, law.temperature, square) for part in unit.of(Yielding))
-    return damping / square if damping > law.frequency else 0.0
+    return damping / frequency**2 if damping > frequency else 0.0
 
 
 def _creep_time(pot: Springpot, frequency: float) -> float:

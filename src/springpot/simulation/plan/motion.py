@@ -500,8 +500,7 @@ class Motion:
         'barrier is lossy, and no white noise acts '
         """
         system = self.system
-        dampers = system.damping + sum(pot.coefficient for pot in system.of(Springpot) if pot.order == 1.0)
-        thermal = self.is_thermal and dampers > 0.0
+        thermal = self.is_thermal and system.dashpots > 0.0
         smooth = system.of(*_SMOOTH)
         for name, wall in system.named():
             if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:

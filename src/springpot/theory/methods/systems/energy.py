@@ -252,7 +252,7 @@ def _thermal(unit: System) -> tuple[float, float]:
     memory = [name for name, part in unit.named() if part.remembers]
     if intensity > 0.0 and memory:
         raise NotCoveredError(f"{_REACH}, not white noise beside it with {memory[0]}.")
-    damping = _dashpots(unit)
+    damping = unit.dashpots
     if not damping and not memory:
         raise NotCoveredError(
             "ThermalNoise needs something that dissipates: a dashpot, a springpot, an arm or a circuit."
@@ -275,7 +275,7 @@ def _white(unit: System) -> tuple[float, float] | str:
         return "There is no random stationary state: nothing excites the motion."
     feed = sum(pump.coefficient * pump.length**2 for pump in pumps)
     mu = sum(pump.coefficient for pump in pumps)
-    linear, square = 2.0 / intensity * (_dashpots(unit) - feed), 0.0
+    linear, square = 2.0 / intensity * (unit.dashpots - feed), 0.0
     if pumps:
         _check_rayleigh(unit, mu)
         square = 2.0 / intensity * mu / unit.potential.coefficients[1]
@@ -299,11 +299,6 @@ def _check_rayleigh(unit: System, mu: float) -> None:
             f"{_REACH}; with a VanDerPol it needs a PolynomialDashpot with c3 = mu / Omega^2, here {wanted:.6g} per "
             f"unit mass and not {cubic:.6g}."
         )
-
-
-def _dashpots(unit: System) -> float:
-    """Coefficient of the linear dampers, springpots of order 1 among them."""
-    return unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0)
 
 
 def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:

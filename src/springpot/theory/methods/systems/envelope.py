@@ -414,7 +414,7 @@ def _problem(unit: System) -> Problem:
     return Problem(
         potential=unit.potential.seen_from(origin),
         origin=origin,
-        damping=unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0),
+        damping=unit.dashpots,
         elements=(
             *(pot for pot in unit.of(Springpot) if pot.remembers),
             *unit.of(FractionalMaxwell),

@@ -715,11 +715,10 @@ check_covered = companion_of
 
 def linear_moments(system: System, companion: Companion) -> Moments | str:
     """The stationary moments of a linear system, or why there are none."""
-    settled = _settled(companion)
-    if isinstance(settled, str):
+    if isinstance(settled := _settled(companion), str):
         return settled
-    companion = settled
-    seen, power = _Seen(companion), 0.0
+    companion, power = settled, 0.0
+    seen = _Seen(companion)
     if companion.groups:
         power += seen.power(companion.groups)
     for force in companion.harmonics:
@@ -764,16 +763,14 @@ def motions(companion: Companion, rows: Sequence[Floats]) -> list[tuple[float, f
 
     If there is no stationary state, why.
     """
-    settled = _settled(companion)
-    if isinstance(settled, str):
+    if isinstance(settled := _settled(companion), str):
         return settled
     return _Seen(settled).motions_within(np.array(rows)) if rows else []
 
 
 def pulled(companion: Companion, arms: Sequence[Maxwell]) -> list[tuple[float, float]] | str:
     """Mean squares of the velocity of each arm's elongation and of its force under noise; or why there are none."""
-    settled = _settled(companion)
-    if isinstance(settled, str):
+    if isinstance(settled := _settled(companion), str):
         return settled
     seen, found = _Seen(settled), []
 

@@ -190,7 +190,7 @@ def check_covered(system: System) -> _Problem:
         noise=noises[0],
         pots=tuple(pot for pot in unit.of(Springpot) if pot.remembers),
         stops=unit.of(Barrier),
-        damping=unit.damping + sum(part.coefficient for part in unit.of(Springpot) if part.order == 1.0),
+        damping=unit.dashpots,
     )
 
 
