@@ -168,10 +168,8 @@ def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], 
     that is longer.
     """
     relaxation = motion.scales.forgetting_time
-    begin = max(
-        relaxation * math.log(max(3.0 / rtol, FORGET)),
-        *(_slow_time(creep, motion, rtol, wanted) for creep in motion.slow),
-    )
+    slow = (_slow_time(creep, motion, rtol, wanted) for creep in motion.slow)
+    begin = max([relaxation * math.log(max(3.0 / rtol, FORGET)), *slow])
     if motion.is_thermal:
         begin = 0.0  # it starts from the stationary law
     fewest, most = RELAXATIONS
