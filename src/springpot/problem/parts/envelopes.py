@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
 from springpot.problem.parts.checks import Checked, put, tabulated
 from springpot.problem.parts.registration import Number, check, kind_of, stated_numbers
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
+    from springpot.machine.arrays import Floats
 
 __all__ = ["Envelope", "ExponentialEnvelope", "JenningsHousnerEnvelope", "TabulatedEnvelope"]
 
