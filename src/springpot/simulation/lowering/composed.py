@@ -98,7 +98,7 @@ class Composed:
         """Of an observer's array."""
         (length, speed), (frequency, wall) = self.units.state, self.frequency_and_wall(observer)
         if observer.feels:
-            frequency, wall = self.felt.scale, self.felt.roughness(observer.feels[0])
+            frequency, wall = self.felt.scale, self.felt.exceeding(observer.feels[0])
         speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
         return [length, speed, self.units.time, frequency, wall, LANES]
 

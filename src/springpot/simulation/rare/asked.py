@@ -38,7 +38,7 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import LEVELS, Seen
 from springpot.simulation.watch.distributions import observer_of
-from springpot.simulation.watch.first_passage import SHIFT, SHIFT_OF_FORCE
+from springpot.simulation.watch.first_passage import SHIFT
 from springpot.simulation.watch.observables import is_taken, mean_of
 
 SPACING = 0.05  # of kept states, in units of the mean square of v
@@ -203,7 +203,7 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
         constants[at - _FIRST : at - _FIRST + np.size(value)] = value
 
     if kind == "force":
-        over = SHIFT_OF_FORCE * parts.felt.roughness(seen.feels[0])
+        over = parts.felt.exceeding(seen.feels[0])
     else:  # by which noise lets velocities exceed the observed ones
         over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)

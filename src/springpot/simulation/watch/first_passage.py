@@ -11,8 +11,8 @@ States are observed at the ends of steps.  Passages between two of them are dete
   values by 0.5826 s sqrt(h) on average near the level, where s^2 is the rate of their variance (Broadie, Glasserman and
   Kou, "A continuity correction for discrete barrier options", Math. Finance 7, 1997).  The level is lowered by that.
   For an observable s comes from its difference in v.  With an envelope q is that of the step.
-- A force or an acceleration is seen as its mean over each step.  What its mean square lacks by that tells how rough it
-  is, and the level is lowered by a number times the root of it, which is right for a dashpot under white noise.
+- A force or an acceleration is seen as its mean over each step.  The level is lowered by what its values between
+  exceed these means on average: like h^(3/2 - order) for a springpot under white noise, which random walks gave.
 - At an impact on the one rigid wall the state just before it is checked too: position of the wall, and the impact
   speed.
 """
@@ -48,7 +48,6 @@ from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTi
 Wanted = Mapping[str, Any]
 
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
-SHIFT_OF_FORCE = 0.894  # the same of means of two neighbouring values, by 40,000 random walks
 SETTLED = 2.0  # relaxation times after which the rate of passages is assumed constant
 MOST_LEVELS = 1000
 ROUNDED = 1e-9  # relative to a level: what vector code may round otherwise
@@ -176,7 +175,7 @@ def _observer(
     if settings.window_steps[0] == 0 and settings.initial_position is not None and not seen.feels:
         x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
         initial[2:5] = np.array([[1.0], [x], [v]])
-    root = SHIFT_OF_FORCE if seen.feels else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
+    root = 1.0 if seen.feels else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
     middle = 0.0 if math.isnan(reference) else reference
     slack = ROUNDED * (np.abs(kernels).max() + abs(middle))
     in_steps = _FIRST + initial.size if motion.is_modulated else 0
