@@ -20,7 +20,7 @@ from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 
-EXCEEDED_BY_NOISE = 0.771  # its excess over its means over steps, per root of its variance's rate, by random walks
+EXCEEDED_BY_NOISE = 0.771  # by which colored noise exceeds its means over steps, per root of its variance's rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +164,8 @@ def lowered_felt(
 def _exceeded(order: float, step: float) -> float:
     """By how much the force of a springpot exceeds its means over steps, per standard deviation of an impulse.
 
-    Near a maximum the force is that of fractional noise.  The number is that of 10,000 random walks of it for each of
-    eleven orders, and is within 3 % of them from order 0.4 on; it is 0.894 for a dashpot.
+    Near a maximum the force is that of fractional noise.  The number is from 5,000 random walks or more of it for each
+    of eleven orders, within 3 % of them from order 0.4 on; for a dashpot it is that of 40,000.
     """
     smoother = 1.0 - order
     return float(step**smoother * 0.894 / (1.0 + 2.85 * smoother + 1.6 * smoother**2))
