@@ -1,7 +1,7 @@
 """A disk cache of compiled kernels that never returns a wrong one.
 
 Numba's own cache checks only the file in which a function is defined, but a kernel is compiled from several.  So the
-key also contains a digest of every source file of this folder, and of the function's own file.  Numba also numbers its
+key also contains a digest of every source file of this folder, and of the function's own.  Numba also numbers its
 files in one index, and two processes that compile at the same time can mix them up; here each function has its own
 file, named by its key, with the key and a checksum in it.
 
@@ -44,9 +44,13 @@ try:  # private names of Numba: where one is missing nothing is cached
 except ImportError:
     FunctionCache = None
 
-_SOURCES = b"".join(f.read_bytes() for f in sorted(Path(__file__).parents[1].rglob("*.py")))
+
+def _sources(folder: Path) -> bytes:
+    return b"".join(file.read_bytes() for file in sorted(folder.glob("*.py")))
+
+
 _COMPILER = f"{numba.__version__} {llvmlite.__version__} {sys.version} {QUICK}"
-_DIGEST = hashlib.sha256(_SOURCES + _COMPILER.encode()).hexdigest()
+_DIGEST = hashlib.sha256(_sources(Path(__file__).parent) + _COMPILER.encode()).hexdigest()
 _LARGEST = 64 << 20  # bytes of a file; kernels take less than one MiB
 _IF_UNTESTED = () if QUICK else (Exception,)  # what another Numba may raise costs a compilation, no more
 _HERE = __name__.rpartition(".")[0]
@@ -95,7 +99,7 @@ class _Cache(FunctionCache or object):  # type: ignore[misc]
         try:
             base = numba.config.CACHE_DIR or user_cache_dir("springpot", appauthor=False)
             folder, source = Path(base) / "kernels", Path(inspect.getfile(function))
-            self._own = hashlib.sha256(source.read_bytes()).hexdigest()
+            self._own = hashlib.sha256(_sources(source.parent)).hexdigest()
             make_folder(folder)
             tempfile.TemporaryFile(dir=folder).close()
         except UntrustedFolderError as error:
