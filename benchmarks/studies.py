@@ -13,7 +13,7 @@ from typing import Any
 
 from benchmarks.measure import Row, best_wall
 from springpot.studies import Study, open_store, read_study, run_study
-from springpot.studies.tasks import Answer, columns_of, compute, tasks
+from springpot.studies.tasks import Answer, compute, tasks
 
 __all__ = ["studies"]
 
@@ -62,7 +62,7 @@ def _status(place: Path, count: int) -> Row:
     study = _grid("status", ["averaging"], count)
     store = open_store(place / "status.zarr", study)
     for task in tasks(study):
-        store.write(task, Answer((1.0,) * len(columns_of(task.method)), "", ()))
+        store.write(task, Answer((1.0,) * len(study.columns_of(task.method)), "", ()))
     words = [sys.executable, "-m", "springpot", "study", "status", str(store.path)]
     seconds = best_wall(lambda: subprocess.run(words, check=True, capture_output=True), 5)
     return Row(SECTION, f"study status, {count:,} tasks", seconds, "s wall", note="goal: at most 5 s")
