@@ -25,7 +25,7 @@ from springpot.simulation.lowering import compose
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 
-__all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of"]
+__all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of", "shares_of_limit"]
 
 # one mode of one path in a group of four steps: 4 multiply-adds to take the increments in, and 4 to exert the force on
 # the next four steps.  The one addition beside them is not counted: some processors have units of its own for it.
@@ -251,7 +251,7 @@ def one_core(quick: bool) -> list[Row]:
         whole, plain, as_run = (taken[name] for name in kernels)
         division = {name: taken[name] for name in alone}
         division["walls, sums and the rest"] = whole - sum(division.values())
-        first += _limit(f"one core, {word} memory", repeats * FLOPS_OF_CHAINS / seconds["chains"] / 1e9, taken)
+        first += shares_of_limit(f"one core, {word} memory", repeats * FLOPS_OF_CHAINS / seconds["chains"] / 1e9, taken)
         first += [
             Row(
                 f"one core, {word} memory", f"of it {name}", value, "ns per path-step", value / whole, "the whole", note
@@ -277,7 +277,7 @@ def one_core(quick: bool) -> list[Row]:
     return first + second
 
 
-def _limit(section: str, chains: float, taken: Mapping[str, float]) -> list[Row]:
+def shares_of_limit(section: str, chains: float, taken: Mapping[str, float]) -> list[Row]:
     """Multiply-adds of chains (in Gflop/s), of the memory modes alone and within the whole, whose ns are ``taken``.
 
     The most that any kernel does is the limit: what a processor has done, it can do.
