@@ -108,6 +108,7 @@ def test_a_section_measured_on_its_own_names_its_machine() -> None:
 SLOW = {"systems", "paper_by_history", "start_up", "studies", "many_cores"}  # compile much, or start processes
 
 
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 @pytest.mark.parametrize(
     "section",
     [validation(each) if each.__name__ in SLOW else each for each in SECTIONS],
@@ -124,6 +125,7 @@ def test_every_section_runs_to_its_end(section) -> None:  # type: ignore[no-unty
         assert row.ratio_to != LIMIT or 0.0 < (row.ratio or 0.0) <= 1.0, row
 
 
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 def test_the_smallest_parts_of_the_other_sections_run(tmp_path) -> None:  # type: ignore[no-untyped-def]
     assert [row.ratio for row in systems(True, {"oscillator": Oscillator()})] == [1.0]
     assert 0.0 < one_thread(4, 8) < 60.0
