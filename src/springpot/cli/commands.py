@@ -429,7 +429,7 @@ app.command(
 app.command(
     "springpot.cli.designing:design",
     name="design",
-    help="Design: choose the free numbers of a system so that limits hold and a cost is least.\n\n"
+    help="Design: choose the free numbers of a system so that limits hold and a cost is least or a gain greatest.\n\n"
     "Example: springpot design device.toml --minimize c --below impact_rate 0.2",
 )
 app.command(
