@@ -125,8 +125,8 @@ def design(
     try:
         with Bar("designing", first="searching") as bar:
             found = find(
-                system, minimize, limits, maximize=maximize, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
-                method=method, max_time=max_time, threads=threads, progress=bar,
+                system, minimize, limits, maximize=maximize, seed=seed, rtol=rtol, cost_rtol=cost_rtol,
+                probability=probability, method=method, max_time=max_time, threads=threads, progress=bar,
             )  # fmt: skip
     except ValueError as fault:  # in the words of the command
         said = str(fault).replace("subject_to", "--below and --above")

@@ -204,7 +204,9 @@ def _range(low: float, high: float, open_low: bool) -> str:
     return f"in {'(' if open_low else '['}{low:g}, {high:g}]"
 
 
-def named_arguments(who: str, function: Callable[..., float], known: Iterable[str], what: str, most: int = 0) -> list[str]:
+def named_arguments(
+    who: str, function: Callable[..., float], known: Iterable[str], what: str, most: int = 0
+) -> list[str]:
     """The names of the arguments of a user's function, which say what it takes, if all are known.
 
     Parameters

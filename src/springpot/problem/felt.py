@@ -9,6 +9,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
+from springpot.problem.coordinates import product_of
 from springpot.problem.messages import Message, say
 from springpot.problem.parts import (
     Barrier,
@@ -105,10 +106,10 @@ def felt_in(system: System) -> dict[str, Felt]:
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
         light = at.accelerations(row)
-        loads = {n: share for n, own in pushed.items() if (share := float(light @ own))}
+        loads = {n: share for n, own in pushed.items() if (share := product_of(light, own))}
         constant = sum(share * parts[n].force for n, share in loads.items() if isinstance(parts[n], Constant))
         loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
-        shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
+        shares = {n: share for n in elements if n not in unseen and (share := -product_of(light, rows[n]))}
         reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
         found[name] = Felt(shares | loads, constant, reason, row)
     return found
@@ -141,7 +142,7 @@ def about_shocks(system: System, names: Iterable[str], values: Mapping[str, floa
         if name == "force_on_ground":
             struck = [wall for wall in walls if wall in system.grounded]
         elif (row := felt[name].row if name in felt else None) is not None:
-            struck = [wall for wall, elongation in walls.items() if float(at.accelerations(row) @ elongation)]
+            struck = [wall for wall, elongation in walls.items() if product_of(at.accelerations(row), elongation)]
         else:
             continue
         if struck:

@@ -18,6 +18,7 @@ import numpy as np
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
+from springpot.problem.coordinates import product_of
 from springpot.problem.parts import (
     Barrier,
     Contact,
@@ -451,12 +452,12 @@ class MotionOfSeveral(Motion):
             return 1.0 if time is None else part.square_at(time)
 
         white = sum(
-            over(parts[name]) * parts[name].intensity * float(turned @ force) ** 2
+            over(parts[name]) * parts[name].intensity * product_of(turned, force) ** 2
             for name, force in coordinates.forces.items()
             if isinstance(parts[name], WhiteNoise)
         )
         warm = sum(
-            2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
+            2.0 * thermal[0].temperature * parts[name].linear_damping * product_of(turned, own) ** 2
             for name, own in (coordinates.elongations.items() if thermal else ())
         )
         shaken = 0.0
@@ -465,7 +466,7 @@ class MotionOfSeveral(Motion):
                 own = coordinates.elongations[name]
                 alike = np.array_equal(own, row) or np.array_equal(own, -row)
                 size = place if alike and place is not None else self.modes.spread(own)
-                shaken += over(part) * part.intensity * (size * float(turned @ own)) ** 2
+                shaken += over(part) * part.intensity * (size * product_of(turned, own)) ** 2
         return white + warm + shaken
 
     @cached_property
