@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import check_points, column, fixed, frequencies
+from springpot.fitting.columns import Measured, check_points, column, fixed, frequencies
 from springpot.fitting.motion_data import Of, check_of
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
@@ -17,8 +17,8 @@ from springpot.problem.parts.checks import put
 _MOST_ERROR = 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredFrequencyResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredFrequencyResponse(Measured):
     """The complex response to a force on the mass or to an acceleration of the ground, against frequency.
 
     Parameters

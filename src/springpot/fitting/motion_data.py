@@ -8,7 +8,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.fitting.columns import PointFault, check_number, check_points, column, falls, frequencies, positive, rows
+from springpot.fitting.columns import (
+    Measured,
+    PointFault,
+    check_number,
+    check_points,
+    column,
+    falls,
+    frequencies,
+    positive,
+    rows,
+)
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
@@ -23,8 +33,8 @@ _OF_NOISE = "It is of the measurement; None finds it."
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredSpectrum:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredSpectrum(Measured):
     """The spectral density of a response, an average of several periodograms.
 
     Parameters
@@ -115,8 +125,8 @@ class MeasuredSpectrum:
         return int(self.density.size)
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredRecord:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredRecord(Measured):
     """A sampled motion: one path, or several of the same device.
 
     Parameters

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.fitting.columns import check_number, check_points, column, enough, falls, frequencies, positive
+from springpot.fitting.columns import Measured, check_number, check_points, column, enough, falls, frequencies, positive
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.checks import put
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredModuli:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredModuli(Measured):
     """Storage and loss modulus against frequency, from a rheometer, a DMA or a test of stiffness.
 
     Parameters
@@ -66,8 +66,8 @@ class MeasuredModuli:
         return ((name, getattr(self, name)) for name in ("storage", "loss") if getattr(self, name) is not None)
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredImpacts:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredImpacts(Measured):
     """Speeds before and after each impact on one wall.
 
     Parameters
