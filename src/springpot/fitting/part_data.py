@@ -53,6 +53,7 @@ class MeasuredModuli(Measured):
             raise ValueError("storage or loss must be given: there are no moduli without them.")
         for name in ("storage", "loss"):
             if getattr(self, name) is not None:
+                _check_sign(getattr(self, name), name)
                 put(self, **{name: positive(getattr(self, name), name, frequency.size)})
         check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
 
@@ -64,6 +65,14 @@ class MeasuredModuli(Measured):
     def columns(self) -> Iterator[tuple[str, Floats]]:
         """Each modulus that was measured, with its name."""
         return ((name, getattr(self, name)) for name in ("storage", "loss") if getattr(self, name) is not None)
+
+
+def _check_sign(values: object, name: str) -> None:
+    """Refuse a modulus that is negative throughout: its phase is that of motions like exp(-i w t)."""
+    found = column(values, name)
+    if found.size and (found < 0.0).all():
+        cause = "the sign of the phase is inverted" if name == "loss" else "force and motion have opposite directions"
+        raise ValueError(f"{name} must be positive, but all {found.size} points are negative: {cause}, give -{name}.")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
