@@ -43,6 +43,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
+from springpot.problem.parts.springpots import order_at_rest, springpot_in
 from springpot.problem.system import System, checked_system
 from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
@@ -193,7 +194,7 @@ class Companion:
         found = np.linalg.lstsq(self.stiffness, self.force, rcond=None)[0]
         first = min(map(order_at_rest, self.holding))
         last = [each for each in self.holding if order_at_rest(each) == first]
-        pulls = sum(self.along(each, _slow_springpot(each).coefficient) for each in last)
+        pulls = sum(self.along(each, springpot_in(each).coefficient) for each in last)
         slipped = np.linalg.lstsq(self.free.T @ pulls @ self.free, self.free.T @ pulls @ found)[0]
         return np.asarray(found - self.free @ slipped)
 
@@ -296,17 +297,6 @@ def _scales_of(element: Element, stiff: float, share: float) -> list[float]:
 def _power_of(base: float, power: float) -> float:
     """A frequency, kept within what matters: so far off, an element is nothing or a spring."""
     return math.exp(min(max(power * math.log(base), -140.0), 140.0)) if base > 0.0 else 0.0
-
-
-def order_at_rest(element: Any) -> float:
-    """The power of a slow displacement that an element follows; 1 of a dashpot and of what becomes one."""
-    pot = _slow_springpot(element)
-    return pot.order if isinstance(pot, Springpot) and pot.coefficient > 0.0 else 1.0
-
-
-def _slow_springpot(element: Any) -> Any:
-    """What is left of an element in slow motion."""
-    return element.springpot if isinstance(element, FractionalMaxwell) else element
 
 
 @dataclass(frozen=True)
