@@ -181,6 +181,12 @@ MESSAGES: dict[str, Kind] = {
         "{halted} of these half steps the masses stayed where they were for the rest.",
         "Use a shorter step. Energies are barely affected; impact rates count these impacts only in part.",
     ),
+    "coarse_record": Kind(
+        _ACCURACY,
+        "{name} has {points:.3g} points in a period of the motion, at {frequency:.4g} Hz: {fate}.",
+        "Where the points are samples of a signal, make the record with interpolation='band-limited', or take a record "
+        "of a higher rate; where they are corners, between which straight lines are meant, nothing is wrong.",
+    ),
     "slow_impacts": Kind(
         _ACCURACY,
         "impact rate is about {low} too low and the mean impact speed {high} too high at a step of {step:g} s: the "

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import listed, shown
-from springpot.problem.parts.checks import Checked, fields_of, is_said, put
+from springpot.problem.parts.checks import Checked, as_call, put
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
 """What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
@@ -344,9 +344,8 @@ class Part(Checked):
         check(self)
 
     def __repr__(self) -> str:
-        """As a call; what is said only where there are several masses stands there where it is given."""
-        said = (f"{own.name}={getattr(self, own.name)!r}" for own in fields_of(type(self)) if is_said(own, self))
-        return f"{type(self).__qualname__}({', '.join(said)})"
+        """As a call on one line; what is said only where there are several masses stands there where it is given."""
+        return as_call(self)
 
     # what a part may have beside; a part that does not say so has none of it
 

@@ -14,7 +14,8 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import SpectralExcitation, Springpot
+from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Springpot
+from springpot.problem.parts.records import FEWEST_SAMPLES
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
@@ -42,6 +43,7 @@ Values = Mapping[str, float]
 FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
 MOST_RESIDUAL = 0.01  # of an adapted start
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
+FEWEST_POINTS = 2.2  # of a record in a period, with which it may have what moves the mass
 MOST_MISSED = 0.01  # of the impacts, by estimate
 MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
@@ -77,6 +79,7 @@ def doubts(
         *_about_contact_tolerance(simulation, values),
         *(() if counted else _about_uncountable(simulation.motion)),
         *_about_shapes(simulation.motion),
+        *_about_records(simulation.motion),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
         *_about_energy(simulation, values, errors, rows),
@@ -108,6 +111,24 @@ def _about_shapes(motion: Motion) -> Iterator[Message]:
             x, v = moments_off(part, shape, unit, stiffness)
             if max(abs(x), abs(v)) > MOST_SHAPED:
                 yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
+
+
+def _about_records(motion: Motion) -> Iterator[Message]:
+    """Of records with few points in a period of the motion, of several masses of the slowest mode."""
+    for name, part in motion.system.named():
+        if not isinstance(part, RecordedExcitation):
+            continue
+        rate = min((len(time) - 1) / (time[-1] - time[0]) for time, _ in part.records)
+        points = 2.0 * math.pi * rate / motion.scales.frequency
+        lost = 1.0 - float(np.sinc(1.0 / points)) ** 2
+        if points < FEWEST_POINTS:
+            fate = "what a signal has at half of its sampling rate and above is not in its samples"
+        elif part.interpolation == "linear" and lost > LEAST_BIAS and len(part.records[0][0]) >= FEWEST_SAMPLES:
+            fate = f"straight lines between samples of a signal lose {per_cent(lost)} there, and more at faster modes; "
+            fate += "interpolation='band-limited' does not"
+        else:
+            continue
+        yield say("coarse_record", name=name, points=points, frequency=rate / points, fate=fate)
 
 
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
