@@ -536,9 +536,7 @@ class MotionOfSeveral(Motion):
             return "without excitation the motion dies out"
         if free := self._unheld():
             pots = any(0.0 < order_at_rest(part) < 0.5 for part in self.system.elements.values())
-            slow = (
-                ", and a springpot alone does so too slowly for a run, where theory.linear may have a stationary state"
-            )
+            slow = ", and a springpot alone does so too slowly for a run: theory.linear may have a stationary state"
             return f"no spring or wall keeps {listed(free)} near the ground{slow if pots else ''}"
         walls = self.system.of(Stop)
         lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))

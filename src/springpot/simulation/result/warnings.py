@@ -135,7 +135,7 @@ def _about_records(motion: Motion) -> Iterator[Message]:
 
 def _about_springpot_alone(simulation: Simulation, values: Values) -> Iterator[Message]:
     """Of a start that a mass without a spring remembers long."""
-    begin, square = simulation.plan.settings.window[0], values["x_mean_square"]
+    begin, square = simulation.plan.settings.window[0], values.get("x_mean_square", 0.0)
     for creep in simulation.motion.slow:
         if isinstance(creep, CreepAlone) and not simulation.motion.not_stationary and square > 0.0:
             left = creep.missing(max(begin, creep.times[0]))["x_mean_square"] / square
