@@ -187,3 +187,30 @@ def test_runs_of_what_nothing_holds_are_refused_or_said() -> None:
             sp.simulate(sp.System(*parts, sp.WhiteNoise(1.0)), paths=64, duration=1.0)
     motion = motion_of(pair(sp.Springpot(0.3, 2.0, between=("ground", "a")), sp.WhiteNoise(1.0, on="b")))
     assert "theory.linear may have a stationary state" in motion.not_stationary
+
+
+def test_a_spectrum_gives_back_its_numbers_and_a_record_says_to_take_it() -> None:
+    w = 2.0 * np.pi * np.geomspace(0.01, 2.0, 60)
+    truth = sp.theory.linear(sp.System(sp.Springpot(0.2, 1.0), sp.WhiteNoise(1.0)))
+    density = 4.0 * np.pi * truth.spectrum(w) * np.random.default_rng(1).gamma(50.0, 1.0 / 50.0, w.size)
+    model = sp.System(
+        sp.Springpot(sp.free("order", 0.3, (0.02, 0.48)), sp.free("C", 2.0, (0.1, 10.0))),
+        sp.WhiteNoise(sp.free("q", 0.5, (0.01, 10.0))),
+    )
+    found = sp.fit(model, sp.MeasuredSpectrum(w / (2.0 * np.pi), density, averages=50))
+    for name, value in {"order": 0.2, "C": 1.0, "q": 1.0}.items():
+        assert abs(found.values[name] - value) < 4.0 * found.errors[name]
+    record = sp.MeasuredRecord(0.1 * np.arange(400), np.sin(0.1 * np.arange(400)), noise=1e-3)
+    with pytest.raises(
+        ValueError, match=r"^model must have a spring that holds the mass for a record: fit data.spectrum"
+    ):
+        sp.fit(model, record)
+
+
+def test_rare_levels_have_the_rates_of_a_gaussian_motion() -> None:
+    exact = sp.theory.linear(sp.System(sp.Springpot(0.2, 1.0), sp.WhiteNoise(1.0)))
+    rates = sp.theory.exceedance(exact.system, {"x": [3.0]})["x"]
+    apart = np.sqrt(exact.v_mean_square / exact.x_mean_square) / (2.0 * np.pi)
+    assert rates.crossing_rate == pytest.approx(apart, rel=1e-6)
+    beyond = apart * np.exp(-0.5 * 9.0 / exact.x_mean_square) / (1.0 - rates.at_start[0])
+    assert rates.rate["rice"][0] == pytest.approx(beyond, rel=1e-6)
