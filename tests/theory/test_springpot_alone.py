@@ -11,6 +11,7 @@ import pytest
 from scipy import integrate
 
 import springpot as sp
+from springpot.simulation.plan.motions import motion_of
 from springpot.theory.result import NoStationaryStateError
 
 
@@ -150,3 +151,66 @@ def test_a_constant_force_within_the_pair_has_its_mean() -> None:
         numbers = sp.theory.linear(system).numbers
         assert numbers["a_x_mean"] == pytest.approx(0.0, abs=1e-12)
         assert numbers["b_x_mean"] == pytest.approx(0.2)
+
+
+def test_a_run_of_a_constant_loss_factor_is_stationary_at_once() -> None:
+    """Of so small an order nothing is left of the start."""
+    pot, _ = constant_loss()
+    device = sp.System(sp.Mass(1.0), pot, sp.WhiteNoise(1.0))
+    run, exact = sp.simulate(device, paths=2000, seed=1, duration=40.0), sp.theory.linear(device)
+    assert run.settings.start == "stationary"
+    assert [message.name for message in run.warnings] == []
+    for name in ("x_mean_square", "v_mean_square"):
+        found = run[name]
+        assert abs(found.value - getattr(exact, name)) < 4.0 * found.error
+        assert found.error < 0.005 * found.value
+
+
+def test_a_run_says_what_a_springpot_remembers_of_its_start() -> None:
+    """From an empty memory it lacks q times the integral of h^2 from then on; without noise at frequency 0, nothing."""
+    device = sp.System(sp.Mass(1.0), sp.Springpot(0.42, 1.0), sp.WhiteNoise(1.0))
+    run, exact = sp.simulate(device, paths=1000, seed=1), sp.theory.linear(device)
+    (message,) = (each for each in run.warnings if each.name == "springpot_holds_alone")
+    said = float(message.split("lacks about ")[1].split(" %")[0]) / 100.0
+    lacking, error = 1.0 - run["x_mean_square"].value / exact.x_mean_square, run["x_mean_square"].error
+    assert said == pytest.approx(lacking, abs=4.0 * error / exact.x_mean_square + 0.02)
+    assert 0.2 < said < 0.35
+    late = motion_of(device).slow[0]
+    begin = late.time_of(0.01, exact.x_mean_square)  # as the sentence has it
+    assert late.missing(begin)["x_mean_square"] == pytest.approx(0.01 * exact.x_mean_square, rel=1e-9)
+
+
+def test_runs_of_what_nothing_holds_are_refused_or_said() -> None:
+    needed = r"^system must have a spring, or a wall on each side: .* of an order below 1/2"
+    for parts in ((sp.Springpot(0.6, 1.0),), (sp.Springpot(0.3, 1.0), sp.Barrier(-1.0))):
+        with pytest.raises(ValueError, match=needed):
+            sp.simulate(sp.System(*parts, sp.WhiteNoise(1.0)), paths=64, duration=1.0)
+    motion = motion_of(pair(sp.Springpot(0.3, 2.0, between=("ground", "a")), sp.WhiteNoise(1.0, on="b")))
+    assert "theory.linear may have a stationary state" in motion.not_stationary
+
+
+def test_a_spectrum_gives_back_its_numbers_and_a_record_says_to_take_it() -> None:
+    w = 2.0 * np.pi * np.geomspace(0.01, 2.0, 60)
+    truth = sp.theory.linear(sp.System(sp.Springpot(0.2, 1.0), sp.WhiteNoise(1.0)))
+    density = 4.0 * np.pi * truth.spectrum(w) * np.random.default_rng(1).gamma(50.0, 1.0 / 50.0, w.size)
+    model = sp.System(
+        sp.Springpot(sp.free("order", 0.3, (0.02, 0.48)), sp.free("C", 2.0, (0.1, 10.0))),
+        sp.WhiteNoise(sp.free("q", 0.5, (0.01, 10.0))),
+    )
+    found = sp.fit(model, sp.MeasuredSpectrum(w / (2.0 * np.pi), density, averages=50))
+    for name, value in {"order": 0.2, "C": 1.0, "q": 1.0}.items():
+        assert abs(found.values[name] - value) < 4.0 * found.errors[name]
+    record = sp.MeasuredRecord(0.1 * np.arange(400), np.sin(0.1 * np.arange(400)), noise=1e-3)
+    with pytest.raises(
+        ValueError, match=r"^model must have a spring that holds the mass for a record: fit data.spectrum"
+    ):
+        sp.fit(model, record)
+
+
+def test_rare_levels_have_the_rates_of_a_gaussian_motion() -> None:
+    exact = sp.theory.linear(sp.System(sp.Springpot(0.2, 1.0), sp.WhiteNoise(1.0)))
+    rates = sp.theory.exceedance(exact.system, {"x": [3.0]})["x"]
+    apart = np.sqrt(exact.v_mean_square / exact.x_mean_square) / (2.0 * np.pi)
+    assert rates.crossing_rate == pytest.approx(apart, rel=1e-6)
+    beyond = apart * np.exp(-0.5 * 9.0 / exact.x_mean_square) / (1.0 - rates.at_start[0])
+    assert rates.rate["rice"][0] == pytest.approx(beyond, rel=1e-6)

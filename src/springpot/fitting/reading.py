@@ -93,6 +93,8 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
 
     Parameters
     ----------
+    rate : float, optional
+        Samples per second, of a record without a column of the time.
     path : str or Path
         A header with the units, then a row for each point, separated by commas, semicolons or tabs:
 
@@ -113,8 +115,6 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
         ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both
         in SI units); of several masses ``at``, the one that was measured, and ``on``, the one that the force acts on.
         The file may have 200 MB, 1000 columns and 20 million numbers.
-    rate : float, optional
-        Samples per second, of a record without a column of the time.
 
     Returns
     -------

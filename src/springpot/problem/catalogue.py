@@ -52,6 +52,8 @@ class Quantity:
         In the data set of `springpot.simulate`.
     numbered : bool
         Whether there may be several, with the endings ``_1``, ``_2`` and so on.
+    of_groups : bool
+        Whether groups of parts have it, as parts have.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Quantity:
     option: str = ""
     dimensions: tuple[str, ...] = ()
     numbered: bool = False
+    of_groups: bool = False
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
@@ -78,7 +81,8 @@ class Quantity:
         elif self.name.startswith(_PAIRS) and self.where(system):
             yield from (pair + self.name[len(_PAIRS) - 1 :] for pair in system.coordinates.pairs)
         elif self.name.startswith(_OF):
-            yield from (name + self.name[len(_OF) - 1 :] for name in owners)
+            groups = system.groups if self.of_groups else ()
+            yield from (name + self.name[len(_OF) - 1 :] for name in (*owners, *groups))
         elif owners:
             yield self.name
 
@@ -189,7 +193,7 @@ def _owner(name: str) -> Callable[[Part], bool]:
 
 
 _FELT = (
-    (f"{_OF}force", "N", "N2", "force of the part", "", _always),
+    (f"{_OF}force", "N", "N2", "force of the part, or of the group", "", _always),
     (f"{_OF}force_of_one", "N", "N2", "force of one of several equal parts", ", with `count=`", _always),
     ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _always),
     ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
@@ -202,8 +206,8 @@ def _felt(
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
     has = _is_counted if name.endswith("_of_one") else _has_force
-    given: dict[str, Any] = {"of": has, "where": where, "option": "forces"}
     asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
+    given: dict[str, Any] = {"of": has, "where": where, "option": "forces", "of_groups": of_part}
     # the mean force of a stop is in every run, and ``rtol`` controls its error
     mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
     yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)

@@ -31,7 +31,8 @@ Ends = tuple[str, str] | None
 PointName = Annotated[str, "the name of a mass or point"]
 Names = Annotated[tuple[str, ...], "the names of masses"]
 Count = Annotated[int, "how many equal parts"]
-_UNMEASURED = (Ends, PointName, Names, Count)
+GroupName = Annotated[str, "the name of parts whose forces are seen as one"]
+_UNMEASURED = (Ends, PointName, Names, Count, GroupName)
 
 MOST_EQUAL = 1000  # parts that are counted
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
@@ -467,6 +468,9 @@ class Element(Part, abstract=True):
     count : int
         How many such parts act side by side.  The numbers are those of one; powers are those of all, and
         ``<name>_force_of_one`` is the force of one, ``<name>_force`` that of all.
+    group : str, optional
+        A name that parts with the same ends have in common, as the spring and the springpot of a mount:
+        ``<group>_force`` is the sum of their forces, wherever forces are asked for.
 
     Examples
     --------
@@ -479,6 +483,7 @@ class Element(Part, abstract=True):
 
     between: Ends = field(default=None, repr=False)
     count: Count = field(default=1, repr=False)
+    group: GroupName = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -488,6 +493,8 @@ class Element(Part, abstract=True):
             raise ValueError(f"count must be a whole number from 1 to {MOST_EQUAL}, not {shown(self.count)}.")
         if self.count > 1 and ("input" in self.powers or self.together == replace(self, count=1)):
             raise ValueError(f"count must be left out of a {type(self).__name__}: it says nothing of several of them.")
+        if not isinstance(self.group, str) or (self.group and not self.group.isidentifier()):
+            raise ValueError(f"group must be a word of letters, digits and _, not {shown(self.group)}.")
 
     @property
     def together(self) -> Self:
@@ -495,8 +502,8 @@ class Element(Part, abstract=True):
         return self if self.count == 1 else replace(self, count=1).per_mass(1.0 / self.count)
 
     def alone(self) -> Self:
-        """Without its ends."""
-        return self if self.between is None else replace(self, between=None)
+        """Without its ends, and without a group."""
+        return self if self.between is None and not self.group else replace(self, between=None, group="")
 
 
 def checked_ends(given: object) -> tuple[str, str]:

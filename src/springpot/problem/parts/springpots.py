@@ -189,6 +189,8 @@ class FractionalMaxwell(Element):
                 )
             if part.count > 1:
                 raise ValueError(f"{name} must be without count in a series: FractionalMaxwell(..., count=...) has it.")
+            if part.group:
+                raise ValueError(f"{name} must be without group in a series: FractionalMaxwell(..., group=...) has it.")
 
     def term(self) -> str:
         """Its force in the equation of motion."""

@@ -49,12 +49,16 @@ from springpot.simulation.plan.parts import (
     time_of_its_own,
 )
 from springpot.simulation.plan.scales import Scales, creep_time
+from springpot.simulation.plan.unsprung import held_by_springpots, springpot_alone
 
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
 _GUESSED = 1.5  # factor on the forgetting time
-_NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
+_NOT_HELD = (
+    "system must have a spring, or a wall on each side: without them nothing holds the mass in place, but a springpot "
+    "of an order below 1/2, which no wall or constant force pushes to one side."
+)
 _DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
 
@@ -226,12 +230,18 @@ def guessed_law(system: System) -> BoltzmannLaw:
         If nothing holds the mass, or it moves less than numbers can tell.
     """
     unit = system.per_unit_mass
-    if not unit.potential.holds():
+    potential = _holding(unit)
+    if not potential.holds():
         raise ValueError(_DRIFTS if unit.of(Yielding) else _NOT_HELD)
-    law = boltzmann_law(unit.potential, _temperature(unit, unit.potential))
+    law = boltzmann_law(potential, _temperature(unit, potential))
     if not law.is_resolved:
         raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")
     return law
+
+
+def _holding(unit: System) -> Potential:
+    """The potential, or that of the stiffness of springpots where they alone hold."""
+    return held_by_springpots(unit) if springpot_alone(unit) else unit.potential
 
 
 def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
@@ -246,7 +256,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     (0.684, 2.0)
     """
     unit, theta = system.per_unit_mass, law.temperature
-    potential = unit.potential
+    potential = _holding(unit)
     linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
     smooth = replace(potential, contacts=())

@@ -37,6 +37,7 @@ from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ class Motion:
     system: System
     scales: Scales
     sign: float
-    slow: tuple[Creep | CreepOfSeveral, ...]
+    slow: tuple[Creep | CreepOfSeveral | CreepAlone, ...]
     searched: bool
     keeps_the_law: bool
     beyond_paper: str = ""

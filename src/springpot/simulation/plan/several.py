@@ -36,6 +36,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
+from springpot.problem.parts.springpots import order_at_rest
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
@@ -534,7 +535,9 @@ class MotionOfSeveral(Motion):
         if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():
-            return f"no spring or wall keeps {listed(free)} near the ground"
+            pots = any(0.0 < order_at_rest(part) < 0.5 for part in self.system.elements.values())
+            slow = ", and a springpot alone does so too slowly for a run: theory.linear may have a stationary state"
+            return f"no spring or wall keeps {listed(free)} near the ground{slow if pots else ''}"
         walls = self.system.of(Stop)
         lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
         damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)

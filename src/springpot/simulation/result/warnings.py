@@ -32,6 +32,7 @@ from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.transient import MOST_TRANSIENT
+from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.walls import about_walls
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ def doubts(
         *(() if counted else _about_uncountable(simulation.motion)),
         *_about_shapes(simulation.motion),
         *_about_records(simulation.motion),
+        *([] if bounded else _about_springpot_alone(simulation, values)),
         *of_the_step,
         *_about_start(simulation.plan.adapted),
         *_about_energy(simulation, values, errors, rows),
@@ -129,6 +131,20 @@ def _about_records(motion: Motion) -> Iterator[Message]:
         else:
             continue
         yield say("coarse_record", name=name, points=points, frequency=rate / points, fate=fate)
+
+
+def _about_springpot_alone(simulation: Simulation, values: Values) -> Iterator[Message]:
+    """Of a start that a mass without a spring remembers long."""
+    begin, square = simulation.plan.settings.window[0], values.get("x_mean_square", 0.0)
+    for creep in simulation.motion.slow:
+        if isinstance(creep, CreepAlone) and not simulation.motion.not_stationary and square > 0.0:
+            left = creep.missing(max(begin, creep.times[0]))["x_mean_square"] / square
+            left /= 1.0 + left  # of what would be there
+            if left > LEAST_BIAS:
+                order = creep.springpot.order
+                later = creep.time_of(LEAST_BIAS, square * (1.0 + left))
+                yield say("springpot_holds_alone", left=per_cent(left), begin=begin, order=order,
+                          power=2.0 * order - 1.0, later=later)  # fmt: skip
 
 
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:

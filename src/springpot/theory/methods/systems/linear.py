@@ -193,8 +193,8 @@ class Companion:
             return np.asarray(np.linalg.solve(self.stiffness, self.force))
         found = np.linalg.lstsq(self.stiffness, self.force, rcond=None)[0]
         first = min(map(order_at_rest, self.holding))
-        last = [each for each in self.holding if order_at_rest(each) == first]
-        pulls = sum(self.along(each, springpot_in(each).coefficient) for each in last)
+        last = [(each, pot) for each in self.holding if (pot := springpot_in(each)) and pot.order == first]
+        pulls = sum(self.along(each, pot.coefficient) for each, pot in last)
         slipped = np.linalg.lstsq(self.free.T @ pulls @ self.free, self.free.T @ pulls @ found)[0]
         return np.asarray(found - self.free @ slipped)
 
