@@ -607,15 +607,17 @@ class MotionOfSeveral(Motion):
 
     def _unheld(self) -> list[str]:
         """The points of a motion that stretches no spring and that no wall ends."""
-        from scipy import linalg, optimize  # slow to import
-
         at = self.system.coordinates
         rows = at.elongations
         held = [any(part.force_coefficients()) or part.modulus(0.0) != 0.0 for part in self.system.elements.values()]
         springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds]
-        free = linalg.null_space(np.array(springs).reshape(-1, len(at.names)))
+        _, sizes, rows_of_all = np.linalg.svd(np.array(springs).reshape(-1, len(at.names)))
+        kept = sizes > max(len(springs), len(at.names)) * np.finfo(float).eps * sizes.max(initial=0.0)
+        free = rows_of_all[int(kept.sum()) :].T
         if not free.shape[1]:
             return []
+        from scipy import optimize  # slow to import
+
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
         # a constant force holds, as weight does
         closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
