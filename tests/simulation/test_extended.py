@@ -37,10 +37,10 @@ def same(one: sp.simulation.Run, other: sp.simulation.Run) -> None:  # type: ign
     ],
 )
 def test_the_bits_of_one_long_run(problem: sp.Oscillator, given: dict, suffix: str, tmp_path: Path) -> None:
-    first = sp.simulate(problem, paths=100, **GIVEN, **given)
+    first = sp.simulate(problem, paths=600, **GIVEN, **given)  # the pilots of fewer paths would be smaller
     again = sp.load_run(first.save(tmp_path / f"run{suffix}", path_sums=True))
-    longer = sp.extend(sp.extend(again, paths=101), paths=300)
-    same(longer, sp.simulate(problem, paths=300, **GIVEN, **given))
+    longer = sp.extend(sp.extend(again, paths=601), paths=800)
+    same(longer, sp.simulate(problem, paths=800, **GIVEN, **given))
 
 
 def test_what_cannot_be_extended(tmp_path: Path) -> None:

@@ -152,7 +152,7 @@ MESSAGES: dict[str, Kind] = {
     ),
     "start_was_off": Kind(
         _STATIONARY,
-        "the start was off: by the means over the window {name} is still about {off} of the root mean square "
+        "the start was off: by the means over the window {name} is still at least about {off} of the root mean square "
         "(standard error {error}) away from its stationary value, and the memory of a springpot keeps that like "
         "t^-{order:.2g}: other results are off with it.",
         "Use start='stationary', or more paths.",
