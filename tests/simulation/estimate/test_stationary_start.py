@@ -107,7 +107,7 @@ def test_levels_are_exceeded_as_often_as_by_the_mass_alone(step: float) -> None:
 
 
 def test_masses_without_memory_have_settled_when_the_time_of_an_exceedance_begins() -> None:
-    """P that the Ornstein-Uhlenbeck-like envelope passes a level within a short time is that at any time, mostly."""
+    """In a short time it is what lies beyond the level at its beginning, and the crossings that Rice's rate adds."""
     pair = beside_an_idle_mass(sp.Spring(1.0, between=GROUND_A), sp.Dashpot(0.2, between=GROUND_A))
     found = sp.exceedance(pair, {"a_x": [3.0]}, duration=0.1, step=0.02, rtol=0.1)
     deviation = math.sqrt(1.0 / 0.4)
