@@ -622,11 +622,6 @@ def test_masses_start_where_springs_and_constant_forces_balance() -> None:
     assert run["a_x_mean"].value == pytest.approx(a)
 
 
-def test_a_stationary_start_is_there_for_thermal_noise_alone() -> None:
-    with pytest.raises(ValueError, match="start must be 'rest': a run of several masses starts from rest unless"):
-        sp.simulate(three(sp.WhiteNoise(1.0, on="a")), start="stationary")
-
-
 def test_a_thermal_run_is_stationary_at_once() -> None:
     """Also with nonlinear springs and walls, and with more paths drawn later."""
     bent = sp.System(*thermal_pair().parts[:-1], sp.PolynomialSpring((0.0, 0.0, 1.0), between=A_B),

@@ -158,9 +158,10 @@ MESSAGES: dict[str, Kind] = {
     ),
     "start_was_off": Kind(
         _STATIONARY,
-        "the adapted start was off by {off} of the root mean square displacement (standard error {error}) before its "
-        "last correction.",
-        "Use more paths, or a longer run with a later window.",
+        "the start was off: by the means over the window {name} is still at least about {off} of the root mean square "
+        "(standard error {error}) away from its stationary value, and the memory of a springpot keeps that like "
+        "t^-{order:.2g}: other results are off with it.",
+        "Use start='stationary', or more paths.",
     ),
     "energy_drifts": Kind(
         _STATIONARY,

@@ -295,9 +295,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
         ``contact_tolerance`` of the wall or beyond it and moves towards it), for the paper's problem only.
     start : {"stationary", "rest"}
-        ``"stationary"`` sets x(0) to the stationary mean, which pilot runs determine, so that the memory has no
-        transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
-        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, except that a run whose
+        ``"stationary"`` sets x(0) to the stationary mean, of all masses, which pilot runs determine, so that the memory
+        has no transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
+        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary (of several masses where memory
+        keeps a mean: otherwise it would be the same as from rest), except that a run whose
         ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's, starts from
         that state, and a run without a stationary state from rest, with a warning.
     initial_position, initial_velocity : float, or dict of float
@@ -373,8 +374,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.
     Other systems have Caputo's derivative.
 
-    A system of several masses starts from rest, or with thermal noise alone from Boltzmann's law.  If left out, its
-    step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
+    A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
+    from rest, or with thermal noise alone from Boltzmann's law.  If left out, its step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
     each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
     force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,

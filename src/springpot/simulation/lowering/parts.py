@@ -18,6 +18,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.machine.sampling import band_limited
 from springpot.memory import power_law_sum
+from springpot.memory.exponential_sum import shared_span
 from springpot.problem.parts import (
     Barrier,
     BoucWen,
@@ -547,7 +548,7 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
         if order == 1.0:
             white += coefficient
             continue
-        law = power_law_sum(order, _SHORTEST, float(max(steps, 2)), _THERMAL_TOLERANCE)
+        law = power_law_sum(order, _SHORTEST, float(shared_span(max(steps, 2))), _THERMAL_TOLERANCE)
         weights = coefficient * step**-order * law.weights / math.gamma(1.0 - order)
         modes += zip(weights, law.rates, strict=True)
         near = 4.0 * _SHORTEST  # within the range of the sum

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
+from springpot.machine.roots import root_between
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -54,6 +53,7 @@ from springpot.simulation.plan.unsprung import held_by_springpots, springpot_alo
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
+_CLOSE = {"xtol": 1e-300, "rtol": 1e-14}  # of a root
 _GUESSED = 1.5  # factor on the forgetting time
 _NOT_HELD = (
     "system must have a spring, or a wall on each side: without them nothing holds the mass in place, but a springpot "
@@ -139,7 +139,8 @@ def _around_the_wells(potential: Potential) -> Floats:
     grid = np.linspace(first, last, 2001)
     force = potential.force(grid)
     wells = [
-        _root(potential.force, grid[i], grid[i + 1]) for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
+        root_between(potential.force, float(grid[i]), float(grid[i + 1]), **_CLOSE)
+        for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
     ]
     return np.unique(np.concatenate([grid, inside, wells]))
 
@@ -151,12 +152,6 @@ def _uphill(potential: Potential, start: float, sign: float) -> float:
     while sign * float(potential.force(place)) < 0.0 and sign * (end - place) > 0.0:
         place, reach = start + sign * reach, 2.0 * reach
     return float(min(place, end) if sign > 0.0 else max(place, end))
-
-
-def _root(function: Callable[[float], Any], low: float, high: float) -> float:
-    from scipy import optimize  # slow to import
-
-    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14, maxiter=2000))
 
 
 def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
@@ -325,7 +320,7 @@ def _temperature(unit: System, potential: Potential) -> float:
         else:
             hot = bisect_left(thetas, True, key=is_fed)
         if 0 < hot < len(thetas) and not math.isnan(_surplus(unit, potential, thetas[hot])):
-            return _root(lambda theta: _surplus(unit, potential, theta), thetas[hot], thetas[hot - 1])
+            return root_between(lambda theta: _surplus(unit, potential, theta), thetas[hot], thetas[hot - 1], **_CLOSE)
     return size
 
 

@@ -23,10 +23,10 @@ from springpot.simulation.estimate.slow_impacts import (
     slow_impact_order,
     slow_impacts,
 )
+from springpot.simulation.estimate.start_left import left_of_start
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, standard_error
-from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 Values = Mapping[str, float]
 
 FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
-MOST_RESIDUAL = 0.01  # of an adapted start
+MOST_LEFT = 0.01  # of a start, in a mean over its root mean square
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
 FEWEST_POINTS = 2.2  # of a record in a period, with which it may have what moves the mass
 MOST_MISSED = 0.01  # of the impacts, by estimate
@@ -83,7 +83,7 @@ def doubts(
         *_about_records(simulation.motion),
         *([] if bounded else _about_springpot_alone(simulation, values)),
         *of_the_step,
-        *_about_start(simulation.plan.adapted),
+        *_about_start(simulation, values, errors),
         *_about_energy(simulation, values, errors, rows),
         *_about_memory(simulation, values, errors),
         *([] if bounded else _about_slow_impacts(simulation, values)),
@@ -171,17 +171,26 @@ def _about_window(simulation: Simulation) -> Iterator[Message]:
     if reason := plan.motion.not_stationary:
         yield say("no_stationary_state", reason=reason)
     else:
-        later = 4.6 * plan.motion.scales.relaxation_time
+        later = plan.motion.settled_after(plan.settings.start, 4.6)
         yield say("transient_in_window", begin=plan.settings.window[0], left=per_cent(left), later=later)
 
 
-def _about_start(adapted: Adapted | None) -> Iterator[Message]:
-    if adapted is None:
-        return
-    if adapted.residual is None or adapted.residual_se is None:
+def _about_start(simulation: Simulation, values: Values, errors: Values) -> Iterator[Message]:
+    """Of a stationary start without pilots, and of any that still acts: the run itself tells how far it was off."""
+    plan, adapted = simulation.plan, simulation.plan.adapted
+    if adapted is not None and adapted.residual is None:
         yield say("unchecked_start")
-    elif adapted.residual > MOST_RESIDUAL:
-        yield say("start_was_off", off=per_cent(adapted.residual), error=per_cent(adapted.residual_se, 1))
+    settled = not plan.motion.not_stationary and plan.energy_left <= MOST_TRANSIENT
+    if not settled or (adapted is None and "damping_force_mean" in values):  # that force tells of it
+        return
+    left = [
+        each for each in left_of_start(plan, values, errors)
+        if each.off > MOST_LEFT and each.off > FAR_OFF * each.error
+    ]  # fmt: skip
+    if left:
+        worst = max(left, key=lambda each: each.off)
+        off, error = per_cent(worst.off), per_cent(worst.error, 1)
+        yield say("start_was_off", name=f"{worst.name}_mean", off=off, error=error, order=worst.order)
 
 
 def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:
