@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import springpot as sp
 from springpot.machine import files, trusted
 from springpot.memory import ExponentialSum, exponential_sum, power_law_sum, store
 from tests.strangers import STRANGER, needs_another_user, needs_owners
@@ -325,3 +326,18 @@ def test_reading_is_quick(fresh_folder: Path) -> None:
         ask()
         times.append(time.perf_counter() - start)
     assert min(times) < 2e-3
+
+
+def test_a_slightly_longer_run_takes_the_stored_sum(fresh_folder: Path) -> None:
+    """Its own sum would take the time of some hundred short paths; a run twice as long has another."""
+    for duration in (10.0, 10.5, 11.0):
+        sp.simulate(sp.Oscillator(), paths=1, duration=duration, step=0.05, start="rest")
+        assert len(list(fresh_folder.iterdir())) == 1
+    sp.simulate(sp.Oscillator(), paths=1, duration=20.0, step=0.05, start="rest")
+    assert len(list(fresh_folder.iterdir())) == 2
+
+
+def test_a_shared_span_is_never_too_short() -> None:
+    steps = [*range(1, 2000), *(2**n + more for n in range(11, 40) for more in (-1, 0, 1))]
+    assert all(each <= sums.shared_span(each) <= max(1.4143 * each, each + 1) for each in steps)
+    assert len({*map(sums.shared_span, steps)}) < 85
