@@ -23,7 +23,7 @@ MODELS = {
     "an oscillator": ("sp.Oscillator()", []),
     # its walls have names in the dataset; the edges of its law are roots
     "a system": ("sp.System(*FEW, NEARLY_LINEAR, *AWAY)", []),
-    "a lossy wall": ("sp.Oscillator(barrier=sp.Barrier(-0.5, 0.7))", []),
+    "a lossy wall": ("sp.Oscillator(barrier=sp.Barrier(-0.5, 0.7))", ["scipy.special"]),  # the interval of few impacts
 }
 
 
