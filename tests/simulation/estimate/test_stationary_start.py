@@ -212,3 +212,19 @@ def test_a_study_of_several_masses_starts_at_their_means() -> None:
     value, error = (float(found[name].values.ravel()[0]) for name in ("a_x_mean", "a_x_mean_se"))
     assert abs(value - 1.4453) < 4.0 * math.hypot(error, 0.0066)
     assert np.isfinite(error)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("name", ["lossy", "uneven"])
+def test_errors_of_runs_with_few_paths_hold_and_no_start_is_called_off(name: str) -> None:
+    """Sixty seeds: their pilots have 1600 paths, and the standard errors include what these leave."""
+    system, right = RIGHT[name]
+    (value, its_error), given = right["a_x_mean"], {"duration": 120.0, "window": (40.0, 120.0), "step": 0.08}
+    apart = []
+    for seed in range(60):
+        run = simulated(system, paths=100, **given, seed=seed)  # type: ignore[arg-type]
+        assert not any(sentence.name == "start_was_off" for sentence in run.warnings)
+        apart.append((run["a_x_mean"].value - value) / run["a_x_mean"].error)
+    mean_error = its_error / run["a_x_mean"].error
+    assert abs(np.mean(apart)) < 3.0 * math.hypot(1.0 / math.sqrt(60.0), mean_error)
+    assert 0.75 < np.std(apart) < 1.3
