@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 import time
 import traceback
 import warnings
@@ -17,7 +16,7 @@ from benchmarks.free_response import free_response
 from benchmarks.history import paper_by_history
 from benchmarks.kernels import one_core
 from benchmarks.many_cores import many_cores
-from benchmarks.measure import Row, machine
+from benchmarks.measure import RESULTS, Row, folder_for, machine
 from benchmarks.observers import observers
 from benchmarks.report import draw, joined, measured_later, page, read, text, write
 from benchmarks.several_masses import several_masses
@@ -27,7 +26,6 @@ from benchmarks.white_noise import white_noise_wall
 from benchmarks.whole_runs import asked_error, cost_of_length, start_up, theory
 from springpot import SpringpotWarning
 
-_RESULTS = Path(__file__).parent / "results"
 _PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
 Section = Callable[[bool], list[Row]]
 SECTIONS: tuple[Section, ...] = (
@@ -43,7 +41,6 @@ def main(words: Sequence[str] | None = None, sections: Sequence[Section] = SECTI
     """
     chosen = _asked(words, sections)
     asked = [section for section in sections if chosen.only in (None, section.__name__)]
-    chosen.out.mkdir(parents=True, exist_ok=True)
     table = chosen.out / "table.csv"
     kept = read(table) if chosen.only and table.exists() else []
     rows, failed = kept or machine(), []
@@ -71,20 +68,14 @@ def _asked(words: Sequence[str] | None, sections: Sequence[Section]) -> argparse
     parser.add_argument("--out", type=Path, help="folder for table, picture and page")
     parser.add_argument("--only", choices=[section.__name__ for section in sections], help="keep the other rows")
     chosen = parser.parse_args(words)
-    if chosen.quick and chosen.out and _in_place(chosen.out):
-        parser.error(f"a quick run means nothing and is not kept in {chosen.out}: choose another folder with --out")
-    chosen.out = chosen.out or (Path(tempfile.mkdtemp()) if chosen.quick else _RESULTS)
+    chosen.out = folder_for(chosen.out, chosen.quick)
     return chosen
-
-
-def _in_place(folder: Path) -> bool:
-    return folder.resolve() == _RESULTS.resolve()
 
 
 def _show(rows: Sequence[Row], folder: Path) -> None:
     """Pictures, page and text of a table."""
     pictures = draw(rows, folder / "speed.png"), draw_times(rows, folder / "equal_error.png")
-    where = _PAGE if _in_place(folder) else folder / "performance.md"
+    where = _PAGE if folder.resolve() == RESULTS.resolve() else folder / "performance.md"
     where.write_text(page(rows), encoding="utf-8")
     print(text(rows))
     print(f"\nwritten: {', '.join(map(str, (folder / 'table.csv', *filter(None, pictures), where)))}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import platform
+import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,8 +18,20 @@ from numba.core.config import CPU_NAME
 from springpot.machine.processors import threads_available
 from springpot.machine.versions import versions
 
-__all__ = ["LIMIT", "Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "load", "machine"]
+__all__ = [
+    "LIMIT",
+    "RESULTS",
+    "Row",
+    "best_cpu",
+    "best_wall",
+    "cpu_by_turns",
+    "exponent",
+    "folder_for",
+    "load",
+    "machine",
+]
 
+RESULTS = Path(__file__).parent / "results"
 LIMIT = "the limit"  # what a rate of multiply-adds is a share of
 
 
@@ -87,6 +100,15 @@ def exponent(sizes: Sequence[float], times: Sequence[float]) -> float:
     2.0
     """
     return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
+
+
+def folder_for(asked: Path | None, quick: bool) -> Path:
+    """Where results go: where it was asked for, or with those that are kept; those of a quick run, elsewhere."""
+    folder = asked or (Path(tempfile.mkdtemp()) if quick else RESULTS)
+    if quick and folder.resolve() == RESULTS.resolve():
+        raise SystemExit(f"a quick run means nothing and is not kept in {folder}: choose another folder with --out")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def load() -> float:

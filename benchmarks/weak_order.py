@@ -22,6 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import optimize
 
+from benchmarks.measure import folder_for
 from springpot import Barrier, Oscillator, Springpot, System, WhiteNoise
 from springpot.figures.style import COLORS, save
 from springpot.machine.processors import threads_available
@@ -330,15 +331,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="weak_order", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few paths: shows that it works, and means nothing")
     parser.add_argument("--draw", action="store_true", help="measure nothing: draw the table that is there")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results", help="folder for both files")
+    parser.add_argument("--out", type=Path, help="folder for both files")
     chosen = parser.parse_args()
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    table = chosen.out / "weak_order.csv"
+    folder = folder_for(chosen.out, chosen.quick)
+    table = folder / "weak_order.csv"
     if not chosen.draw:
         write(measure(paths=4096 if chosen.quick else PATHS), table)
     changes = read(table)
     print(text(changes))
-    print(f"\nwritten: {table}, {draw(changes, chosen.out / 'weak_order.png')}")
+    print(f"\nwritten: {table}, {draw(changes, folder / 'weak_order.png')}")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import springpot as sp
+from benchmarks.measure import folder_for
 from benchmarks.weak_order import Change, read, text, write
 from springpot.machine.processors import threads_available
 from springpot.simulation.estimate.samples import samples_of
@@ -117,10 +118,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="weak_order_parts", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few paths: shows that it works, and means nothing")
     parser.add_argument("--read", action="store_true", help="measure nothing: print the table that is there")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results", help="folder of the table")
+    parser.add_argument("--out", type=Path, help="folder of the table")
     chosen = parser.parse_args()
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    table = chosen.out / "weak_order_parts.csv"
+    table = folder_for(chosen.out, chosen.quick) / "weak_order_parts.csv"
     if not chosen.read:
         write(measure(paths=1024 if chosen.quick else PATHS), table)
     print(text(read(table)))

@@ -9,13 +9,14 @@ import pkgutil
 import benchmarks
 import numpy as np
 import pytest
+from benchmarks import weak_order, weak_order_parts
 from benchmarks.__main__ import SECTIONS, main
 from benchmarks.equal_error import METHODS, OURS, QUANTITIES, TARGETS, AtStep, is_time, needed, section_of
 from benchmarks.equal_error_report import draw_times, lead
 from benchmarks.history import one_thread
 from benchmarks.kernels import shares_of_limit
 from benchmarks.many_cores import two_threads
-from benchmarks.measure import LIMIT, Row
+from benchmarks.measure import LIMIT, RESULTS, Row, folder_for
 from benchmarks.peers import mirrored_chain, numpy_and_numba, numpy_only
 from benchmarks.report import joined, measured_later, page, read
 from benchmarks.studies import overhead, status
@@ -166,7 +167,18 @@ def test_what_is_measured_is_written_if_a_section_fails(tmp_path, capsys) -> Non
     assert main(["--quick", "--out", str(tmp_path)], (_last,)) == 0
 
 
-def test_a_quick_run_overwrites_nothing(capsys) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(SystemExit):
+def test_a_quick_run_overwrites_nothing() -> None:
+    with pytest.raises(SystemExit, match="choose another folder with --out"):
         main(["--quick", "--out", f"{benchmarks.__path__[0]}/results"], (_first,))
-    assert "choose another folder with --out" in capsys.readouterr().err
+    assert folder_for(None, quick=True) != folder_for(None, quick=False) == RESULTS
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+def test_the_tables_of_the_weak_order_are_still_measured() -> None:
+    """A step of 0.4 s against half of it, with the noise in common: so the change is known better than the value."""
+    for found in (
+        weak_order.change(weak_order.CASES[1], 0.4, paths=256),
+        weak_order_parts.change(weak_order_parts.CASES[0], 0.4, paths=256),
+    ):
+        assert {"x_mean_square", "v_mean_square"} <= {each.quantity for each in found}
+        assert all(each.value > 0.0 and abs(each.change) < 0.2 and 0.0 < each.error < 0.05 for each in found)
