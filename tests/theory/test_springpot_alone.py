@@ -181,7 +181,7 @@ def test_a_run_says_what_a_springpot_remembers_of_its_start() -> None:
 
 
 def test_runs_of_what_nothing_holds_are_refused_or_said() -> None:
-    needed = r"^system must have a spring, or a wall on each side: .* of an order below 1/2"
+    needed = "^system must have a spring, or a wall on each side: without them nothing holds"
     for parts in ((sp.Springpot(0.6, 1.0),), (sp.Springpot(0.3, 1.0), sp.Barrier(-1.0))):
         with pytest.raises(ValueError, match=needed):
             sp.simulate(sp.System(*parts, sp.WhiteNoise(1.0)), paths=64, duration=1.0)
@@ -212,5 +212,5 @@ def test_rare_levels_have_the_rates_of_a_gaussian_motion() -> None:
     rates = sp.theory.exceedance(exact.system, {"x": [3.0]})["x"]
     apart = np.sqrt(exact.v_mean_square / exact.x_mean_square) / (2.0 * np.pi)
     assert rates.crossing_rate == pytest.approx(apart, rel=1e-6)
-    beyond = apart * np.exp(-0.5 * 9.0 / exact.x_mean_square) / (1.0 - rates.at_start[0])
+    beyond = apart * np.exp(-0.5 * 9.0 / exact.x_mean_square)
     assert rates.rate["rice"][0] == pytest.approx(beyond, rel=1e-6)
