@@ -146,6 +146,12 @@ def test_rounded_times_are_those_of_the_rate(tmp_path: Path) -> None:
             sp.read_data(put(tmp_path, text), rate=rate)
 
 
+def test_corners_stay_where_they_were_put(tmp_path: Path) -> None:
+    """A few points that may be rounded equal steps are a table of corners."""
+    found = sp.RecordedExcitation.from_csv(put(tmp_path, "time_s,force_N\n0,0\n1.2,1\n2.3,0\n3.5,2\n"))
+    assert found.time == (0.0, 1.2, 2.3, 3.5)
+
+
 def test_a_file_at_a_rate_holds_samples_and_a_few_points_are_corners(tmp_path: Path) -> None:
     samples, corners = (sp.RecordedExcitation.from_csv(put(tmp_path, wave(n))) for n in (32, 31))
     assert (samples.interpolation, corners.interpolation) == ("band-limited", "linear")

@@ -126,8 +126,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "springpot_holds_alone": Kind(
         _STATIONARY,
-        "x_mean_square lacks about {left} in a window from {begin:.3g} s on: no spring holds the mass, and a springpot "
-        "of order {order:.3g} alone forgets the start only like t^({power:.2g}); from {later:.3g} s on it lacks 1 %.",
+        "{name} lacks about {left} in a window from {begin:.3g} s on: no spring holds the mass, and a springpot of "
+        "order {order:.3g} alone forgets the start only like t^({power:.2g}); from {later:.3g} s on it lacks 1 %.",
         "Use theory.linear, which has the stationary value exactly, or a window from the time that the sentence names.",
     ),
     "transient_in_window": Kind(

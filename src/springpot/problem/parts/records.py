@@ -128,7 +128,8 @@ class RecordedExcitation(Excitation):
             A header with the units, such as ``time_s,acceleration_g``, then a row for each point, separated by commas,
             semicolons or tabs.  Each column of an ``acceleration`` (in ``m/s2``, ``g``, ``cm/s2``, ``gal`` or
             ``mm/s2``) or of a ``force`` (``N`` or ``kN``) is a record.  Times are in ``s`` or ``ms``.  Lines that begin
-            with ``#`` are comments.  Times that are rounded to some decimals are taken for those of the rate.
+            with ``#`` are comments.  Of 32 points or more, times that are rounded to some decimals are taken for those
+            of the rate.
         rate : float, optional
             Samples per second, of files without a column of the time.
         scale : float
@@ -289,7 +290,7 @@ def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], s
     if rate is not None:
         return tuple((np.arange(len(values)) / rate).tolist()), own, kinds.pop()
     time = values[:, at[0]]
-    if (np.diff(time) > 0.0).all() and (even := equal_steps(time)) is not None:
+    if len(time) >= FEWEST_SAMPLES and (np.diff(time) > 0.0).all() and (even := equal_steps(time)) is not None:
         return tuple(even.tolist()), own, kinds.pop()
     steps, usual = np.diff(time), float(np.median(np.diff(time)))
     if not usual > 0.0 or (wrong := np.abs(steps - usual) > _UNEVEN * usual).any():

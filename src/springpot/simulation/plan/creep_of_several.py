@@ -28,6 +28,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.system import System
+from springpot.simulation.plan.unsprung import holding_alone
 
 _SLOWEST, _FASTEST, _SPACING = 1e-13, 1e3, 0.05  # rates on the cut over the fastest of the motion; their logarithm
 _BELOW = 1e-12  # the cut, over the rate
@@ -76,7 +77,8 @@ class CreepOfSeveral:
             if isinstance(part, FractionalMaxwell) or (isinstance(part, Springpot) and part.remembers)
         ]  # fmt: skip
         k = coordinates.sum_of(self.stiffness)
-        values = np.linalg.eigvalsh(k)
+        alone = {} if system.of(ThermalNoise) else holding_alone(system)
+        values = np.linalg.eigvalsh(k + coordinates.sum_of({name: pot.coefficient for name, pot in alone.items()}))
         if not remembered or not values[0] > _HELD * values[-1]:
             return none, none
         p = -s * (1.0 + 1j * _BELOW)

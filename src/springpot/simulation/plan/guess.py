@@ -55,10 +55,7 @@ _POINTS = 4001
 _LEAST_SHARE = 1e-200
 _CLOSE = {"xtol": 1e-300, "rtol": 1e-14}  # of a root
 _GUESSED = 1.5  # factor on the forgetting time
-_NOT_HELD = (
-    "system must have a spring, or a wall on each side: without them nothing holds the mass in place, but a springpot "
-    "of an order below 1/2, which no wall or constant force pushes to one side."
-)
+_NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 _DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
 

@@ -616,6 +616,11 @@ class Motion:
         return ""
 
     @property
+    def held_by(self) -> tuple[Springpot, ...]:
+        """The springpots that hold the mass without a spring."""
+        return tuple(creep.springpot for creep in self.slow if isinstance(creep, CreepAlone))
+
+    @property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
         kinds = (WhiteNoise, *_FED, Harmonic, VanDerPol)

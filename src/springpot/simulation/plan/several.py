@@ -8,7 +8,7 @@ energy in each mode.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -36,7 +36,6 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
-from springpot.problem.parts.springpots import order_at_rest
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
@@ -54,6 +53,7 @@ from springpot.simulation.plan.parts import (
 )
 from springpot.simulation.plan.scales import Scales, creep_time
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
+from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.normal_modes import free_motion
 
@@ -598,10 +598,8 @@ class MotionOfSeveral(Motion):
             return self.ends
         if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
-        if free := self._unheld():
-            pots = any(0.0 < order_at_rest(part) < 0.5 for part in self.system.elements.values())
-            slow = ", and a springpot alone does so too slowly for a run: theory.linear may have a stationary state"
-            return f"no spring or wall keeps {listed(free)} near the ground{slow if pots else ''}"
+        if (free := self._unheld()) and self._unheld(holding_alone(self.system)):
+            return f"no spring or wall keeps {listed(free)} near the ground"
         walls = self.system.of(Stop)
         lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
         damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)
@@ -609,12 +607,18 @@ class MotionOfSeveral(Motion):
             return "nothing dissipates the energy of some motion, so it grows without limit"
         return ""
 
-    def _unheld(self) -> list[str]:
-        """The points of a motion that stretches no spring and that no wall ends."""
+    @property
+    def held_by(self) -> tuple[Springpot, ...]:
+        """The springpots that hold some motion without a spring."""
+        alone = holding_alone(self.system)
+        return tuple(alone.values()) if alone and self._unheld() else ()
+
+    def _unheld(self, also: Collection[str] = ()) -> list[str]:
+        """The points of a motion that stretches no spring, and none of some other parts, and that no wall ends."""
         at = self.system.coordinates
         rows = at.elongations
         held = [any(part.force_coefficients()) or part.modulus(0.0) != 0.0 for part in self.system.elements.values()]
-        springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds]
+        springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds or name in also]
         _, sizes, rows_of_all = np.linalg.svd(np.array(springs).reshape(-1, len(at.names)))
         kept = sizes > max(len(springs), len(at.names)) * np.finfo(float).eps * sizes.max(initial=0.0)
         free = rows_of_all[int(kept.sum()) :].T

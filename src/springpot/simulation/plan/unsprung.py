@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 from springpot.problem.parts import Springpot
-from springpot.problem.parts.springpots import order_at_rest, resonance, springpot_in
+from springpot.problem.parts.springpots import resonance, springpot_in
+from springpot.problem.parts.walls import Stop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 
@@ -58,11 +59,6 @@ class CreepAlone:
         """The share of the variance that is missing at a time, about."""
         return self.missing(time)["x_mean_square"] / self.variance
 
-    def time_of(self, share: float, square: float) -> float:
-        """The time in s at which a share of a mean square is missing."""
-        ratio = self._missing_at_once / (share * square)
-        return float(ratio ** (1.0 / (1.0 - 2.0 * self.springpot.order))) if ratio > 0.0 else 0.0
-
     @property
     def _missing_at_once(self) -> float:
         order = self.springpot.order
@@ -70,10 +66,27 @@ class CreepAlone:
         return self.intensity / (slow * slow * (1.0 - 2.0 * order))
 
 
-def springpot_alone(unit: System) -> Springpot | None:
-    """The springpot that holds a mass in the end, where springpots of an order below 1/2 alone do; else None.
+def holding_alone(system: System) -> dict[str, Springpot]:
+    """The springpots that may hold masses without a spring, by the names of their parts; none where something pushes.
 
     A wall or a constant force on one side pushes such a mass away without end.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier
+    >>> [*holding_alone(System(Springpot(0.3, 1.0), Springpot(0.6, 1.0)))]
+    ['springpot_1']
+    >>> holding_alone(System(Springpot(0.3, 1.0), Barrier(-1.0)))
+    {}
+    """
+    if system.of(Stop) or system.constant_force.any():
+        return {}
+    pots = {name: springpot_in(part) for name, part in system.elements.items()}
+    return {name: pot for name, pot in pots.items() if pot and 0.0 < pot.order < 0.5}
+
+
+def springpot_alone(unit: System) -> Springpot | None:
+    """The springpot that holds a mass in the end, where springpots of an order below 1/2 alone do; else None.
 
     Examples
     --------
@@ -83,11 +96,8 @@ def springpot_alone(unit: System) -> Springpot | None:
     >>> springpot_alone(System(Springpot(0.3, 1.0), Spring(1.0))) is None
     True
     """
-    own = unit.potential
-    if any(own.coefficients) or own.contacts or math.isfinite(own.low) or math.isfinite(own.high):
-        return None
-    slowest = min(unit.elements.values(), key=order_at_rest, default=None)
-    return springpot_in(slowest) if 0.0 < order_at_rest(slowest) < 0.5 else None
+    alone = holding_alone(unit)
+    return min(alone.values(), key=lambda pot: pot.order) if alone and not any(unit.potential.coefficients) else None
 
 
 def held_by_springpots(unit: System) -> Potential:

@@ -32,7 +32,6 @@ from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.transient import MOST_TRANSIENT
-from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.walls import about_walls
 
 if TYPE_CHECKING:
@@ -134,17 +133,18 @@ def _about_records(motion: Motion) -> Iterator[Message]:
 
 
 def _about_springpot_alone(simulation: Simulation, values: Values) -> Iterator[Message]:
-    """Of a start that a mass without a spring remembers long."""
-    begin, square = simulation.plan.settings.window[0], values.get("x_mean_square", 0.0)
-    for creep in simulation.motion.slow:
-        if isinstance(creep, CreepAlone) and not simulation.motion.not_stationary and square > 0.0:
-            left = creep.missing(max(begin, creep.times[0]))["x_mean_square"] / square
-            left /= 1.0 + left  # of what would be there
-            if left > LEAST_BIAS:
-                order = creep.springpot.order
-                later = creep.time_of(LEAST_BIAS, square * (1.0 + left))
-                yield say("springpot_holds_alone", left=per_cent(left), begin=begin, order=order,
-                          power=2.0 * order - 1.0, later=later)  # fmt: skip
+    """Of a start that masses without a spring remember long."""
+    motion, begin = simulation.motion, simulation.plan.settings.window[0]
+    if not motion.held_by or motion.not_stationary or not begin > 0.0:
+        return
+    order = min(pot.order for pot in motion.held_by)
+    missing = {name: value for creep in motion.slow for name, value in creep.missing(begin).items() if name in values}
+    shares = {name: value / (value + values[name]) for name, value in missing.items() if value > 0.0}
+    name, left = max(shares.items(), key=lambda item: item[1], default=("", 0.0))
+    if left > LEAST_BIAS:
+        later = begin * (left / LEAST_BIAS) ** (1.0 / (1.0 - 2.0 * order))
+        yield say("springpot_holds_alone", name=name, left=per_cent(left), begin=begin, order=order,
+                  power=2.0 * order - 1.0, later=later)  # fmt: skip
 
 
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
