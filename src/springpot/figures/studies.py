@@ -11,6 +11,7 @@ import numpy as np
 from springpot.figures.style import COLORS, CONFIDENCE, METHOD_LINES, bars, method_label, named, new_grid
 from springpot.figures.sweeps import MOMENTS, PARAMETER_LABELS
 from springpot.machine.faults import known_word
+from springpot.problem.catalogue import owner_of
 
 if TYPE_CHECKING:
     import xarray
@@ -131,8 +132,7 @@ def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str,
                 return [(name, words) for words in _each_level(dataset[level])]
             own = dataset["barrier"].values if "barrier" in dataset[name].dims else [""]
             return [(name, str(wall)) for wall in own]
-    walls = next(map(str, dataset["barrier"].values) for dataset in parts.values())
-    wall = next(wall for wall in walls if name.startswith(f"{wall}_"))
+    wall = owner_of(name, next(map(str, dataset["barrier"].values) for dataset in parts.values()))
     return [(f"barrier_{name.removeprefix(f'{wall}_')}", wall)]
 
 

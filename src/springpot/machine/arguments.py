@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import keyword
 import math
 import numbers
+import unicodedata
 from typing import Any
 
 from springpot.machine.faults import shown
 
+MOST_LETTERS = 100  # of a name
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
 
 
@@ -192,6 +195,40 @@ def finite_number(
                 raise ValueError(f"{fault} This is a bound of the free number {value.name}.") from None
         return value
     return number
+
+
+def checked_name(value: object, label: str, wanted: str = "be a word of letters, digits and _") -> str:
+    """Return ``value`` if it can be a name in Python and in results, or raise one sentence.
+
+    Parameters
+    ----------
+    value : object
+        What the caller gave.
+    label : str
+        The argument, for the message.
+    wanted : str
+        What it must be, or do, in words.
+
+    Raises
+    ------
+    ValueError
+        If it is no word of letters, digits and _, is too long, a keyword, or would be another name in Python's own
+        writing, Unicode's NFKC: ``run.name`` would not find it, and two names that look alike would be two parts.
+
+    Examples
+    --------
+    >>> checked_name("lower_stop", "name")
+    'lower_stop'
+    """
+    if not isinstance(value, str) or not value.isidentifier():
+        raise ValueError(f"{label} must {wanted}, not {shown(value)}.")
+    if len(value) > MOST_LETTERS:
+        raise ValueError(f"{label} must have at most {MOST_LETTERS} letters, not {len(value)}.")
+    if keyword.iskeyword(value):
+        raise ValueError(f"{label} must not be {value!r}, a keyword of Python: {value}_ can be a name.")
+    if (usual := unicodedata.normalize("NFKC", value)) != value:
+        raise ValueError(f"{label} must be {usual!r}, in the letters that Python makes of {value!r}.")
+    return value
 
 
 def _range(low: float, high: float, open_low: bool) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast, get_args
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import LARGEST, Free, checked_name, finite_number
 from springpot.machine.faults import FileError, known_word, shown
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
@@ -64,8 +64,7 @@ class Excitation(Part, abstract=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(on := getattr(self, "on", "mass"), str) or not on.isidentifier():
-            raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")
+        checked_name(getattr(self, "on", "mass"), "on", "be 'mass' (a force) or 'ground' (its acceleration)")
         if not isinstance(self.envelope, Envelope | None):
             raise TypeError(
                 "envelope must be an envelope, such as ExponentialEnvelope(slow=0.2, fast=0.6), not "

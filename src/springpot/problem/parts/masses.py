@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from springpot.machine.arguments import checked_name
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put, real, signed
 from springpot.problem.parts.registration import Element, Names, Number, Part, PointName
@@ -157,11 +158,9 @@ class Point(Part):
 
 
 def _check_name(at: object, kind: str) -> None:
-    if not isinstance(at, str) or not at.isidentifier() or at in ("ground", "mass"):
-        raise ValueError(
-            f"at must be a name for the {kind}, of letters, digits and _, other than 'ground' and 'mass', "
-            f"not {shown(at)}."
-        )
+    wanted = f"be a name for the {kind}, of letters, digits and _, other than 'ground' and 'mass'"
+    if checked_name(at, "at", wanted) in ("ground", "mass"):
+        raise ValueError(f"at must {wanted}, not {at!r}.")
 
 
 def _all(name: str, given: Any, words: str) -> tuple[Any, ...]:

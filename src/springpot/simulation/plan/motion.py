@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.faults import NotCoveredError, few, meant, shown
+from springpot.problem.catalogue import LEVELS
 from springpot.problem.felt import Felt, felt_in
 from springpot.problem.parts import (
     Barrier,
@@ -36,7 +37,7 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
-from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.plan.seen import Seen
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 if TYPE_CHECKING:
