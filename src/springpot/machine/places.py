@@ -1,7 +1,8 @@
-"""Output files: they are checked before any work, and never replaced without permission."""
+"""Output files, which are checked before any work and never replaced without permission; files in a shell's words."""
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 
@@ -39,3 +40,26 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     if place.exists() and not overwrite:
         raise ValueError(f"{name!r} exists already: give another name, or overwrite=True to replace it.")
     return place
+
+
+def shell_word(path: str | Path) -> str:
+    """A file's name as a person can copy it into a shell: quoted, on one line, and no flag.
+
+    Examples
+    --------
+    >>> shell_word("device.toml"), shell_word("-my device.toml")
+    ('device.toml', "'./-my device.toml'")
+    """
+    name = str(path)
+    name = f"./{name}" if name.startswith("-") else name
+    if name.isprintable():
+        return shlex.quote(name)
+    escaped = (
+        letter if letter.isprintable() and letter not in "'\\" else "".join(f"\\x{byte:02x}" for byte in _bytes(letter))
+        for letter in name
+    )
+    return f"$'{''.join(escaped)}'"  # of Bash, which has escapes
+
+
+def _bytes(letter: str) -> bytes:
+    return letter.encode("utf-8", "surrogateescape")
