@@ -5,6 +5,8 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
+from springpot.machine.arguments import checked_path
+
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     """The path of an output file, if it may be written.
@@ -32,7 +34,7 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     >>> place_for(place) == place
     True
     """
-    place, name = Path(path), str(path)
+    place, name = checked_path(path, "path"), str(path)
     if not place.absolute().parent.is_dir():
         raise ValueError(f"{name!r} cannot be written: the folder {str(place.parent)!r} does not exist.")
     if place.exists() and not place.is_file():

@@ -15,6 +15,8 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 
+MOST_PARTS = 64  # of a system: more than a device has, and few enough that every theory answers in seconds
+
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:

@@ -15,7 +15,7 @@ from springpot.machine.arguments import checked_name
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
 from springpot.problem.catalogue import check_names
-from springpot.problem.coordinates import Coordinates
+from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import parts_of_modes
 from springpot.problem.parts import Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
@@ -28,7 +28,7 @@ from springpot.problem.potential import Potential
 
 Kind = TypeVar("Kind")
 
-MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
+MOST_CONTACTS = 16
 
 _ROUNDING = 1e-12
 

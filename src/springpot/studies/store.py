@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+from springpot.machine.arguments import checked_path
 from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
 from springpot.machine.places import shell_word
@@ -224,7 +225,7 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
     ...     open_store(f"{folder}/orders.zarr", orders).study.shape
     {'order': 2}
     """
-    path = Path(path)
+    path = checked_path(path, "store")
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         if study is None:
             raise StoreError(

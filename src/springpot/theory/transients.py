@@ -26,11 +26,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.linearization import NearestLinear, nearest_in_time
 from springpot.theory.methods.systems.states import States, states_of

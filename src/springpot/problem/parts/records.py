@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from springpot.machine.arguments import LARGEST, finite_number
-from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.arguments import LARGEST, checked_path, finite_number, items_of, one_of
+from springpot.machine.faults import FileError, listed
 from springpot.machine.files import open_text
 from springpot.problem.parts.checks import put, tabulated
 from springpot.problem.parts.excitations import Excitation, On, Units
@@ -80,8 +80,7 @@ class RecordedExcitation(Excitation):
     taken: Taken = field(default="in turn", repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        if self.taken not in ("in turn", "at random"):
-            raise ValueError(f"taken must be 'in turn' or 'at random', not {shown(self.taken)}.")
+        one_of(self.taken, "taken", get_args(Taken))
         if _is_nested(self.values):
             own: list[Any] = [*self.values]
             times = _times(self.time, len(own))
@@ -141,7 +140,8 @@ class RecordedExcitation(Excitation):
         >>> RecordedExcitation.from_csv(place, rate=100.0)
         RecordedExcitation(time=(0.0, 0.01, 0.02), values=((0.0, 0.5, 0.0), (0.0, -0.2, 0.1)), on='ground', scale=1.0)
         """
-        places = [path] if isinstance(path, str | Path) else [*path]
+        given = (path,) if isinstance(path, str | Path) else items_of(path, "path must be a file, or a list of them")
+        places = [checked_path(place, "path") for place in given]
         if rate is not None:
             hint = "It is in samples per second."
             rate = finite_number(rate, "rate", low=0.0, high=LARGEST, open_low=True, hint=hint)
@@ -196,8 +196,13 @@ class RecordedExcitation(Excitation):
 
 
 def _is_nested(columns: Any) -> bool:
-    first = next(iter(columns), None) if hasattr(columns, "__iter__") and not isinstance(columns, str) else None
-    return hasattr(first, "__iter__") and not isinstance(first, str)
+    first = next(iter(columns), None) if _is_iterable(columns) else None
+    return first is not None and _is_iterable(first)
+
+
+def _is_iterable(value: Any) -> bool:
+    """Whether it has items, as an array without a dimension has none, though it seems so."""
+    return hasattr(value, "__iter__") and not isinstance(value, str) and getattr(value, "ndim", 1) != 0
 
 
 def _times(time: Any, count: int) -> list[Any]:

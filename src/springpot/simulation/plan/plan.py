@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Unpack, cast, get_args
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, one_of
 from springpot.machine.faults import shown
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
@@ -103,8 +103,8 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     """
     motion = motion_of(system)
     options = cast(Options, {**DEFAULTS, **given})
-    _one_of(options["scheme"], "scheme", get_args(Scheme))
-    _one_of(options["derivative"], "derivative", get_args(Derivative))
+    one_of(options["scheme"], "scheme", get_args(Scheme))
+    one_of(options["derivative"], "derivative", get_args(Derivative))
     scheme = scheme_of(options["scheme"])
     for name, only_paper in (("scheme", scheme.only_paper), ("derivative", options["derivative"] != "caputo")):
         if only_paper and motion.beyond_paper:
@@ -113,7 +113,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     start = options["start"]
     if start is None:
         start, _ = default_start(motion, options)
-    _one_of(start, "start", get_args(StartKind))
+    one_of(start, "start", get_args(StartKind))
     paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
     if motion.different_paths and (motion.recorded or "paths" not in given):
         paths = min(paths, motion.different_paths)
@@ -295,8 +295,3 @@ def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: 
         check_motion(motion, "start='stationary'")
         return None
     return motion.placed(given)
-
-
-def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:
-    if not isinstance(value, str) or value not in words:
-        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {shown(value)}.")

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import finite_number, real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
@@ -18,7 +18,7 @@ from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_sum
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, modulus_correlation, real_array, times
+from springpot.theory.distributions import finite_array, modulus_correlation, times
 from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless

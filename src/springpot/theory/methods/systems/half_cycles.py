@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word
 from springpot.problem.parts import (
@@ -23,7 +24,6 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import WithLaw
-from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
 from springpot.theory.methods.systems.coverage import check_kinds

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, real_array
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed, shown
 from springpot.problem.coordinates import Coordinates
@@ -43,7 +43,6 @@ from springpot.problem.parts import (
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
