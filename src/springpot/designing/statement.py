@@ -190,7 +190,7 @@ def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
     try:
         return float(cost(values))
     except Exception as fault:
-        raise ValueError(f"minimize failed: {fault!r}; it has the values {few(values)}.") from fault
+        raise ValueError(f"minimize failed: {shown(fault)}; it has the values {few(values)}.") from fault
 
 
 def name_of(cost: Cost) -> str:

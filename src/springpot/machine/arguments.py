@@ -273,6 +273,25 @@ def real_array(value: Any, name: str) -> Floats:
     return numbers_in_array(array, must)
 
 
+def finite_array(value: Any, name: str) -> Floats:
+    """Finite real numbers as an array of floats; ``name`` is the argument's name in the error.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is not a real number, or is NaN or infinite.
+
+    Examples
+    --------
+    >>> finite_array(1, "lag")
+    array(1.)
+    """
+    array = real_array(value, name)
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name} must be finite.")
+    return array
+
+
 def _is_real(value: object) -> bool:
     return isinstance(value, numbers.Real) and not isinstance(value, bool)
 
@@ -318,6 +337,17 @@ def switch(value: object, name: str) -> bool:
     if not isinstance(value, bool):
         raise TypeError(f"{name} must be True or False, not {shown(value)}.")
     return value
+
+
+def check_called(value: object, name: str, what: str = "a function of the fraction done") -> None:
+    """That what is called later, if it is given, is a function.
+
+    Examples
+    --------
+    >>> check_called(None, "progress")
+    """
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be {what}, not {shown(value)}.")
 
 
 def checked_path(value: Any, name: str) -> Path:

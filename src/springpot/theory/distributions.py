@@ -17,25 +17,6 @@ from springpot.machine.arrays import Floats
 _FAR = 60.0  # standard deviations at which a normal or Rayleigh density is exactly 0 in double precision
 
 
-def finite_array(value: ArrayLike, name: str) -> Floats:
-    """Finite real numbers as an array of floats; ``name`` is the argument's name in the error.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a value is not a real number, or is NaN or infinite.
-
-    Examples
-    --------
-    >>> finite_array(1, "lag")
-    array(1.)
-    """
-    array = real_array(value, name)
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{name} must be finite.")
-    return array
-
-
 def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> Floats:
     """Times of at least 0 s, or the sizes of those of either sign, as an array of floats, which may be infinite.
 

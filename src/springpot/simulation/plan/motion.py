@@ -204,7 +204,8 @@ class Motion:
                 )
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
-            if isinstance(self.touched.get(wall := str(name).removesuffix("_force")), Barrier) and name != wall:
+            wall = name.removesuffix("_force") if isinstance(name, str) else ""
+            if isinstance(self.touched.get(wall), Barrier) and name != wall:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
@@ -215,11 +216,13 @@ class Motion:
 
     def near(self, name: Any, known: Sequence[str]) -> str:
         """What an unknown name may have meant, or which there are; of two masses, that nothing acts between them."""
+        if not isinstance(name, str):
+            return f"; there are {few(known)}."
         for a, b in permutations(self.system.points, 2):
             pairs = (f"{one}_{end}" for one in (f"{a}_{b}", f"{b}_{a}") for end in ("elongation", "distance"))
             if name in (f"{a}_{b}_elongation", f"{a}_{b}_distance") and not {*pairs} & {*known}:
                 return f": no part acts between {a} and {b}."
-        return meant(str(name), known) or f"; there are {few(known)}."
+        return meant(name, known) or f"; there are {few(known)}."
 
     @property
     def displacements_shown(self) -> int:

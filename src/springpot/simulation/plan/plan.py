@@ -25,6 +25,8 @@ from springpot.simulation.plan.settings import (
 )
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 
+_OF_A_START = "initial_position", "initial_velocity", "derivative"
+SHORTEST = 1e-30  # duration, over the shortest time of the motion
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_RECORDED = 50_000_000
@@ -164,11 +166,18 @@ def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind,
     ('rest', 'nothing dissipates energy, so it grows without limit')
     """
     options = {**DEFAULTS, **given}
-    if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
+    chosen: dict[str, Any] = {**options}
+    usual: dict[str, Any] = {**DEFAULTS}
+    if not all(_is_default(chosen[name], usual[name]) for name in _OF_A_START):
         return "rest", ""
     if motion.recorded or (motion.from_rest and not motion.not_stationary):
         return "rest", ""
     return ("rest" if motion.not_stationary else "stationary"), motion.not_stationary
+
+
+def _is_default(value: Any, default: Any) -> bool:
+    """Of whatever was given: what cannot be compared is not."""
+    return value is default or (isinstance(value, str | int | float) and value == default)
 
 
 def check_stationary(system: System, who: str) -> None:
@@ -213,6 +222,11 @@ def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Sc
     fastest = motion.scales.fastest_rate
     if not 0.0 < fastest < math.inf:
         raise ValueError(TOO_FAR_APART)
+    if duration is not None and duration * fastest < SHORTEST:
+        raise ValueError(
+            f"duration is {duration:g} s, too short for a system whose fastest rate is {fastest:g} per s: use at least "
+            f"{SHORTEST / fastest:.3g} s."
+        )
     if step is None:
         step = min(scheme_of(scheme).default_step / motion.resolved_rate, math.inf if duration is None else duration)
     else:

@@ -130,7 +130,7 @@ def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
         function, given = _observable(plan, name, given)
     else:
         given, reference = _levels_and_reference(name, quantity, given)
-    listed = isinstance(given, list | np.ndarray)
+    listed = isinstance(given, list) or (isinstance(given, np.ndarray) and given.ndim > 0)
     each = [*given] if listed else [given]
     if not 0 < len(each) <= MOST_LEVELS:
         raise ValueError(f"first_passage of {name} must have 1 to {MOST_LEVELS} levels, not {len(each)}.")

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import per_cent
+from springpot.machine.faults import per_cent, shown
 from springpot.problem.catalogue import OF_A_LEVEL
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import binomial_interval
@@ -252,7 +252,7 @@ class PassageTimes:
         """
         p = np.asarray(probability, dtype=float)
         if np.any(~((p >= 0.0) & (p <= 1.0))):
-            raise ValueError(f"probability must be in [0, 1], not {probability!r}.")
+            raise ValueError(f"probability must be in [0, 1], not {shown(probability)}.")
         away = np.sqrt(p * (1.0 - p) / self.paths)
         ordered = np.sort(self.times)
         low, at, high = (

@@ -10,15 +10,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import finite_number, real_array
+from springpot.machine.arguments import finite_array, finite_number, real_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_sum
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, modulus_correlation, times
+from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless
@@ -205,7 +205,7 @@ class Averaging(DensitiesOfAmplitude[Normals]):
 
     def _at(self, time: float | None) -> Normals:
         if time is not None and real_array(time, "time").ndim:
-            raise TypeError(f"time must be one number, not {time!r}.")
+            raise TypeError(f"time must be one number, not {shown(time)}.")
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
         if mu == 0.0:
             raise ValueError("there is no density: the amplitude is always zero (at rest, or without noise).")
@@ -257,7 +257,7 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     3.519
     """
     if not isinstance(form, str) or form not in _METHODS:
-        raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {form!r}.")
+        raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {shown(form)}.")
     system = checked_system(system)
     paper = check_covered(system, form)
     frequency = _shifted_frequency(paper) if form == "shifted" else paper.natural_frequency

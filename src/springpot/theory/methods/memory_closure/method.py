@@ -18,12 +18,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import finite_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, per_cent
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array
 from springpot.theory.methods.exact import exact_of_paper, exact_state
 from springpot.theory.methods.memory_closure.correlation import (
     folded_correlation,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError, known_word
+from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.parts import (
     Barrier,
     Dashpot,
@@ -128,7 +128,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         walls = dict(zip(self.system.stops, self.system.of(Barrier), strict=True))
         found = _impacts(chain, walls[known_word(wall, walls, "wall")], scales)
         if found is None or not found.speeds.size:
-            raise ValueError(f"wall {wall!r} has no density of speeds: it is struck never, or infinitely often.")
+            raise ValueError(f"wall {shown(wall)} has no density of speeds: it is struck never, or infinitely often.")
         return np.asarray(np.interp(u, found.speeds, found.density, left=0.0, right=0.0) / scales.speed)
 
 
