@@ -326,6 +326,19 @@ def one_of(value: Any, name: str, words: Sequence[Any], hint: str = "") -> Any:
     return value
 
 
+def text(value: object, name: str) -> str:
+    """A text, such as a name, that is looked up later.
+
+    Examples
+    --------
+    >>> text("box", "of")
+    'box'
+    """
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a name, not {shown(value)}.")
+    return value
+
+
 def switch(value: object, name: str) -> bool:
     """True or False.
 

@@ -69,6 +69,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
     iterations: int
     residual: float
 
+    @np.errstate(all="ignore")  # at the ends of double precision
     def correlation(self, lag: ArrayLike) -> Floats:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
@@ -100,6 +101,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
         shape = folded_correlation(unfolded_correlation(law.loop, time.ravel()).reshape(time.shape))
         return np.asarray(self.x_mean**2 + self._variance * shape)
 
+    @np.errstate(all="ignore")  # at the ends of double precision
     def spectrum(self, frequency: ArrayLike) -> Floats:
         """Two-sided spectral density of x - <x>, in m^2 s per rad.
 
