@@ -18,6 +18,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 
 MOST_LETTERS = 100  # of a name
+MOST_BYTES = 255  # of the name of a file, on every system of files
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
 
 
@@ -375,6 +376,8 @@ def checked_path(value: Any, name: str) -> Path:
         raise TypeError(f"{name} must be the place of a file, as a text or a Path, not {shown(value)}.")
     if "\0" in place:
         raise ValueError(f"{name} must be the place of a file, and {shown(place)} has a null character.")
+    if (longest := max((len(part.encode("utf-8", "replace")) for part in Path(place).parts), default=0)) > MOST_BYTES:
+        raise ValueError(f"{name} must be the place of a file: no name has {longest} bytes, but {MOST_BYTES} at most.")
     return Path(place)
 
 

@@ -79,7 +79,7 @@ def few(words: Iterable[str]) -> str:
     >>> few(["order", "coefficient"]), few([f"contact_{n}" for n in range(200)])[-34:]
     ('order, coefficient', 'contact_18, contact_19, 180 others')
     """
-    return ", ".join(_first([*words]))
+    return ", ".join(_first([*words])).replace("\n", " ")
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

@@ -265,6 +265,7 @@ def _steps(states: States, asked: Floats, most: float = math.inf) -> Iterator[tu
     for noise in noises:
         if getattr(noise, "frequency_rate", 0.0):
             longest = min(longest, _TURN / max(*states.companion.scales, noise.frequency_at(end, "the noise")))
+    longest = max(longest, np.finfo(float).tiny)
     corners = {t for noise in noises if noise.envelope is not None for t in noise.envelope.corners if 0.0 < t < end}
     times = np.unique([0.0, *asked, *corners])
     counts = np.maximum(np.ceil(np.diff(times) / longest * (1.0 - 1e-9)), 1.0)

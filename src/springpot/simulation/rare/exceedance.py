@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, check_called, finite_number, numbers_in_array
+from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import name_results, shown
 from springpot.machine.progress import Clock, FractionDone
@@ -318,8 +318,7 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
 def _checked_place(save: object, functions: list[str]) -> Path | None:
     if save is None:
         return None
-    if not isinstance(save, str | Path):
-        raise TypeError(f"save must be the place of a file, not {shown(save)}.")
+    save = checked_path(save, "save")
     if functions:
         raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
     if not Path(save).resolve().parent.is_dir():
