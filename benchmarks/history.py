@@ -67,7 +67,7 @@ def paper_by_history(quick: bool) -> list[Row]:
     section = "Fig. 2 of the paper: 63 points, 5000 paths, 1e5 steps"
     paths = 500 if quick else PATHS
     lengths = (200, 400) if quick else (2000, 4000)
-    times = [min(one_thread(paths, steps) for _ in range(2)) for steps in lengths]
+    times = [min(one_thread(paths, steps) for _ in range(1 if quick else 2)) for steps in lengths]
     slope = exponent(lengths, times)
     numpy_hours = times[-1] * (STEPS / lengths[-1]) ** 2 * (PATHS / paths) * POINTS / 3600
 

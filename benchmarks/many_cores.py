@@ -28,7 +28,7 @@ from springpot.simulation.plan.plan import plan_of
 from springpot.studies import Study, read_study, run_study
 from springpot.studies.tasks import compute, tasks
 
-__all__ = ["many_cores", "table"]
+__all__ = ["many_cores", "table", "two_threads"]
 
 SECTION = "a study of 10^12 path-steps"
 PATH_STEPS = 10**12
@@ -101,7 +101,7 @@ def many_cores(quick: bool) -> list[Row]:
         Row(SECTION, "a point: compiled code of its start", 1e3 * start, "ms CPU", note="stationary; median of orders"),
         Row(SECTION, "a point: Python", 1e3 * task, "ms CPU", note="the same"),
         Row(SECTION, "a point: Python for 10,000 paths more", 1e7 * path, "ms CPU", note="sums and errors of results"),
-        _two_threads(quick),
+        two_threads(quick),
         *_sleeping(quick),
     ]
     hand_out, work = 0.0, 0.0
@@ -199,7 +199,7 @@ def _of_a_task(quick: bool) -> tuple[float, float, float]:
     return max(0.0, whole - python), python, max(0.0, of_many - of_few) / (many - few)
 
 
-def _two_threads(quick: bool) -> Row:
+def two_threads(quick: bool) -> Row:
     """Wall time of one run, on one thread and on two by turns."""
     steps, blocks = (100, 16) if quick else (10_000, 64)
     one, two = (_simulation(LANES * blocks, steps, threads) for threads in (1, 2))

@@ -17,7 +17,9 @@ from numba.core.config import CPU_NAME
 from springpot.machine.processors import threads_available
 from springpot.machine.versions import versions
 
-__all__ = ["Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "load", "machine"]
+__all__ = ["LIMIT", "Row", "best_cpu", "best_wall", "cpu_by_turns", "exponent", "load", "machine"]
+
+LIMIT = "the limit"  # what a rate of multiply-adds is a share of
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,17 @@ from matplotlib.figure import Figure
 
 from benchmarks.equal_error import is_time
 from benchmarks.equal_error_report import ABOUT_MEASURED, lead
-from benchmarks.measure import Row
+from benchmarks.measure import LIMIT, Row
 from springpot.figures.style import COLORS, save
 
 __all__ = ["draw", "joined", "measured_later", "page", "read", "text", "write"]
 
 ABOUT = {
     "one core": (
-        "Multiply-add peak of one core, measured by 12 independent chains of multiply-adds on arrays on the stack; the "
-        "memory modes against it, counted as 17 flops per mode for four steps; and where the time of a path-step goes. "
-        "Each part is timed alone. The rest of the whole is the cost of walls and sums, and of running the parts "
-        "together."
+        "Multiply-adds of one core: of independent chains of them on arrays on the stack, and of the memory modes, "
+        "8 per mode for four steps, each counted as 2 flops. All are run by turns, and the limit is the most that any "
+        "of them does in this precision: no share is above 100 %. Then where the time of a path-step goes: each part "
+        "is timed alone, and the rest of the whole is the cost of walls and sums, and of running the parts together."
     ),
     "systems": (
         "The time of a path-step with more parts, one thread, h = 0.01. A new kind of system is compiled once, in some "
@@ -204,7 +204,7 @@ def _number(value: float | None, digits: int = 3) -> str:
 def _ratio(row: Row) -> str:
     if row.ratio is None:
         return ""
-    if row.ratio_to in ("peak", "the whole"):
+    if row.ratio_to in (LIMIT, "the whole"):
         return f"{round(100.0 * row.ratio)} % of {row.ratio_to}"
     return f"{_number(row.ratio)} x {row.ratio_to}"
 
@@ -304,5 +304,6 @@ def _division(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_yticks(range(len(sections)), [section.partition(", ")[2] for section in sections])
     axes.set_ylim(-0.5, len(sections) + 0.2)
     axes.set_xlabel("ns of processor time per path-step, 32 memory modes", fontsize=8)
-    axes.legend(ncols=4, loc="upper left", frameon=False, fontsize=7)
+    if sections:
+        axes.legend(ncols=4, loc="upper left", frameon=False, fontsize=7)
     axes.spines[["top", "right"]].set_visible(False)

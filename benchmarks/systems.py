@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 
 from benchmarks.measure import Row, cpu_by_turns
 from springpot import (
@@ -45,12 +46,12 @@ _PROBLEMS: dict[str, System] = {
 }
 
 
-def systems(quick: bool) -> list[Row]:
+def systems(quick: bool, problems: Mapping[str, System] = _PROBLEMS) -> list[Row]:
     """Rows of the section on systems; the cases are run by turns, and each has its least time."""
     section = "systems of parts"
     steps, turns = (200, 1) if quick else (10_000, 25)
     prepared, first = dict[str, Simulation](), {}
-    for name, problem in _PROBLEMS.items():
+    for name, problem in problems.items():
         begun = time.perf_counter()
         plan = plan_of(problem, paths=256, duration=0.01 * steps, step=0.01, threads=1, start="rest")
         prepared[name] = simulation_of(plan.but(initial_position=0.0))

@@ -18,7 +18,7 @@ from springpot.simulation import Run, simulate
 from springpot.simulation.kernel.lanes import LANES
 from springpot.theory import Result, averaging, envelope, exact, fokker_planck, memory_closure
 
-__all__ = ["asked_error", "cost_of_length", "start_up", "theory"]
+__all__ = ["asked_error", "command", "cost_of_length", "start_up", "theory"]
 
 _SHORT = 5.0  # s; shorter runs are measured again
 
@@ -86,11 +86,12 @@ def cost_of_length(quick: bool) -> list[Row]:
     return rows
 
 
-def _command(folder: str, quick: bool) -> None:
+def command(quick: bool, caches: str | None = None) -> None:
+    """Run ``springpot simulate``, with what is kept in this folder; in the usual ones if it is None."""
     more = ["--paths", "64", "--duration", "1"] if quick else []
+    own = {} if caches is None else {"NUMBA_CACHE_DIR": caches, "SPRINGPOT_CACHE_DIR": caches}
     subprocess.run(
-        [sys.executable, "-m", "springpot", "simulate", *more],
-        env={**os.environ, "NUMBA_CACHE_DIR": folder, "SPRINGPOT_CACHE_DIR": folder},
+        [sys.executable, "-m", "springpot", "simulate", *more], env={**os.environ, **own},
         check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
 
@@ -125,8 +126,8 @@ def start_up(quick: bool) -> list[Row]:
     """Rows of section 8."""
     section = "the command springpot simulate"
     with tempfile.TemporaryDirectory() as folder:
-        cold = best_wall(lambda: _command(folder, quick), 1)
-        warm = best_wall(lambda: _command(folder, quick), 1 if quick else 3)
+        cold = best_wall(lambda: command(quick, folder), 1)
+        warm = best_wall(lambda: command(quick, folder), 1 if quick else 3)
     size = "64 paths x 100 steps" if quick else "default size: 5000 paths x 10,000 steps"
     return [
         Row(section, "first run", cold, "s wall", cold / warm, "next runs", f"empty caches: it compiles; {size}"),

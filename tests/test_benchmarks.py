@@ -9,11 +9,21 @@ import pkgutil
 import benchmarks
 import numpy as np
 import pytest
+from benchmarks.__main__ import SECTIONS, main
 from benchmarks.equal_error import METHODS, OURS, QUANTITIES, TARGETS, AtStep, is_time, needed, section_of
 from benchmarks.equal_error_report import draw_times, lead
-from benchmarks.measure import Row
+from benchmarks.history import one_thread
+from benchmarks.kernels import shares_of_limit
+from benchmarks.many_cores import two_threads
+from benchmarks.measure import LIMIT, Row
 from benchmarks.peers import mirrored_chain, numpy_and_numba, numpy_only
-from benchmarks.report import joined, measured_later, page
+from benchmarks.report import joined, measured_later, page, read
+from benchmarks.studies import overhead, status
+from benchmarks.systems import systems
+from benchmarks.whole_runs import command
+
+from springpot import Oscillator
+from tests.sizes import validation
 
 
 def test_every_module_finds_what_it_takes_from_the_library() -> None:
@@ -93,3 +103,70 @@ def test_a_section_measured_on_its_own_names_its_machine() -> None:
     rows = joined(rows, measured_later(rows, "studies", now))
     machine = [(row.case, row.note) for row in rows if row.section == "machine"]
     assert machine == [("processor", "any"), ("studies, measured later", "processor another")]
+
+
+SLOW = {"systems", "paper_by_history", "start_up", "studies", "many_cores"}  # compile much, or start processes
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+@pytest.mark.parametrize(
+    "section",
+    [validation(each) if each.__name__ in SLOW else each for each in SECTIONS],
+    ids=lambda each: each.__name__,
+)
+def test_every_section_runs_to_its_end(section) -> None:  # type: ignore[no-untyped-def]
+    rows = section(quick=True)
+    assert rows
+    for row in rows:
+        if row.value is None:  # of others that are not installed, or who do not reach an error
+            assert row.note
+            continue
+        assert math.isfinite(row.value), row
+        assert row.ratio_to != LIMIT or 0.0 < (row.ratio or 0.0) <= 1.0, row
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+def test_the_smallest_parts_of_the_other_sections_run(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    assert [row.ratio for row in systems(True, {"oscillator": Oscillator()})] == [1.0]
+    assert 0.0 < one_thread(4, 8) < 60.0
+    command(quick=True)  # raises if it fails
+    assert overhead(tmp_path, 10).unit == "ms"
+    assert 0.0 < (status(tmp_path, 10, 1).value or 0.0) < 60.0
+    assert (two_threads(True).value or 0.0) > 0.0
+
+
+@pytest.mark.parametrize("chains", [100.0, 300.0])
+def test_no_kernel_does_more_than_the_limit(chains: float) -> None:
+    """Where the memory modes do more multiply-adds than the chains, they are the limit."""
+    alone, within = 0.64, 1.28  # ns, for 128 flops: 200 and 100 Gflop/s
+    rows = shares_of_limit("one core", chains, {"memory": alone, "whole": within})
+    assert [row.value for row in rows] == pytest.approx([chains, 200.0, 100.0])
+    assert max(row.ratio or 0.0 for row in rows) == 1.0
+    assert [row.ratio for row in rows] == pytest.approx([each / max(chains, 200.0) for each in (chains, 200.0, 100.0)])
+
+
+def _first(quick: bool) -> list[Row]:
+    return [Row("first", "x", 1.0, "s")]
+
+
+def _broken(quick: bool) -> list[Row]:
+    raise TypeError("no such argument")
+
+
+def _last(quick: bool) -> list[Row]:
+    return [Row("last", "x", 2.0, "s")]
+
+
+def test_what_is_measured_is_written_if_a_section_fails(tmp_path, capsys) -> None:  # type: ignore[no-untyped-def]
+    assert main(["--quick", "--out", str(tmp_path)], (_first, _broken, _last)) == 1
+    told = capsys.readouterr()
+    assert "_broken failed and is left out: TypeError" in told.err.splitlines()
+    assert [row.section for row in read(tmp_path / "table.csv") if row.value] == ["first", "last"]
+    assert "## Last" in (tmp_path / "performance.md").read_text(encoding="utf-8")
+    assert main(["--quick", "--out", str(tmp_path)], (_last,)) == 0
+
+
+def test_a_quick_run_overwrites_nothing(capsys) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(SystemExit):
+        main(["--quick", "--out", f"{benchmarks.__path__[0]}/results"], (_first,))
+    assert "choose another folder with --out" in capsys.readouterr().err

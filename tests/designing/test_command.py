@@ -101,6 +101,29 @@ def test_design_refuses_in_one_sentence(
     assert said.out == ""
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "one of --minimize and --maximize must be given."),
+        (["--minimize", "c", "--maximize", "c"], "only one of --minimize and --maximize must be given."),
+        (["--maximize", "impact_rat"], "--maximize must be among c, "),
+    ],
+)
+def test_a_design_needs_one_cost(
+    device: str, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["design", device, *words]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_what_is_greatest_needs_no_limit(device: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """With less damping the wall is struck more often: the number ends at its lower bound."""
+    assert cli.main(["design", device, "--maximize", "impact_rate", "--rtol", "0.2"]) == 0
+    said = capsys.readouterr()
+    assert said.out.splitlines()[0] == "greatest impact_rate"
+    assert "c  0.05 (its lower bound)" in said.out
+
+
 def test_sensitivity_draws(device: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert cli.main(["sensitivity", device, "--quantities", "impact_rate", "--plot", "found.png"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "found.png"

@@ -18,7 +18,7 @@ from springpot.designing.approximation import leading, smooth
 from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import theory_values
 from springpot.designing.search import Approximation, search
-from springpot.designing.statement import Limit, Space
+from springpot.designing.statement import Cost, Limit, Space
 from springpot.machine.arguments import Free
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.free_numbers import with_values
@@ -36,7 +36,7 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"a_": values["a"], "b_": values["b"], "sum": values["a"] + values["b"]}
 
-    model = Approximation(space, quantities, lambda values: values["a"] * values["b"])
+    model = Approximation(space, quantities, Cost("ab", ("a", "b"), lambda a, b: a * b))
     limits = [Limit("a_", 2.0, False), Limit("b_", 3.0, False), Limit("sum", 6.0, False)]
     places = np.random.default_rng(1).random((16, 2))
     found = search(model, limits, places, 1)
@@ -47,7 +47,7 @@ def test_the_search_finds_the_corner_of_two_limits() -> None:
 
 def test_a_search_without_an_answer_in_places_goes_round_them() -> None:
     space = Space({"a": Free(2.0, "a", 1.0, 10.0)})
-    model = Approximation(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, "q")
+    model = Approximation(space, lambda v: {} if v["a"] < 3.0 else {"q": v["a"]}, Cost("q", ("q",)))
     found = search(model, [Limit("q", 4.0, False)], np.linspace(0.0, 1.0, 9)[:, None], 1)
     assert found.cost == pytest.approx(4.0, rel=1e-4)
 
@@ -78,7 +78,7 @@ def test_the_least_damper_is_that_of_the_closed_form() -> None:
 def test_limits_that_exclude_each_other_are_found_out_in_few_steps() -> None:
     """a > 5 and b > 5 with a b < 10: of two numbers it took over 300 steps, each of which may be a second of theory."""
     space = Space({"a": Free(5.0, "a", 1.0, 10.0), "b": Free(5.0, "b", 1.0, 10.0)})
-    model = Approximation(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, "a")
+    model = Approximation(space, lambda v: {"a_": v["a"], "b_": v["b"], "ab": v["a"] * v["b"]}, Cost("a", ("a",)))
     limits = [Limit("a_", 5.0, False), Limit("b_", 5.0, False), Limit("ab", 10.0, True)]
     found = search(model, limits, np.random.default_rng(1).random((16, 2)), 1)
     assert found.excess == pytest.approx(math.log(25.0 / 10.0) / 3.0, rel=0.01)
@@ -205,6 +205,12 @@ def test_limits_that_cannot_hold_are_said_with_what_is_missed() -> None:
     [
         ({"minimize": "v_mean_squar"}, "did you mean v_mean_square"),
         ({"minimize": 3.0}, "minimize must be the name"),
+        ({"maximize": "c"}, "minimize or maximize must be given, not both."),
+        ({"minimize": None}, r"minimize or maximize must be given\."),
+        ({"minimize": None, "maximize": "v_mean_squar"}, "maximize must be among .* did you mean v_mean_square"),
+        ({"minimize": lambda values: 1.0}, "minimize has an argument 'values', which is neither a result nor a free"),
+        ({"minimize": lambda x_mean_squar: 1.0}, "did you mean x_mean_square"),
+        ({"minimize": lambda: 1.0}, "minimize must have an argument: "),
         ({"subject_to": {"impact_rates": (None, 1.0)}}, "did you mean impact_rate"),
         ({"subject_to": {"impact_rate": 0.2}}, "subject_to must have a pair"),
         ({"subject_to": {"impact_rate": (0.3, 0.2)}}, "low limit below the high one"),
@@ -224,6 +230,57 @@ def test_bad_input_is_one_sentence(changes: dict[str, Any], sentence: str) -> No
     }  # fmt: skip
     with pytest.raises((TypeError, ValueError), match=sentence):
         sp.design(**{**usual, **changes})
+
+
+def harvester(resistance: Any) -> sp.System:
+    return sp.System(
+        sp.Spring(1.0), sp.Dashpot(0.1), sp.PiezoelectricCircuit(1.0, resistance, 1.0), sp.WhiteNoise(1.0)
+    )  # fmt: skip
+
+
+def test_what_is_maximized_without_limits_is_that_of_the_closed_form() -> None:
+    """Of <V^2> / R under white noise Lyapunov's equation leaves 1 / (R Cp) = sqrt(k + theta^2 / Cp) at the most."""
+    best = 1.0 / math.sqrt(2.0)
+    found = sp.design(harvester(sp.free("R", 0.2, (0.05, 20.0))), maximize="harvested_power", rtol=0.05)
+    assert found.values["R"] == pytest.approx(best, rel=1e-3)
+    assert found.promises == ()
+    assert not found.warnings
+    power = sp.theory.linear(harvester(best)).numbers["harvested_power"]
+    assert abs(found.cost - power) < 4.0 * found.cost_error < 0.05 * power
+    assert [each.cost > 0.0 for each in found.history] == [True] * len(found.history)
+    assert found.report().splitlines()[0] == "greatest harvested_power"
+    assert "gain: 0.38" in found.report()
+
+
+def test_a_gain_within_a_limit_ends_at_the_limit() -> None:
+    """The power rises with R up to 0.707 ohm: the largest R at which it is less than at 0.4 ohm."""
+    model = harvester(sp.free("R", 0.2, (0.05, 0.6)))
+    most = sp.theory.linear(harvester(0.4)).numbers["harvested_power"]
+    found = sp.design(model, maximize="R", subject_to={"harvested_power": (None, most)}, rtol=0.02)
+    assert found.promises[0].probability > 0.98
+    assert 0.3 < found.values["R"] < 0.4
+    curve = found.curve("harvested_power", [0.99 * most, most])
+    assert curve.greatest
+    assert 0.0 < curve.costs[0] < curve.costs[1] == pytest.approx(0.4, rel=0.01)
+
+
+def test_a_function_takes_results_and_numbers_by_the_names_of_its_arguments() -> None:
+    """x_mean_square = q / (2 c k) of the linear system: the least of <x^2> + w c is at c = sqrt(q / (2 k w))."""
+    model = sp.System(sp.Spring(4.0), sp.Dashpot(sp.free("c", 0.5, (0.05, 5.0))), sp.WhiteNoise(1.0))
+    found = sp.design(model, lambda c, x_mean_square: x_mean_square + 0.5 * c, rtol=0.05)
+    assert found.values["c"] == pytest.approx(0.5, rel=0.01)
+    assert abs(found.cost - 0.5) < 4.0 * found.cost_error < 0.05
+    assert found.report().splitlines()[0] == "least cost"
+
+
+def test_costs_of_any_size_are_told_from_no_answer() -> None:
+    """A cost of 1e12, and a gain of 1e-12: in their logarithms they are beyond what stands for no answer."""
+    for size, greatest in ((1e12, False), (1e-12, True)):
+        space = Space({"a": Free(2.0, "a", 1.0, 10.0)})
+        cost = Cost("q", ("q",), greatest=greatest)
+        model = Approximation(space, lambda v, size=size: {} if v["a"] > 5.0 else {"q": size * v["a"]}, cost)  # type: ignore[misc]
+        found = search(model, [], np.linspace(0.0, 1.0, 9)[:, None], 1)
+        assert found.values["a"] == pytest.approx(4.9 if greatest else 1.0, abs=0.2)
 
 
 PROBLEMS = range(20)

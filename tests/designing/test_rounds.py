@@ -11,7 +11,7 @@ import pytest
 from springpot.designing.pooling import RoundValue, pooled
 from springpot.designing.rounds import DesignTask, Searched, Simulated, rounds
 from springpot.designing.search import Approximation, Found
-from springpot.designing.statement import Limit, Space
+from springpot.designing.statement import Cost, Limit, Space
 from springpot.machine.arguments import Free
 from springpot.machine.progress import OutOfTimeError
 from tests.sizes import validation
@@ -73,7 +73,7 @@ def designed(
     def quantities(values: Mapping[str, float]) -> dict[str, float]:
         return {"rate": theory(values["C"])}
 
-    model = Approximation(space, quantities, "C")
+    model = Approximation(space, quantities, Cost("C", ("C",)))
     random = np.random.default_rng(seed)
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:

@@ -66,7 +66,7 @@ def test_a_design_by_exact_theory_ends_at_the_classical_damper() -> None:
         sp.Spring(sp.free("k", 0.03, (0.01, 0.1)), **damper), sp.WhiteNoise(1.0, on="frame"),
         sp.Dashpot(sp.free("c", 0.03, (0.002, 0.1)), **damper),
     )  # fmt: skip
-    found = sp.design(model, minimize="frame_x_mean_square", subject_to={}, rtol=0.2)
+    found = sp.design(model, minimize="frame_x_mean_square", rtol=0.2)
     assert found.method == "linear"
     assert found.values == pytest.approx({"k": 0.0464852607, "c": 0.0105843}, rel=2e-3)
     assert sp.theory.linear(found.model).frame_x_mean_square == pytest.approx(4.445436, rel=1e-6)
@@ -75,7 +75,7 @@ def test_a_design_by_exact_theory_ends_at_the_classical_damper() -> None:
 
 def test_a_gap_is_designed_for_a_rate() -> None:
     model = buildings(sp.WhiteNoise(1e9, on="old"), gap=sp.free("gap", -0.05, (-0.1, -0.01)))
-    found = sp.design(model, minimize=lambda values: -values["gap"], subject_to={"gap_impact_rate": (None, 0.1)},
+    found = sp.design(model, minimize=lambda gap: -gap, subject_to={"gap_impact_rate": (None, 0.1)},
                       rtol=0.1)  # fmt: skip
     assert found.method == "monte_carlo"
     assert found.promises[0].probability > 0.98

@@ -482,7 +482,7 @@ def test_a_run_that_would_take_too_long_is_said(tab: Tab) -> None:
 
 def test_what_has_no_answer_is_said(tab: Tab) -> None:
     tab.ask(link_of(order=0))
-    assert "no method has a stationary answer" in tab.page.locator("#warnings").inner_text()
+    assert "no analytical method covers this" in tab.page.locator("#warnings").inner_text()
     assert "grows without limit" in tab.page.locator("#warnings").inner_text()
     tab.changed(lambda: tab.page.locator("#example").select_option(label="Without walls"))
     assert float(tab.page.locator("#table tr.recommended [data-quantity=x_rms]").get_attribute("data-value") or 0) > 0.0

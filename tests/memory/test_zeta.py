@@ -21,8 +21,9 @@ def test_it_is_exact_to_rounding_from_the_pole_to_where_it_is_one() -> None:
 
 MODELS = {
     "an oscillator": ("sp.Oscillator()", []),
-    # its walls have names in the dataset; the edges of its law are roots, which SciPy finds
-    "a system": ("sp.System(*FEW, NEARLY_LINEAR, *AWAY)", ["scipy.special", "scipy.optimize"]),
+    # its walls have names in the dataset; the edges of its law are roots
+    "a system": ("sp.System(*FEW, NEARLY_LINEAR, *AWAY)", []),
+    "a lossy wall": ("sp.Oscillator(barrier=sp.Barrier(-0.5, 0.7))", []),
 }
 
 

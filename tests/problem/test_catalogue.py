@@ -156,7 +156,9 @@ def test_most_systems_need_no_list_of_their_results() -> None:
 def test_what_can_be_asked_for_is_what_the_simulation_sees() -> None:
     """The names that first passages, exceedance and rainflow take are those that the catalogue keeps apart."""
     stop = sp.Barrier(-1.0, between=LINK)
-    several = sp.System(*TWO, sp.Spring(1.0, between=LINK, count=2), sp.Springpot(0.5, 1.0, between=LID), stop=stop)
+    several = sp.System(
+        *TWO, sp.Spring(1.0, between=LINK, count=2, group="link"), sp.Springpot(0.5, 1.0, between=LID), stop=stop
+    )
     for system in (several, sp.Oscillator()):
         motion, names = motion_of(system), {name for name, _ in catalogue.asked_for(system)}
         assert names == {*motion.levels, *motion.speeds, *motion.felt}

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import springpot as sp
@@ -108,3 +109,59 @@ def test_a_system_file_names_its_records(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="has no column of the time"):
         sp.read_system(put(tmp_path, f'{text}path = "bare.csv"\n', "device.toml"))
     assert math.isclose(record.mean_square, 4.0 * sp.RecordedExcitation(*record.records[0]).mean_square)
+
+
+def wave(count: int, rate: float = 256.0, decimals: int = 5) -> str:
+    rows = (f"{n / rate:.{decimals}f},{np.sin(0.3 * n):.6f}" for n in range(count))
+    return "\n".join(["time_s,acceleration_m/s2", *rows, ""])
+
+
+def test_rounded_times_are_those_of_the_rate(tmp_path: Path) -> None:
+    """By both readers; times of five decimals were kept, or refused."""
+    rated = sp.RecordedExcitation.from_csv(put(tmp_path, wave(200)))
+    assert rated.time == tuple(n / 256.0 for n in range(200))
+    motion = wave(200).replace("acceleration_m/s2", "a_m/s2")
+    read = sp.read_data(put(tmp_path, motion))
+    assert read.time.tolist() == [*rated.time]
+    assert read.step == 1.0 / 256.0
+    bare = "\n".join(line.partition(",")[2] for line in motion.splitlines())
+    for given, rate in ((bare, 256), ("# sampling_rate_hz = 256\n" + bare, None)):
+        found = sp.read_data(put(tmp_path, given), rate=rate)
+        assert (found.step, found.of) == (1.0 / 256.0, "a")
+        assert (found.values == read.values).all()
+    for text, rate, sentence in (
+        (motion, 256.0, "rate must be left out of data with a column of the time"),
+        ("before_m/s,after_m/s\n1,0.7\n2,1.4\n3,2.1\n", 2.0, "rate must be left out of data of another kind"),
+        ("quantity,value,error\nimpact_rate (1/s),1,1\n", 2.0, "rate is of a record"),
+        ("# sampling_rate_hz = 256\n" + bare, 256.0, "sampling_rate_hz must be left out beside rate"),
+        (
+            "# sampling_rate_hz = 256\n" + motion,
+            None,
+            "sampling_rate_hz must be left out beside the column of the time",
+        ),
+        (bare, None, "time_s .a record; or give its rate"),
+        (bare, -1.0, "rate must be in .0,.*It is in samples per second"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            sp.read_data(put(tmp_path, text), rate=rate)
+
+
+def test_a_file_at_a_rate_holds_samples_and_a_few_points_are_corners(tmp_path: Path) -> None:
+    samples, corners = (sp.RecordedExcitation.from_csv(put(tmp_path, wave(n))) for n in (32, 31))
+    assert (samples.interpolation, corners.interpolation) == ("band-limited", "linear")
+    assert sp.RecordedExcitation.from_csv(put(tmp_path, wave(32)), interpolation="linear").interpolation == "linear"
+    assert sp.RecordedExcitation(samples.time, samples.values).interpolation == "linear"
+    system = sp.System(sp.Spring(1.0), samples)
+    assert sp.read_system(put(tmp_path, sp.to_toml(system), "whole.toml")) == system
+    part = '[[parts]]\nkind = "spring"\nstiffness = 4.0\n[[parts]]\nkind = "recorded_excitation"\npath = "ground.csv"\n'
+    put(tmp_path, wave(32))
+    for line, kept in (("", "band-limited"), ('interpolation = "linear"\n', "linear")):
+        (record,) = sp.read_system(put(tmp_path, part + line, "device.toml")).of(sp.RecordedExcitation)
+        assert record.interpolation == kept
+    uneven = wave(40).splitlines()
+    uneven[20] = "0.0750,1.0"
+    assert sp.RecordedExcitation.from_csv(put(tmp_path, "\n".join(uneven))).interpolation == "linear"
+    with pytest.raises(ValueError, match="interpolation must be 'linear' where points are not at equal steps"):
+        sp.RecordedExcitation.from_csv(put(tmp_path, "\n".join(uneven)), interpolation="band-limited")
+    with pytest.raises(ValueError, match="interpolation must be 'linear' or 'band-limited', not 'sinc'"):
+        sp.RecordedExcitation((0.0, 1.0), (0.0, 1.0), interpolation="sinc")

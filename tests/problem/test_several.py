@@ -367,7 +367,7 @@ def test_doors_of_what_covers_one_mass_say_so(door) -> None:
 def test_the_linear_theory_is_recommended_and_nothing_where_there_is_no_answer() -> None:
     assert sp.recommended(FREE).method == "linear"
     walled = sp.recommended(sp.System(*FREE.parts, sp.Barrier(-0.2, between=LINK)))
-    assert (walled.method, walled.why_none) == ("", "no method is recommended here: none has an answer.")
+    assert (walled.method, walled.why_none) == ("", "no method is recommended here: no analytical method covers this.")
     assert not sp.trust(FREE, "envelope").judges
 
 

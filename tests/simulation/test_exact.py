@@ -1,7 +1,7 @@
 """Facts that are exact, compared in standard errors sharp enough that a wrong factor of 2 % fails."""
 
 import math
-from functools import cache
+from functools import cache, partial
 
 import mpmath as mp
 import numpy as np
@@ -12,13 +12,11 @@ import springpot as sp
 from springpot.simulation import simulate
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.block import COLUMNS
-from springpot.simulation.kernel.questions import Forcing
-from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.options import Scheme
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.schemes import scheme_of
-from tests.simulation.oracle import _walk, oracle_weights
+from tests.reference import walk, walk_as_printed
 from tests.sizes import validation
 
 from .problems import assert_agrees, errors_of, oscillator, truncated_gaussian, values_of
@@ -133,6 +131,10 @@ def test_paper_scheme_without_wall_obeys_its_own_lyapunov_equation(step: float, 
     assert_agrees(found, exact, sharp=0.002)
 
 
+def _one_normal(seed: int, path: int, steps: int, word: int) -> np.ndarray:
+    return np.append(1.0, np.zeros(steps - 1))
+
+
 @pytest.mark.parametrize("order", [0.1, validation(0.3), 0.5, validation(0.7), 0.9, 1.0])
 @pytest.mark.parametrize(("word", "steps", "left"), [("default", (0.2, 0.05), 1e-3), ("grunwald", (0.08, 0.02), 0.011)])
 def test_weak_order_of_a_scheme_is_what_it_states(
@@ -148,18 +150,9 @@ def test_weak_order_of_a_scheme_is_what_it_states(
     exact = [sum(integrate.quad(power, *p, args=(m,), limit=400, epsabs=1e-12)[0] for p in pieces) for m in (0, 2)]
     biases = []
     for step in steps:
-        simulation = simulation_of(plan_of(problem, paths=1, duration=240.0, step=step, scheme=word, start="rest"))
-        settings = simulation.settings
-        parts = simulation.parts
-        normals = np.zeros(settings.steps, np.float32)
-        normals[0] = 1.0
-        x, v = np.zeros(settings.steps + 1), np.zeros(settings.steps + 1)
-        accumulators = Accumulators(*(np.zeros(settings.steps) for _ in range(5)), NO_OBSERVERS)
-        weights = oracle_weights(simulation)
-        forcing = Forcing(*(np.zeros(0) for _ in Forcing._fields))
-        given = parts.scheme, parts.wall, parts.load, weights, parts.drive, parts.start
-        _walk(*given, normals, x, v, forcing, accumulators)
-        biases.append([float((a[1:] ** 2).sum()) / e - 1.0 for a, e in zip((x, v), exact, strict=True)])
+        step_by_step = partial(walk, flight=1.0) if word == "default" else walk_as_printed
+        path = step_by_step(problem, step, round(240.0 / step), seed=0, draw=_one_normal)
+        biases.append([float((a**2).sum()) / e - 1.0 for a, e in zip((path.x, path.v), exact, strict=True)])
     for coarse, fine in zip(*biases, strict=True):
         assert abs(fine) < left
         assert abs(fine) < 2e-5 or math.log(abs(coarse / fine), 4.0) > 0.9 * scheme_of(word).order

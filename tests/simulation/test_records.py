@@ -11,7 +11,10 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.simulation.lowering.compose import compose
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.result.warnings import _about_records
+from tests.simulation.systems import of_many_kinds
 from tests.simulation.test_modulated import of_pair
 
 TIME = tuple(np.linspace(0.0, 6.0, 121).tolist())
@@ -178,3 +181,46 @@ def test_a_table_over_the_steps_that_does_not_fit_is_refused_before_it_is_made(s
         assert tracemalloc.get_traced_memory()[1] < 3e7
     finally:
         tracemalloc.stop()
+
+
+def coarse() -> tuple[np.ndarray, float]:
+    """A record of 61 cosines from 40 to 100 Hz, of 1 s and again, at 610 Hz, and the rms of x by its lines."""
+    rng, rate, natural = np.random.default_rng(8), 610, 2.0 * np.pi * 70.0
+    lines = np.zeros(306, complex)
+    lines[40:101] = np.exp(2j * np.pi * rng.random(61))
+    w = 2.0 * np.pi * np.arange(306)
+    response = lines / (natural**2 - w**2 + 0.1j * natural * w)
+    return np.tile(np.fft.irfft(rate * lines, rate), 2), float(np.sqrt(2.0 * (np.abs(response) ** 2).sum()))
+
+
+def test_a_coarse_record_loses_nothing_between_its_points(tmp_path) -> None:
+    """At 8.7 points in a period straight lines lose 1 - sinc^2 = 4.3 % at the resonance, which a warning says."""
+    values, right = coarse()
+    natural = 2.0 * np.pi * 70.0
+    place = tmp_path / "ground.csv"
+    rows = (f"{n / 610.0:.9g},{a:.7g}" for n, a in enumerate(values.tolist()))
+    place.write_text("\n".join(["time_s,acceleration_m/s2", *rows]))
+    found = {}
+    for interpolation in (None, "linear"):
+        record = sp.RecordedExcitation.from_csv(place, interpolation=interpolation)
+        held = of_many_kinds(sp.Mass(2.0), sp.Spring(2.0 * natural**2), sp.Dashpot(0.2 * natural), record)
+        run = sp.simulate(held, paths=1, record=1, step=1.0 / 7320.0)
+        t, x = run.time, run.record[0, :, 0]
+        own = np.interp(0.98 + np.arange(7320) / 7320.0, t, x)
+        found[record.interpolation] = np.sqrt((own**2).mean()) / right
+        names = [message.name for message in run.warnings]
+        assert ("coarse_record" in names) == (interpolation == "linear")
+    assert found["band-limited"] == pytest.approx(1.0, abs=1e-3)
+    assert found["linear"] == pytest.approx(0.959, abs=3e-3)
+    (message,) = (message for message in run.warnings if message.name == "coarse_record")
+    assert "8.71 points in a period of the motion, at 70 Hz: straight lines" in message
+    assert "lose 4.3 %" in message
+
+
+def test_a_record_below_the_motion_says_that_nothing_is_in_it() -> None:
+    fast = sp.System(
+        sp.Spring((2.0 * np.pi * 40.0) ** 2), sp.Dashpot(5.0), *shaken(VALUES[1]).of(sp.RecordedExcitation)
+    )
+    found = next(doubt for doubt in _about_records(motion_of(fast)))
+    assert "0.5 points in a period of the motion, at 40 Hz: what a signal has at half of its sampling rate" in found
+    assert not [*_about_records(motion_of(shaken(VALUES[1])))]

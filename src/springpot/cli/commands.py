@@ -377,6 +377,9 @@ def fit(
     paths: Annotated[
         Whole | None, Parameter(help="Of each run of a fit to statistics, a power of two; chosen if not set.")
     ] = None,
+    rate: Annotated[
+        float | None, Parameter(help="Samples per second, of a record without a column of the time.")
+    ] = None,
     out: Annotated[str | None, written("Write the system with the found values to a file.")] = None,
     plot: Annotated[str | None, written("PNG file for data, fit and residuals.")] = None,
     overwrite: Overwrite = False,
@@ -394,7 +397,7 @@ def fit(
         from springpot.problem.file import read_system, to_toml
 
     models = [read_system(name) for name in model]
-    measured = read_data(data)
+    measured = read_data(data, rate=rate)
     asked = models[0] if len(models) == 1 else models
     ending = asked_to_stop("springpot: stopping with the best numbers so far; Ctrl-C again ends at once.")
     with Bar("simulating", first="finding where to simulate", hint="") as bar, ending as stop:
@@ -429,7 +432,7 @@ app.command(
 app.command(
     "springpot.cli.designing:design",
     name="design",
-    help="Design: choose the free numbers of a system so that limits hold and a cost is least.\n\n"
+    help="Design: choose the free numbers of a system so that limits hold and a cost is least or a gain greatest.\n\n"
     "Example: springpot design device.toml --minimize c --below impact_rate 0.2",
 )
 app.command(

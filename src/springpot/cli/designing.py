@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -74,8 +75,11 @@ def design(
     /,
     *,
     minimize: Annotated[
-        str, Parameter(group=_WISHES, metavar="NAME", help="The result or free number that is to be least.")
-    ],
+        str | None, Parameter(group=_WISHES, metavar="NAME", help="The result or free number that is to be least.")
+    ] = None,
+    maximize: Annotated[
+        str | None, Parameter(group=_WISHES, metavar="NAME", help="In place of --minimize: what is to be greatest.")
+    ] = None,
     below: Annotated[list[tuple[str, float]] | None, _limit("upper")] = None,
     above: Annotated[list[tuple[str, float]] | None, _limit("lower")] = None,
     probability: Annotated[float, Parameter(group=_WISHES, help="With which all limits must hold.")] = 0.99,
@@ -100,6 +104,8 @@ def design(
 ) -> int:
     """The free numbers of a system chosen; its help is in `springpot.cli.commands`."""
     check_picture(plot)
+    if (minimize is None) == (maximize is None):
+        raise ValueError(f"{'only ' if minimize else ''}one of --minimize and --maximize must be given.")
     if plot is not None and not below and not above:
         raise ValueError("--plot needs a limit, --below or --above.")
     place = place_of(out, overwrite)
@@ -119,11 +125,12 @@ def design(
     try:
         with Bar("designing", first="searching") as bar:
             found = find(
-                system, minimize, limits, seed=seed, rtol=rtol, cost_rtol=cost_rtol, probability=probability,
-                method=method, max_time=max_time, threads=threads, progress=bar,
+                system, minimize, limits, maximize=maximize, seed=seed, rtol=rtol, cost_rtol=cost_rtol,
+                probability=probability, method=method, max_time=max_time, threads=threads, progress=bar,
             )  # fmt: skip
-    except ValueError as fault:  # the argument that the command has in two flags is named by them
-        raise ValueError(str(fault).replace("subject_to", "--below and --above")) from fault
+    except ValueError as fault:  # in the words of the command
+        said = str(fault).replace("subject_to", "--below and --above")
+        raise ValueError(re.sub(r"\b(minimize|maximize)\b", r"--\1", said)) from fault
     warn(*found.warnings)
     if place is not None:
         place.write_text(to_toml(with_values(system, found.values)), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Numbers chosen so that limits hold and a cost is least: by theory first, then corrected by Monte Carlo."""
+"""Numbers chosen so that limits hold and a cost is least or greatest: by theory first, then by Monte Carlo."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from springpot.designing.quantities import MONTE_CARLO, squares_felt
 from springpot.designing.results import Design, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
-from springpot.designing.statement import Cost, Space, check_names, checked_cost, checked_limits, cost_of
+from springpot.designing.statement import Cost, Space, Wanted, check_names, checked_cost, checked_limits
 from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
@@ -30,9 +30,10 @@ AT_BOUND = 1e-4  # of the whole range
 
 def design(
     model: System,
-    minimize: Cost,
-    subject_to: Mapping[str, tuple[float | None, float | None]],
+    minimize: Wanted | None = None,
+    subject_to: Mapping[str, tuple[float | None, float | None]] | None = None,
     *,
+    maximize: Wanted | None = None,
     seed: int = 1,
     rtol: float = 0.02,
     cost_rtol: float = 0.02,
@@ -42,17 +43,20 @@ def design(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Design:
-    """Choose the free numbers of a model so that limits hold and a cost is least.
+    """Choose the free numbers of a model so that limits hold and a cost is least, or a gain greatest.
 
     Parameters
     ----------
     model : System
         With numbers marked by `springpot.free`, and a stationary state.
     minimize : str or callable
-        The name of a quantity (``"v_mean_square"``) or of a free number, or a function of all of them by name.
+        The name of a quantity (``"v_mean_square"``) or of a free number, or a function of some of them: its arguments
+        are called as they are, ``lambda x_mean_square, c: x_mean_square + 0.1 * c``.
     subject_to : dict
         For each limited quantity ``(low, high)``, None where there is no limit.  Of the results of ``forces`` the mean
-        squares can be limited, ``"mount_force_mean_square"``.
+        squares can be limited, ``"mount_force_mean_square"``.  If left out, there are only the bounds of the numbers.
+    maximize : str or callable
+        In place of ``minimize``: what is to be as great as possible.
     seed : int
         Of the places where the search starts, and of Monte Carlo.
     rtol : float
@@ -107,6 +111,14 @@ def design(
     >>> found = sp.design(device, minimize="c", subject_to={"impact_rate": (None, 0.2)}, rtol=0.05)
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
+
+    The resistance at which a harvester gives most power, which is known in closed form:
+
+    >>> circuit = sp.PiezoelectricCircuit(coupling=1.0, resistance=sp.free("R", 0.2, (0.05, 20.0)), capacitance=1.0)
+    >>> shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), circuit, sp.WhiteNoise(1.0))
+    >>> best = sp.design(shaken, maximize="harvested_power", rtol=0.05)
+    >>> abs(best.values["R"] * 2.0**0.5 - 1.0) < 0.01
+    True
     """
     system = checked_system(model, "model")
     free = free_numbers(system)
@@ -126,14 +138,14 @@ def design(
         work.say()
         allowed = [*controllable(motion_of(system)), *squares_felt(system)]
         check_names(limits, allowed)
-        cost = checked_cost(minimize, free, allowed)
+        cost = checked_cost(minimize, maximize, free, allowed)
         space = Space(free)
         places = places_of(space, seed)
-        needed = dict.fromkeys([*(limit.name for limit in limits), *([cost] if cost in allowed else [])])
+        needed = dict.fromkeys([*(limit.name for limit in limits), *(name for name in cost.takes if name in allowed)])
         chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
         approximation = Approximation(space, quick, cost)
         if missing := set(needed).difference(*(approximation.at(place) for place in places)):
-            raise ValueError(_missing(chosen, listed(sorted(missing))))
+            raise ValueError(_missing(chosen, listed(sorted(missing)), cost.word))
         exact = chosen != MONTE_CARLO and METHODS[chosen].exact
         task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
         measure = by_monte_carlo(system, approximation, tuple(needed), seed=seed, threads=threads, work=work)
@@ -144,10 +156,11 @@ def design(
     return _told(system, task, found, chosen)
 
 
-def _missing(method: str, names: str) -> str:
+def _missing(method: str, names: str, word: str) -> str:
     if method == MONTE_CARLO:
-        return f"subject_to must limit what short runs see, and they see too few events for {names}: give a method."
-    return f"method must have the results that are limited, and {method} has no {names} between the bounds."
+        who = f"{word} and subject_to must ask for what short runs see"
+        return f"{who}, and they see too few events for {names}: give a method."
+    return f"method must have the results that {word} and subject_to ask for, and {method} has no {names} there."
 
 
 def _told(system: System, task: DesignTask, found: Searched, method: str) -> Design:
@@ -194,11 +207,6 @@ def _told(system: System, task: DesignTask, found: Searched, method: str) -> Des
 
 def _cost_error(cost: Cost, best: Round) -> float:
     """The error of the cost, from those of the quantities that it depends on."""
-    if isinstance(cost, str):
-        return best.errors.get(cost, 0.0)
     whole = {**best.expected, **best.quantities, **best.values}
-    total = 0.0
-    for name, error in best.errors.items():
-        change = cost_of(cost, {**whole, name: whole[name] + error}) - best.cost if math.isfinite(error) else 0.0
-        total = math.hypot(total, change)
-    return total
+    errors = {name: error for name in cost.takes if math.isfinite(error := best.errors.get(name, 0.0))}
+    return math.hypot(*(cost.of({**whole, name: whole[name] + error}) - best.cost for name, error in errors.items()))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.designing.search import CLOSE, Found
-from springpot.designing.statement import Cost, Limit, name_of
+from springpot.designing.statement import Cost, Limit
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, per_cent
@@ -115,6 +115,8 @@ class Curve:
         The limit, and the least cost; NaN where it cannot hold.
     values : tuple of dict
         The free numbers at each point; where the limit cannot hold, those of the nearest, or of the design.
+    greatest : bool
+        Whether the costs are the greatest, and not the least.
     """
 
     name: str
@@ -125,6 +127,7 @@ class Curve:
     limits: Floats
     costs: Floats
     values: tuple[dict[str, float], ...]
+    greatest: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,10 +144,10 @@ class Design:
         By Monte Carlo of all rounds, with errors: standard error, biases and, if these numbers were not
         simulated themselves but some that are close, what theory's ratio may change between them.
     cost, cost_error : float
-        What was minimized; the error is NaN for a function of quantities whose errors are not known.
+        What was minimized or maximized; the error is NaN for a function of quantities whose errors are not known.
     margin : float
-        By how much the cost is above the least one at the limits themselves, relative to it, as corrected theory has
-        it: the price of the distance to the limits.
+        By how much the cost is above the least one (below the greatest) at the limits themselves, relative to it, as
+        corrected theory has it: the price of the distance to the limits.
     promises : tuple of Promise
         Each limit with its probability.
     at_bounds : dict
@@ -170,7 +173,7 @@ class Design:
     warnings: tuple[str, ...]
     _search: Callable[[tuple[Limit, ...], Found | None], Found] = field(repr=False)
     _limits: tuple[Limit, ...] = ()
-    _cost: Cost = ""
+    _cost: Cost = field(default=Cost("", ("",)), repr=False)
     _units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -191,7 +194,7 @@ class Design:
         return {name: unit_of_result(self.model, name) for name in self.quantities} | dict(self._units)
 
     def curve(self, name: str | None = None, limits: Any = None) -> Curve:
-        """The least cost against one limit, the other limits as they are.
+        """The least cost (or greatest, if it is maximized) against one limit, the other limits as they are.
 
         It is by theory, corrected by the ratio of Monte Carlo to theory at this design: a single run with other limits
         confirms a point.
@@ -240,10 +243,9 @@ class Design:
             values[place] = near.values
             if near.excess > CLOSE:
                 break
-            costs[place] = near.cost
-        cost = name_of(self._cost)
-        units = self.units[name], self.units.get(cost, "")
-        return Curve(name, cost, *units, upper, wanted, costs, tuple(values))
+            costs[place] = self._cost.signed(near.cost)
+        units = self.units[name], self.units.get(self._cost.name, "")
+        return Curve(name, self._cost.name, *units, upper, wanted, costs, tuple(values), self._cost.greatest)
 
     def report(self, warnings: bool = True) -> str:
         """All of it in words.
@@ -263,14 +265,14 @@ class Design:
         'least c at which v_mean_square < 1.5'
         """
         limits = listed([promise.limit for promise in self.promises]) if self.promises else ""
-        lines = [f"least {name_of(self._cost)}{f' at which {limits}' if limits else ''}"]
+        lines = [f"{self._cost.extreme} {self._cost.name}{f' at which {limits}' if limits else ''}"]
         wide = max(map(len, self.values)) + 2
         for name, value in self.values.items():
             end = {"low": " (its lower bound)", "high": " (its upper bound)"}.get(self.at_bounds.get(name, ""), "")
             lines.append(f"{name:{wide}}{value:.6g}{end}")
         error = f" +- {self.cost_error:.2g}" if self.cost_error > 0.0 else ""
         above = f", {per_cent(self.margin)} for the distance to the limits" if self.margin > 0.0 else ""
-        lines.append(f"cost: {self.cost:.6g}{error}{above}")
+        lines.append(f"{'gain' if self._cost.greatest else 'cost'}: {self.cost:.6g}{error}{above}")
         for own in self.promises:
             if math.isnan(own.probability):
                 lines.append(f"{own.limit}: Monte Carlo saw too few events to tell with which probability it holds")

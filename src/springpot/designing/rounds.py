@@ -16,7 +16,7 @@ from springpot.designing.progress import DesignProgress
 from springpot.designing.quantities import squares_felt
 from springpot.designing.results import Promise, Round
 from springpot.designing.search import CLOSE, Approximation, Found, search
-from springpot.designing.statement import Limit, cost_of
+from springpot.designing.statement import Limit
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
@@ -42,7 +42,7 @@ class Searched:
     Attributes
     ----------
     best : Round
-        The cheapest at which the limits hold, or the most probable one; not simulated itself if it is close to one that
+        The best at which the limits hold, or the most probable one; not simulated itself if it is close to one that
         was.
     history : tuple of Round
         Those that were simulated.
@@ -99,9 +99,9 @@ class DesignTask:
         return each.probability >= self.wanted
 
     @property
-    def used(self) -> set[object]:
-        """The names of the quantities that are limited, or are the cost."""
-        return {*(limit.name for limit in self.limits), self.approximation.cost}
+    def used(self) -> set[str]:
+        """The names of the quantities that are limited, or that the cost depends on."""
+        return {*(limit.name for limit in self.limits), *self.approximation.cost.takes}
 
     @property
     def wanted(self) -> float:
@@ -175,7 +175,7 @@ class _Known:
             {name: each.error for name, each in last.items()},
             values,
             errors,
-            cost_of(task.approximation.cost, {**expected, **values, **numbers}),
+            task.approximation.cost.of({**expected, **values, **numbers}),
             tuple(Promise.of(limit, values[limit.name], errors[limit.name]) for limit in task.limits),
         )
 
@@ -222,6 +222,7 @@ def rounds(task: DesignTask, measure: Callable[[Found, float, int], Simulated]) 
     found = with_margin if with_margin.excess <= CLOSE else least
     ends: list[Round] = []
     over: tuple[str, ...] = ()
+    signed = task.approximation.cost.signed
     for number in range(MOST_ROUNDS):
         try:
             quantities, said = measure(found, rtol, number)
@@ -234,7 +235,7 @@ def rounds(task: DesignTask, measure: Callable[[Found, float, int], Simulated]) 
             found = known.least(near=least, errors=errors)
             pair = history[-1], known.farthest(here, found.u)
             ends = [each for each in pair if each is not None and task.holds(each)]
-            if min((_price(each.cost, least.cost) for each in ends), default=math.inf) <= task.cost_rtol:
+            if min((_price(signed(each.cost), least.cost) for each in ends), default=math.inf) <= task.cost_rtol:
                 break
             above = _price(found.cost, least.cost) if found.excess <= CLOSE else math.inf
             if ends and rtol <= finest and above > task.cost_rtol:
@@ -251,8 +252,8 @@ def rounds(task: DesignTask, measure: Callable[[Found, float, int], Simulated]) 
             over = ("max_time is over: this is the best design so far.",)
             break
     held = ends or [each for each in history if task.holds(each)]
-    best = min(held, key=lambda each: each.cost) if held else max(history, key=lambda each: each.probability)
-    margin = max(_price(best.cost, least.cost), 0.0)
+    best = min(held, key=lambda each: signed(each.cost)) if held else max(history, key=lambda each: each.probability)
+    margin = max(_price(signed(best.cost), least.cost), 0.0)
     return Searched(best, tuple(history), known.least, margin, (*over, *said))
 
 
@@ -287,7 +288,7 @@ def _finer(task: DesignTask, above: float, errors: dict[str, float], latest: dic
     if share >= 1.0:
         return 1.0
     needed = share / math.sqrt(1.0 - share**2)
-    return min(needed * error / latest[name].error for name, error in errors.items())
+    return min((needed * error / latest[name].error for name, error in errors.items()), default=1.0)
 
 
 def _of_forces(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from springpot.machine.arrays import Floats
 from springpot.problem.system import System
 from springpot.simulation.estimate import samples as estimate
-from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.estimate.stationary_start import ENOUGH_PATHS, adapt, pilot_paths
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.motions import motion_of
@@ -70,8 +70,8 @@ def sampled_run(
     >>> samples.size, bool(abs(samples.mean() - value) < 1e-12)
     (64, True)
     """
-    if plan.adapted is None:
-        plan = adapt(plan, progress=progress)
+    if plan.adapted is None:  # runs are compared, and the error of x(0) is not the same in both
+        plan = adapt(plan, paths=pilot_paths(max(plan.settings.paths, ENOUGH_PATHS)), progress=progress)
     simulation = simulation_of(plan)
     fastest = simulation.motion.scales.fastest_rate
     all_seen = simulation.motion.seen if distributions else ()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.designing.statement import Cost, Limit, Space, cost_of
+from springpot.designing.statement import Cost, Limit, Space
 from springpot.machine.arrays import Floats
 
 Correct = Callable[[Floats, dict[str, float]], dict[str, float]]
@@ -33,6 +33,7 @@ class Found:
     values, quantities : dict
         Numbers and quantities there.
     cost : float
+        What is to be least; of what is to be greatest its negative.
     excess : float
         The largest of the limits'; positive if no place was found where all hold.
     how : str
@@ -56,7 +57,7 @@ class Approximation:
     space : Space
     quantities : callable
         From numbers by name to quantities by name; empty where there is no answer.
-    cost : str or callable
+    cost : Cost
     """
 
     space: Space
@@ -74,12 +75,12 @@ class Approximation:
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """One search: a model with its corrections, and limits."""
+    """One search: a model with its corrections, limits, and one of its costs, if all are positive or all negative."""
 
     model: Approximation
     limits: Sequence[Limit]
     correct: Correct
-    logarithmic: bool
+    scale: float = 0.0
 
     def corrected(self, u: Floats) -> dict[str, float]:
         u = np.clip(u, 0.0, 1.0)
@@ -89,13 +90,17 @@ class _Task:
         found = self.corrected(u)
         if not found:
             return math.nan
-        return cost_of(self.model.cost, {**found, **self.model.space.values(np.clip(u, 0.0, 1.0))})
+        cost = self.model.cost
+        return cost.signed(cost.of({**found, **self.model.space.values(np.clip(u, 0.0, 1.0))}))
 
     def cost(self, u: Floats) -> float:
         cost = self.whole_cost(u)
         if not math.isfinite(cost):
             return NO_ANSWER
-        return math.log(max(cost, 1e-300)) if self.logarithmic else cost
+        if self.scale == 0.0:
+            return cost
+        ratio = math.log(max(cost / self.scale, 1e-300))
+        return ratio if self.scale > 0.0 else -ratio  # of what is negative a larger ratio is less
 
     def excesses(self, u: Floats) -> Floats:
         found = self.corrected(u)
@@ -139,14 +144,15 @@ def search(
     --------
     >>> from springpot.machine.arguments import Free
     >>> space = Space({"k": Free(2.0, "k", 1.0, 100.0)})
-    >>> model = Approximation(space, lambda values: {"a": values["k"] ** 2}, "k")
+    >>> model = Approximation(space, lambda values: {"a": values["k"] ** 2}, Cost("k", ("k",)))
     >>> found = search(model, [Limit("a", 25.0, upper=False)], np.array([[0.1], [0.9]]), 1)
     >>> round(found.cost, 3)
     5.0
     """
-    costs = [_Task(model, limits, correct, logarithmic=False).whole_cost(place) for place in places]
+    costs = [_Task(model, limits, correct).whole_cost(place) for place in places]
     finite = [cost for cost in costs if math.isfinite(cost)]
-    task = _Task(model, limits, correct, logarithmic=bool(finite) and min(finite) > 0.0)
+    one_sign = bool(finite) and (min(finite) > 0.0 or max(finite) < 0.0)
+    task = _Task(model, limits, correct, min(finite) if one_sign else 0.0)
     answered = [place for place, cost in zip(places, costs, strict=True) if math.isfinite(cost)]
     ranked = sorted(answered, key=lambda u: (max(task.worst(u), 0.0), task.cost(u)))
     ends = [task.found(u, "screening") for u in ranked[:1]]

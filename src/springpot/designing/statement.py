@@ -8,11 +8,75 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import LARGEST, Free, finite_number, named_arguments
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, known_word, meant, shown
 
-Cost = str | Callable[[Mapping[str, float]], float]
+Wanted = str | Callable[..., float]
+"""The name of a result or of a free number, or a function of some whose arguments are called as they are."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What is to be least, or greatest.
+
+    Attributes
+    ----------
+    name : str
+    takes : tuple of str
+        The results and free numbers that it depends on.
+    function : callable or None
+        Of these; None if it is one of them itself.
+    greatest : bool
+        Whether it is to be as great as possible, and not as small.
+    """
+
+    name: str
+    takes: tuple[str, ...]
+    function: Callable[..., float] | None = None
+    greatest: bool = False
+
+    @property
+    def extreme(self) -> str:
+        """What it is to be, in a word."""
+        return "greatest" if self.greatest else "least"
+
+    def of(self, values: Mapping[str, float]) -> float:
+        """Its value, of results and free numbers; NaN if one of those that it takes is not known.
+
+        Raises
+        ------
+        ValueError
+            If the function of the user fails.
+
+        Examples
+        --------
+        >>> Cost("twice", ("k",), lambda k: 2.0 * k).of({"k": 3.0, "x_mean": 0.0})
+        6.0
+        """
+        taken = [values.get(name, math.nan) for name in self.takes]
+        if self.function is None or any(map(math.isnan, taken)):
+            return taken[0] if self.function is None else math.nan
+        try:
+            return float(self.function(*taken))
+        except Exception as fault:
+            told = dict(zip(self.takes, taken, strict=True))
+            raise ValueError(f"{self.word} failed: {fault!r}; its arguments are {told}.") from fault
+
+    @property
+    def word(self) -> str:
+        """The argument of a design that it is."""
+        return "maximize" if self.greatest else "minimize"
+
+    def signed(self, value: float) -> float:
+        """The value with the sign by which the least is the best; and back.
+
+        Examples
+        --------
+        >>> Cost("power", ("power",), greatest=True).signed(2.0)
+        -2.0
+        """
+        return -value if self.greatest else value
 
 
 @dataclass(frozen=True)
@@ -105,7 +169,7 @@ class Space:
 
 
 def checked_limits(subject_to: object, free: Mapping[str, Free]) -> tuple[Limit, ...]:
-    """Limits from ``{"impact_rate": (None, 0.2)}``.
+    """Limits from ``{"impact_rate": (None, 0.2)}``; none from None.
 
     Raises
     ------
@@ -117,6 +181,8 @@ def checked_limits(subject_to: object, free: Mapping[str, Free]) -> tuple[Limit,
     >>> [str(limit) for limit in checked_limits({"impact_rate": (None, 0.2), "x_mean": (0.1, None)}, {})]
     ['impact_rate < 0.2', 'x_mean > 0.1']
     """
+    if subject_to is None:
+        return ()
     if not isinstance(subject_to, Mapping):
         raise TypeError(f"subject_to must be a dict such as {{'impact_rate': (None, 0.2)}}, not {shown(subject_to)}.")
     limits = []
@@ -154,51 +220,33 @@ def check_names(limits: Sequence[Limit], known: Sequence[str]) -> None:
             raise ValueError(f"subject_to must limit results among {few(known)}, not {limit.name}{near}")
 
 
-def checked_cost(minimize: object, free: Mapping[str, Free], known: Sequence[str]) -> Cost:
-    """What is minimized, if it is a function or a known name.
+def checked_cost(minimize: object, maximize: object, free: Mapping[str, Free], known: Sequence[str]) -> Cost:
+    """What is minimized or maximized: one of the two, a known name or a function whose arguments are known names.
 
     Raises
     ------
     TypeError, ValueError
-        If it is neither.
+        If it is neither, or both are given.
+
+    Examples
+    --------
+    >>> checked_cost(None, "x_mean", {}, ["x_mean"])
+    Cost(name='x_mean', takes=('x_mean',), function=None, greatest=True)
     """
-    if callable(minimize):
-        return minimize
-    if not isinstance(minimize, str):
-        raise TypeError(
-            f"minimize must be the name of a quantity or of a free number, or a function, not {shown(minimize)}."
-        )
+    if (minimize is None) == (maximize is None):
+        raise TypeError(f"minimize or maximize must be given{'' if minimize is None else ', not both'}.")
+    greatest = minimize is None
+    wanted, word = (maximize, "maximize") if greatest else (minimize, "minimize")
     names = [*free, *known]
-    return known_word(minimize, names, "minimize", "must be among")
-
-
-def cost_of(cost: Cost, values: Mapping[str, float]) -> float:
-    """The cost of quantities and free numbers together; NaN if it is not known.
-
-    Raises
-    ------
-    ValueError
-        If the function of the user fails.
-
-    Examples
-    --------
-    >>> cost_of(lambda values: 2.0 * values["k"], {"k": 3.0})
-    6.0
-    """
-    if isinstance(cost, str):
-        return values.get(cost, math.nan)
+    if isinstance(wanted, str):
+        return Cost(name := known_word(wanted, names, word, "must be among"), (name,), greatest=greatest)
+    if not callable(wanted):
+        raise TypeError(
+            f"{word} must be the name of a quantity or of a free number, or a function of some, not {shown(wanted)}."
+        )
     try:
-        return float(cost(values))
-    except Exception as fault:
-        raise ValueError(f"minimize failed: {shown(fault)}; it has the values {few(values)}.") from fault
-
-
-def name_of(cost: Cost) -> str:
-    """The name of a quantity, a number or a function.
-
-    Examples
-    --------
-    >>> name_of("k")
-    'k'
-    """
-    return cost if isinstance(cost, str) else getattr(cost, "__name__", "cost")
+        takes = named_arguments(word, wanted, names, "neither a result nor a free number")
+    except TypeError:
+        raise TypeError(f"{word} must be a function with named arguments, not {shown(wanted)}.") from None
+    name = getattr(wanted, "__name__", "<lambda>")
+    return Cost(("gain" if greatest else "cost") if name == "<lambda>" else name, tuple(takes), wanted, greatest)

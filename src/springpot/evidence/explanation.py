@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
+from springpot.evidence.recommendation import NONE_COVERS
 from springpot.machine.faults import NotCoveredError, few, per_cent
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.parts.checks import signed
@@ -208,7 +209,7 @@ def _losses(system: System) -> Iterator[str]:
 
 def _coverage(system: System) -> Iterator[str]:
     answers, statements = solve_all(system)
-    yield f"analytical methods with an answer: {', '.join(answers) or 'none'}"
+    yield f"analytical methods with an answer: {', '.join(answers)}" if answers else f"{NONE_COVERS}:"
     yield from (f"  {sentence}" for sentence in grouped(statements))
     if any(part.envelope is not None for part in system.of(Excitation)):
         try:

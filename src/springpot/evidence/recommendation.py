@@ -13,6 +13,7 @@ from springpot.theory.registry import METHODS
 from springpot.theory.result import Result, names_of_moments, no_answer
 from springpot.theory.solve import solve_all
 
+NONE_COVERS = "no analytical method covers this"
 _PREFERRED = (
     "path_integration",
     "half_cycles",
@@ -102,7 +103,7 @@ def recommended(system: System, answers: Mapping[str, Any] | None = None) -> Rec
         best = min(known, key=lambda name: judged[name].worst)
         return Recommendation(best, best, "", answers)
     if not answers:
-        return Recommendation("", "", "no method is recommended here: none has an answer.", answers)
+        return Recommendation("", "", f"no method is recommended here: {NONE_COVERS}.", answers)
     is_strong = here is not None and here["c"] > float(read_map(atlas.file)["c"].max())
     guesses = (name for name in _PREFERRED if name in answers and not (is_strong and name in _LIGHT_ONLY))
     guess = next(guesses, "")

@@ -8,10 +8,9 @@ from springpot.explorer.protocol import Problem
 from springpot.machine.faults import listed
 from springpot.machine.places import shell_word
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.parts import RecordedExcitation, SpectralExcitation
+from springpot.problem.parts import RecordedExcitation
+from springpot.problem.parts.checks import is_written_out
 from springpot.problem.system import System
-
-MOST_WRITTEN = 20  # points of a table
 
 
 def command_of(file: str, papers: tuple[Dimensionless, ...], asked: Problem) -> str:
@@ -42,7 +41,7 @@ def _flags(paper: Dimensionless) -> str:
 def python_of(system: System, file: str, asked: Problem) -> str:
     """A program that prints the page's numbers, and those of all analytical methods.
 
-    A system with a record or a long table of densities is read from its file.
+    A system with a record or another long table is read from its file.
 
     Examples
     --------
@@ -53,7 +52,7 @@ def python_of(system: System, file: str, asked: Problem) -> str:
     start = ', start="rest"' if asked.start == "rest" else ""
     if system.with_functions:
         made = f"system = ...  # as it was given to sp.explore: {listed(system.with_functions)} cannot be written down"
-    elif system.of(RecordedExcitation) or any(len(each.psd) > MOST_WRITTEN for each in system.of(SpectralExcitation)):
+    elif system.of(RecordedExcitation) or not all(map(is_written_out, system.parts)):
         made = f"system = sp.read_system({file!r})"
     else:
         written = "\n".join(f"    {name}={part!r}," for name, part in system.stated())

@@ -272,6 +272,8 @@ def _note(system: System, name: str, part: Part) -> str:
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
     if count := system.counts.get(name):
         words.append(f"{count} of them")
+    if group := getattr(part, "group", ""):
+        words.append(f"of {group}")
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
     if several and (between := getattr(part, "between", None)):

@@ -45,9 +45,8 @@ def plot_design_curve(curve: Curve, found: Design | None = None, ax: Axes | None
     ax = panel(ax)
     order = np.argsort(curve.limits)
     limits, costs = curve.limits[order], curve.costs[order]
-    ax.plot(
-        limits, costs, "o-", color=COLORS["blue"], linewidth=1.4, markersize=3.0, label="least cost, corrected theory"
-    )
+    label = f"{'greatest gain' if curve.greatest else 'least cost'}, corrected theory"
+    ax.plot(limits, costs, "o-", color=COLORS["blue"], linewidth=1.4, markersize=3.0, label=label)
     held = np.isfinite(costs)
     if not held.all():
         edges = (limits[0], limits[held].min() if held.any() else limits[-1])

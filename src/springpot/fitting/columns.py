@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import in_line
 from springpot.problem.parts.checks import put
 
 
@@ -33,6 +35,23 @@ class PointFault(ValueError):
     def __init__(self, name: str, place: int, what: str) -> None:
         super().__init__(f"{name}[{place}] {what}")
         self.name, self.place, self.what = name, place, what
+
+
+class Measured:
+    """Data of a dataclass, whose repr is one line.
+
+    Examples
+    --------
+    >>> from springpot.fitting.part_data import MeasuredModuli
+    >>> MeasuredModuli([0.1, 1.0, 10.0], storage=[1.0, 2.0, 4.0])
+    MeasuredModuli(frequency_hz=[0.1, 1.0, 10.0], storage=[1.0, 2.0, 4.0], loss=None, relative_error=None)
+    """
+
+    def __repr__(self) -> str:
+        """As a call, on one line."""
+        own = fields(self)  # type: ignore[arg-type]
+        said = (f"{each.name}={in_line(getattr(self, each.name))}" for each in own)
+        return f"{type(self).__name__}({', '.join(said)})"
 
 
 def check_points(wrong: NDArray[np.bool_], values: NDArray[Any], name: str, words: str) -> None:

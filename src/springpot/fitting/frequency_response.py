@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import check_points, column, fixed, frequencies
+from springpot.fitting.columns import Measured, check_points, column, fixed, frequencies
 from springpot.fitting.motion_data import Of, check_of
 from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
@@ -15,10 +15,18 @@ from springpot.machine.faults import per_cent, shown
 from springpot.problem.parts.checks import put
 
 _MOST_ERROR = 0.5
+_UNKNOWN_ERROR = 0.03  # of a phase, where none is stated
+_CLEAR = 3.0  # errors by which the sign of a phase is known
+_FEWEST_CLEAR = 3
+
+_PASSIVE = {("x", "mass"): 1j, ("v", "mass"): 1.0, ("a", "mass"): -1j,
+            ("x", "ground"): -1j, ("v", "ground"): -1.0, ("a", "ground"): 1j}  # fmt: skip
+"""What a response to a force on the same mass, or of one mass to the ground, is multiplied by to have a positive real
+part: that of a force is then a mobility, and its power is taken."""
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredFrequencyResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredFrequencyResponse(Measured):
     """The complex response to a force on the mass or to an acceleration of the ground, against frequency.
 
     Parameters
@@ -48,10 +56,14 @@ class MeasuredFrequencyResponse:
     ------
     TypeError, ValueError
         If the columns are no numbers, have different lengths or fewer than three points, a number is out of its range,
-        or averages and coherence are not given together.
+        averages and coherence are not given together, or the sign of the phase is inverted.
 
     Notes
     -----
+    Where the output is that of the mass that is pushed, the device takes power at every frequency: the imaginary part
+    of a receptance is negative, the real part of a mobility and the imaginary part of an accelerance are positive, and
+    the imaginary part of a transmissibility is negative.  Data of which clearly the contrary is true are refused.
+
     With n averages and a coherence g the random error of an estimate with the noise in the output is
     sqrt((1 - g) / (2 n g)) (J. S. Bendat and A. G. Piersol, "Random data", 4th edition, 2010, chapter 9).  Leakage of
     too short segments is not in the model: the resonance must be wider than some lines.
@@ -103,6 +115,26 @@ class MeasuredFrequencyResponse:
             words = "must be above 0 and at most 0.5: 2 % is 0.02, not {:g}."
             check_points((error <= 0.0) | (error > _MOST_ERROR), error, "relative_error", words)
             put(self, relative_error=error)
+        self._check_phase()
+
+    def _check_phase(self) -> None:
+        """Refuse the complex conjugate, which some programs write, where the response itself shows it."""
+        if self.at != (None if self.on in ("mass", "ground") else self.on):
+            return  # of another mass than the one that is pushed, no sign is known
+        factor = _PASSIVE[self.of, "ground" if self.on == "ground" else "mass"]
+        taken = (factor * self.response).real / np.abs(self.response)  # sine of the angle from a phase without loss
+        error = _UNKNOWN_ERROR if self.errors is None else self.errors
+        wrong, right = (int((sign * taken > _CLEAR * error).sum()) for sign in (-1.0, 1.0))
+        if wrong < _FEWEST_CLEAR or right:
+            return
+        part, passive = ("real" if self.of == "v" else "imaginary"), "positive" if factor in (1.0, -1j) else "negative"
+        phase = "the sign of its phase is inverted: give response.conj(), or in a file the column phase, or imaginary, "
+        cause = "" if self.of == "v" else f"{phase}times -1; or "
+        raise ValueError(
+            f"response must have a {passive} {part} part, as of a passive device and motions like exp(+i w t), but it "
+            f"clearly has not at {wrong} of {taken.size} points: {cause}output and input are counted in opposite "
+            "directions: give -response."
+        )
 
     @property
     def errors(self) -> Floats | None:

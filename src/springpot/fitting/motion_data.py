@@ -8,23 +8,34 @@ from typing import Any, Literal
 
 import numpy as np
 
-from springpot.fitting.columns import PointFault, check_number, check_points, column, falls, frequencies, positive, rows
+from springpot.fitting.columns import (
+    Measured,
+    PointFault,
+    check_number,
+    check_points,
+    column,
+    falls,
+    fixed,
+    frequencies,
+    positive,
+    rows,
+)
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
+from springpot.machine.sampling import even_times
 from springpot.problem.parts.checks import put
 
 Of = Literal["x", "v", "a"]
 
 _FEWEST_SAMPLES = 32
 _LONGEST_SEGMENT = 2**20
-_EVEN = 1e-3  # of a sampling step: how far a time may be from its place
 _OF_NOISE = "It is of the measurement; None finds it."
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredSpectrum:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredSpectrum(Measured):
     """The spectral density of a response, an average of several periodograms.
 
     Parameters
@@ -115,14 +126,14 @@ class MeasuredSpectrum:
         return int(self.density.size)
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredRecord:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredRecord(Measured):
     """A sampled motion: one path, or several of the same device.
 
     Parameters
     ----------
     time : array_like, shape (n,)
-        In s, at equal steps; at least 32.
+        In s, at equal steps; at least 32.  Times that are rounded to some decimals are taken for those of the rate.
     values : array_like, shape (n,) or (paths, n)
         In m, m/s or m/s^2.
     of : {"x", "v", "a"}
@@ -158,9 +169,9 @@ class MeasuredRecord:
             raise ValueError(f"time must have at least {_FEWEST_SAMPLES} samples, not {time.size}.")
         values = rows(self.values, time.size)
         check_points(falls(time), time, "time", "must be later than the time before, not {:g}.")
-        gaps = np.diff(time)
-        typical = float(np.median(gaps))
-        if (np.abs(gaps - typical) > max(_EVEN * typical, 4e-15 * np.abs(time).max())).any():
+        if (even := even_times(time)) is None:
+            gaps = np.diff(time)
+            typical = float(np.median(gaps))
             place = int(np.argmax(np.abs(gaps - typical))) + 1
             raise PointFault(
                 "time", place, f"must follow at equal steps of {typical:.6g} s, not after {gaps[place - 1]:.6g} s."
@@ -168,7 +179,7 @@ class MeasuredRecord:
         if not np.ptp(values) > 0.0:
             raise ValueError("values must not all be equal: there is no motion.")
         check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
-        put(self, time=time, values=values)
+        put(self, time=fixed(even), values=values)
 
     @property
     def step(self) -> float:

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.fitting.columns import check_number, check_points, column, enough, falls, frequencies, positive
+from springpot.fitting.columns import Measured, check_number, check_points, column, enough, falls, frequencies, positive
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.checks import put
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredModuli:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredModuli(Measured):
     """Storage and loss modulus against frequency, from a rheometer, a DMA or a test of stiffness.
 
     Parameters
@@ -53,6 +53,7 @@ class MeasuredModuli:
             raise ValueError("storage or loss must be given: there are no moduli without them.")
         for name in ("storage", "loss"):
             if getattr(self, name) is not None:
+                _check_sign(getattr(self, name), name)
                 put(self, **{name: positive(getattr(self, name), name, frequency.size)})
         check_number(self, "relative_error", low=0.0, high=1.0, open_low=True, hint="2 % is 0.02.")
 
@@ -66,8 +67,16 @@ class MeasuredModuli:
         return ((name, getattr(self, name)) for name in ("storage", "loss") if getattr(self, name) is not None)
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredImpacts:
+def _check_sign(values: object, name: str) -> None:
+    """Refuse a modulus that is negative throughout: its phase is that of motions like exp(-i w t)."""
+    found = column(values, name)
+    if found.size and (found < 0.0).all():
+        cause = "the sign of the phase is inverted" if name == "loss" else "force and motion have opposite directions"
+        raise ValueError(f"{name} must be positive, but all {found.size} points are negative: {cause}, give -{name}.")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredImpacts(Measured):
     """Speeds before and after each impact on one wall.
 
     Parameters

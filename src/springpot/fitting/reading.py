@@ -25,6 +25,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.files import open_text
 from springpot.machine.rows import rows_of, table_in
+from springpot.machine.sampling import checked_rate
 from springpot.problem.spectral_density import FREQUENCY_UNITS, STANDARD_GRAVITY
 
 Data = (
@@ -69,7 +70,7 @@ _COLUMNS: dict[str, set[str]] = {
 }  # fmt: skip
 _SETTINGS = {
     "relative_error": ("moduli", "a frequency response"), "averages": ("a spectrum", "a frequency response"),
-    "sampling_rate_hz": ("a spectrum",), "window": ("a spectrum",), "segment": ("a spectrum",),
+    "sampling_rate_hz": ("a spectrum", "a record"), "window": ("a spectrum",), "segment": ("a spectrum",),
     "noise": ("a spectrum", "a record"), "of": ("a spectrum",), "error": ("impacts",), "on": ("a frequency response",),
     "at": ("a spectrum", "a record", "a frequency response"),
 }  # fmt: skip
@@ -88,11 +89,13 @@ class _Column:
     values: Floats
 
 
-def read_data(path: str | Path) -> Data:
+def read_data(path: str | Path, *, rate: float | None = None) -> Data:
     """Measured data from a CSV file.
 
     Parameters
     ----------
+    rate : float, optional
+        Samples per second, of a record without a column of the time.
     path : str or Path
         A header with the units, then a row for each point, separated by commas, semicolons or tabs:
 
@@ -102,7 +105,8 @@ def read_data(path: str | Path) -> Data:
         - a frequency response: ``frequency_hz``, ``magnitude_m/N`` and ``phase_deg``, or ``real_m/N`` and
           ``imaginary_m/N``, perhaps ``coherence_1``; of the velocity ``m/s/N``, of the acceleration ``m/s2/N`` or
           ``g/N``; to the ground's acceleration ``s2``, ``s`` and ``1`` (or ``g/g``);
-        - a record: ``time_s`` and ``x_m``, ``v_m/s``, ``a_m/s2`` or ``a_g``; a column for each path;
+        - a record: ``time_s`` and ``x_m``, ``v_m/s``, ``a_m/s2`` or ``a_g``; a column for each path; without a column
+          of the time with the setting ``# sampling_rate_hz = 256``, or ``rate``;
         - impacts: ``before_m/s`` and ``after_m/s``;
         - statistics: the header ``quantity,value,error``, then lines such as ``x_rms (mm),2.41,0.03`` or
           ``impact_rate (1/min),97,2``.
@@ -135,8 +139,9 @@ def read_data(path: str | Path) -> Data:
     """
     path = checked_path(path, "path")
     title = f"data file {str(path)!r}"
+    rate = checked_rate(rate)
     with open_text(path, title, MOST_BYTES) as file:
-        return _read(file, title)
+        return _read(file, title, rate=rate)
 
 
 def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Data:
@@ -165,12 +170,14 @@ def data_of(text: str, title: str, stop: Callable[[], bool] | None = None) -> Da
     return _read(io.StringIO(text, newline=None), title, stop)
 
 
-def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> Data:
+def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None, rate: float | None = None) -> Data:
     settings: dict[str, str] = {}
     rows = rows_of(file, title, partial(_note, settings=settings, title=title), stop)
     line, cells = next(rows)
     if tuple(" ".join(cell.split()).lower() for cell in cells) == HEADER:
         found = statistics_in(rows, title)
+        if rate is not None:
+            raise FileError(f"rate is of a record, and {title} has statistics: leave it out.")
         if settings:
             name = next(iter(settings))
             raise FileError(
@@ -181,7 +188,7 @@ def _read(file: TextIO, title: str, stop: Callable[[], bool] | None = None) -> D
     each = zip(table.heads, table.columns, table.values.T, strict=True)
     columns = [_Column(head, *own, values) for head, own, values in each]
     try:
-        return _made(columns, settings)
+        return _made(columns, settings, rate)
     except PointFault as fault:
         header = _header_of(columns, fault.name)
         raise FileError(f"{title}, line {table.lines[fault.place]}: {header} {fault.what}") from None
@@ -204,12 +211,17 @@ def _note(line: str, number: int, *, settings: dict[str, str], title: str) -> No
     settings[name] = match[2].strip()
 
 
-def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
+def _made(columns: list[_Column], settings: Mapping[str, str], rate: float | None) -> Data:
     names = [column.name for column in columns]
+    if names and {*names} <= {"x", "v", "a"} and (rate is not None or "sampling_rate_hz" in settings):
+        return _record(None, columns, settings, rate)
+    if rate is not None:
+        kind = "with a column of the time" if "time" in names else "of another kind"
+        raise ValueError(f"rate must be left out of data {kind}: it is that of a record without one.")
     first = next((name for name in ("frequency", "time", "before") if name in names), None)
     if first is None:
         raise ValueError("it must have a column frequency_hz (moduli, a spectrum or a frequency response), time_s (a "
-                         "record) or before_m/s (impacts), or the header quantity,value,error "
+                         "record; or give its rate) or before_m/s (impacts), or the header quantity,value,error "
                          "(statistics).")  # fmt: skip
     for name, count in Counter(names).items():
         if count > 1 and name not in ("x", "v", "a"):
@@ -237,14 +249,22 @@ def _made(columns: list[_Column], settings: Mapping[str, str]) -> Data:
     return MeasuredModuli(own["frequency"].values, **moduli, **given)
 
 
-def _record(time: _Column, others: list[_Column], settings: Mapping[str, str]) -> MeasuredRecord:
+def _record(
+    time: _Column | None, others: list[_Column], settings: Mapping[str, str], rate: float | None = None
+) -> MeasuredRecord:
     given = _given((), settings, "a record")
+    stated = checked_rate(given.pop("sampling_rate_hz", None))
+    if stated is not None and (time is not None or rate is not None):
+        other = "rate" if time is None else "the column of the time"
+        raise ValueError(f"sampling_rate_hz must be left out beside {other}.")
     kinds = {column.name for column in others}
     if len(kinds) != 1 or not kinds <= _COLUMNS["a record"]:
         have = listed([*dict.fromkeys(column.header for column in others)]) if others else "nothing"
         raise ValueError(f"a record must have columns of one kind beside the time, such as x_m, not {have}.")
     of: Any = kinds.pop()
-    return MeasuredRecord(time.values, np.array([column.values for column in others]), of, **given)
+    values = np.array([column.values for column in others])
+    times = np.arange(values.shape[1]) / (rate or stated or 1.0) if time is None else time.values
+    return MeasuredRecord(times, values, of, **given)
 
 
 def _spectrum(own: Mapping[str, _Column], settings: Mapping[str, str]) -> MeasuredSpectrum:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -18,7 +19,7 @@ from springpot.fitting.spectral_density import response
 from springpot.fitting.state_space import state_space
 from springpot.machine.arguments import Free
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import Stopped
+from springpot.machine.faults import NotCoveredError, Stopped
 from springpot.problem.free_numbers import free_numbers, restarted
 from springpot.problem.system import System
 from springpot.theory.normal_modes import modes
@@ -257,6 +258,8 @@ def _check_length(system: System, data: MeasuredRecord) -> None:
     """Samples must be frequent and long enough to see the motion that the model has at its start."""
     own = modes(system).frequencies
     frequency = float(own[own > 0.0].min(initial=np.inf)) / (2.0 * np.pi)
+    if math.isinf(frequency):
+        raise NotCoveredError("model must have a spring that holds the mass for a record: fit data.spectrum() instead.")
     rate, duration = 1.0 / data.step, float(data.time[-1] - data.time[0])
     if frequency > 0.5 * rate:
         raise ValueError(f"data must have more than two samples in a period of the model: its natural frequency is "

@@ -157,7 +157,7 @@ def moments_of(
         If a part refuses its number, there is no stationary state, or no such result.
     """
     motion, start = _motion(case.system, named), case.start
-    if start is not None and start.pilots == 0:
+    if start is not None and (start.pilots == 0 or isinstance(start.position, dict)):  # of several masses it is anew
         start = adapt(Plan(motion, case.settings), paths=_PILOT_PATHS, progress=progress).adapted
     elif start is not None and mean is not None:
         start = replace(start, position=min(max(mean, motion.low), motion.high))
@@ -166,7 +166,7 @@ def moments_of(
     run = sampled_run(plan, distributions=case.has_quantiles, forces=case.forces, progress=progress)
     felt = [name for name in squares_felt(case.system) if name not in run.samples]
     found = [_statistic(name, run, groups, felt) for name in case.data.names]
-    mean = run.samples["x_mean"][0] if "x_mean" in run.samples else 0.0  # several masses start from rest
+    mean = run.samples["x_mean"][0] if "x_mean" in run.samples else 0.0  # of one mass only
     return Moments(np.array([value for value, _ in found]), np.stack([own for _, own in found], axis=-1), mean)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from springpot.fitting.motion_data import is_felt, window_samples
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed
+from springpot.problem.coordinates import product_of
 from springpot.problem.parts import (
     Constant,
     Harmonic,
@@ -83,7 +84,7 @@ def response(system: System, of: str, *, at: str | None = None, sampled: bool = 
     rough = [
         name for name, part in system.named()
         if isinstance(part, WhiteNoise | PoissonImpulses) and not part.of_ground
-        and seen_by @ coordinates.accelerations(coordinates.forces[name])
+        and product_of(seen_by, coordinates.accelerations(coordinates.forces[name]))
     ]  # fmt: skip
     if of == "a" and sampled and rough:
         raise NotCoveredError(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.fitting.columns import PointFault, fixed
+from springpot.fitting.columns import Measured, PointFault, fixed
 from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
@@ -34,8 +34,8 @@ class _StatisticFault(PointFault):
         self.args = (sentence,)
 
 
-@dataclass(frozen=True, eq=False, init=False)
-class MeasuredStatistics:
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class MeasuredStatistics(Measured):
     """Stationary numbers of a motion that were measured, such as a mean square or an impact rate.
 
     Parameters

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
+
 import numpy as np
 
+from springpot.fitting.estimate import search
 from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.likelihood import Coordinates, LeastSquares, Table
 from springpot.fitting.moduli import slopes_by_name
@@ -14,6 +18,9 @@ from springpot.problem.parts import Mass, Point
 from springpot.problem.parts.registration import Element, Slopes
 from springpot.problem.system import System
 from springpot.theory.methods.systems.linear import companion_of
+
+_POOR = 0.3  # deviation from the model with which the data may be turned
+_BETTER = 0.3  # of that deviation
 
 
 def response_of(
@@ -133,6 +140,26 @@ class ResponseLikelihood(LeastSquares):
         _, slopes = self._at(restarted(self.system, self.coordinates.named(theta)))
         matrix = slopes_by_name(slopes, self.coordinates.names, self.data.response.size)
         return np.asarray(np.concatenate([matrix.real, matrix.imag]) / self._unit[:, None])
+
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
+        """Whether it was stopped, or agrees badly, and far better with the response turned."""
+        said = super().doubts(theta)
+        if said or self._off(theta) < _POOR:
+            return said
+        for response, words in (
+            (self.data.response.conj(), "the sign of its phase inverted: give response.conj()"),
+            (-self.data.response, "output and input counted in opposite directions: give -response"),
+        ):
+            with suppress(ValueError):  # what no passive device has is refused
+                turned = ResponseLikelihood(self.system, replace(self.data, response=response))
+                best = turned.coordinates.outer(search(turned, 1).u)
+                if turned._off(best) < _BETTER * self._off(theta):
+                    return (f"The response agrees far better with {words}.",)
+        return said
+
+    def _off(self, theta: Floats) -> float:
+        """Root mean square deviation from the model, relative to the magnitude."""
+        return float(np.sqrt(np.mean((self.residuals(theta) * self._unit) ** 2)))
 
     def constant(self) -> float:
         """Of the errors, where they are known."""

@@ -1,13 +1,14 @@
-"""Check of a number that a user gives, and numbers that are marked as free."""
+"""Check of a number that a user gives, numbers that are marked as free, and the arguments of a user's function."""
 
 from __future__ import annotations
 
+import inspect
 import keyword
 import math
 import numbers
 import os
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import shown
+from springpot.machine.faults import few, meant, shown
 
 MOST_LETTERS = 100  # of a name
 MOST_BYTES = 255  # of the name of a file, on every system of files
@@ -387,3 +388,39 @@ def _range(low: float, high: float, open_low: bool) -> str:
     if math.isinf(high):
         return f"a finite number {'greater than' if open_low else 'at least'} {low:g}"
     return f"in {'(' if open_low else '['}{low:g}, {high:g}]"
+
+
+def named_arguments(
+    who: str, function: Callable[..., float], known: Iterable[str], what: str, most: int = 0
+) -> list[str]:
+    """The names of the arguments of a user's function, which say what it takes, if all are known.
+
+    Parameters
+    ----------
+    who : str
+        The function, as the subject of a sentence.
+    function : callable
+    known : iterable of str
+    what : str
+        What an unknown name is.
+    most : int
+        How many it may have; 0: any number.
+
+    Raises
+    ------
+    ValueError
+        With the nearest of the known ones.
+
+    Examples
+    --------
+    >>> named_arguments("minimize", lambda x_mean: 2.0 * x_mean, ["c", "x_mean"], "no result")
+    ['x_mean']
+    """
+    names, words = [*known], [*inspect.signature(function).parameters]
+    for word in words:
+        if word not in names:
+            near = meant(word, names) or f"; there are {few(sorted(names))}."
+            raise ValueError(f"{who} has an argument {word!r}, which is {what}{near}")
+    if not words or (most and len(words) > most):
+        raise ValueError(f"{who} must have {'one argument' if most else 'an argument'}: {few(sorted(names))}.")
+    return words

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
-from typing import TypeVar
+from typing import Any, TypeVar
 
 MOST_WORDS = 20  # of a list in a sentence
+MOST_NUMBERS = 20  # of a table that is written out
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -69,6 +70,36 @@ def shown(value: object) -> str:
     except Exception:  # a repr of its own that fails
         return f"<{type(value).__name__}>"
     return " ".join(map(str.strip, text.split("\n")))  # of an array it has several lines
+
+
+def in_line(value: Any) -> str:
+    """The repr of a value on one line; of a long table how many numbers it has, and between which they lie.
+
+    Examples
+    --------
+    >>> in_line((0.0, 0.5)), in_line(tuple(0.01 * n for n in range(3001)))
+    ('(0.0, 0.5)', '<3001 numbers from 0 to 30>')
+    >>> in_line(((0.0, 1.0), (2.0, 3.0)) * 20)
+    '<40 rows of 80 numbers from 0 to 3>'
+    """
+    table = value.tolist() if hasattr(value, "tolist") else value
+    if not is_long(table):
+        return " ".join(repr(table).split())
+    numbers = [*_flat(table)]
+    rows = f"{len(table)} rows of " if isinstance(table[0], list | tuple) else ""
+    if not all(isinstance(number, int | float) for number in numbers):
+        return f"<{rows}{len(numbers)} {'complex numbers' if isinstance(numbers[0], complex) else 'entries'}>"
+    return f"<{rows}{len(numbers)} numbers from {min(numbers):.6g} to {max(numbers):.6g}>"
+
+
+def is_long(value: object) -> bool:
+    """Whether a value is a table that is not written out."""
+    return isinstance(value, list | tuple) and len([*_flat(value)]) > MOST_NUMBERS
+
+
+def _flat(table: Sequence[Any]) -> Iterator[Any]:
+    for one in table:
+        yield from _flat(one) if isinstance(one, list | tuple) else (one,)
 
 
 def few(words: Iterable[str]) -> str:

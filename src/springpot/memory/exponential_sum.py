@@ -98,6 +98,20 @@ def exponential_sum(family: Family, order: float, steps: int, tolerance: float =
     return _cached(family, order, float(steps), tolerance)
 
 
+def shared_span(steps: int) -> int:
+    """A span of at least so many steps that runs of about the same length share, and with it a stored sum.
+
+    Spans are powers of the square root of 2: a sum for one has a third of a term more than needed, on average.
+
+    Examples
+    --------
+    >>> [shared_span(steps) for steps in (1, 5, 10_000, 11_000, 11_586)]
+    [1, 6, 11586, 11586, 11586]
+    """
+    halves = math.ceil(2.0 * math.log2(steps) - 1e-9)
+    return max(math.ceil(math.pow(2.0, 0.5 * halves)), steps)
+
+
 def power_law_sum(order: float, shortest: float, longest: float, tolerance: float = 1e-6) -> ExponentialSum:
     """Exponential sum of t^(-alpha) itself on an interval.
 

@@ -7,7 +7,7 @@ its parts, masses and pairs have results of the same name.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain
@@ -49,6 +49,10 @@ class System(Protocol):
     def has_mass(self) -> bool:
         """Whether its numbers are in SI units."""
 
+    @property
+    def groups(self) -> Mapping[str, tuple[str, ...]]:
+        """The parts of each group."""
+
     def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
         """The parts of these kinds."""
 
@@ -85,6 +89,8 @@ class Quantity:
         In the data set of `springpot.simulate`.
     numbered : bool
         Whether there may be several, with the endings ``_1``, ``_2`` and so on.
+    of_groups : bool
+        Whether groups of parts have it, as parts have.
     """
 
     name: str
@@ -98,6 +104,7 @@ class Quantity:
     option: str = ""
     dimensions: tuple[str, ...] = ()
     numbered: bool = False
+    of_groups: bool = False
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
@@ -110,7 +117,8 @@ class Quantity:
         stem, ending = self.split
         owners: Iterable[tuple[str, str]] = ()
         if stem == _OF:
-            owners = ((name, f"the part {name}") for name, part in system.stated() if self.of(part))
+            parts = ((name, f"the part {name}") for name, part in system.stated() if self.of(part))
+            owners = chain(parts, ((group, f"the group {group}") for group in system.groups if self.of_groups))
         elif stem == _AT:
             owners = _points(system)
         elif stem == _PAIRS:
@@ -257,7 +265,7 @@ def _owner(name: str) -> Callable[[Part], bool]:
 
 
 _FELT = (
-    (f"{_OF}force", "N", "N2", "force of the part", "", _always),
+    (f"{_OF}force", "N", "N2", "force of the part, or of the group", "", _always),
     (f"{_OF}force_of_one", "N", "N2", "force of one of several equal parts", ", with `count=`", _always),
     ("force_on_ground", "N", "N2", "force of all parts on the ground, without impacts", "", _always),
     ("acceleration", "m s-2", "m2 s-4", _ABSOLUTE, "", _is_single),
@@ -270,8 +278,8 @@ def _felt(
 ) -> Iterator[Quantity]:
     """Of a force or an acceleration: moments, and with other options extremes and spectrum."""
     has = _is_counted if name.endswith("_of_one") else _has_force
-    given: dict[str, Any] = {"of": has, "where": where, "option": "forces"}
     asked, of_part = f"`forces=`{when}", name == f"{_OF}force"
+    given: dict[str, Any] = {"of": has, "where": where, "option": "forces", "of_groups": of_part}
     # the mean force of a stop is in every run, and ``rtol`` controls its error
     mean: dict[str, Any] = {**given, "of": lambda part: has(part) and not (of_part and _is_soft(part))}
     yield Quantity(f"{name}_mean", unit, f"mean {said}", when=asked, controlled=of_part, **mean)
@@ -635,6 +643,7 @@ def _may_collide(system: System) -> bool:
     """
     of_whole, endings = _beginnings()
     names = [name for name, part in system.stated() if "inertia" not in part.powers or isinstance(part, Element)]
+    names += system.groups
     if len(system.points) > 1:
         names += [*system.points, *(pair for pair, _ in _pairs(system))]
     known = {*names}

@@ -9,6 +9,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
+from springpot.problem.coordinates import product_of
 from springpot.problem.messages import Message, say
 from springpot.problem.parts import (
     Barrier,
@@ -70,7 +71,7 @@ class Felt:
 
 
 def felt_in(system: System) -> dict[str, Felt]:
-    """The force of each part, of all on the ground, and the absolute acceleration of each mass or point, by name.
+    """The force of each part and group, of all on the ground, and the acceleration of each mass or point, by name.
 
     Examples
     --------
@@ -90,12 +91,16 @@ def felt_in(system: System) -> dict[str, Felt]:
     unseen = [name for name, part in elements.items() if not _is_felt(part)]
     found = {}
     for name in (name for name in elements if name not in unseen):
-        alike = [n for n, each in elements.items() if _is_in_memory(each) and np.array_equal(rows[n], rows[name])]
+        alike = _with_one_memory(name, elements, rows)
         own = -part.inwards if isinstance(part := elements[name], Contact) else 1.0  # of a stop how hard it is pressed
         reason = _alone(name, alike) or _hot(system, [name])
         found[f"{name}_force"] = Felt({name: own}, reason=reason)
         if count := system.counts.get(name):
             found[f"{name}_force_of_one"] = Felt({name: own / count}, reason=reason)
+    for group, names in system.groups.items():
+        beside = tuple(n for n in names if n not in elements or n in unseen)
+        reason = _beside(beside) or _apart(names, elements, rows) or _hot(system, names)
+        found[f"{group}_force"] = Felt({n: 1.0 for n in names if n not in beside}, reason=reason, unseen=beside)
     below = {n: sign for n, sign in system.grounded.items() if n in elements}
     if below:
         beside = tuple(n for n in below if n in unseen)
@@ -105,10 +110,10 @@ def felt_in(system: System) -> dict[str, Felt]:
     for point, row in zip(at.points, at.rows, strict=True):
         name = "acceleration" if single else f"{point}_acceleration"
         light = at.accelerations(row)
-        loads = {n: share for n, own in pushed.items() if (share := float(light @ own))}
+        loads = {n: share for n, own in pushed.items() if (share := product_of(light, own))}
         constant = sum(share * parts[n].force for n, share in loads.items() if isinstance(parts[n], Constant))
         loads = {n: share for n, share in loads.items() if not isinstance(parts[n], Constant)}
-        shares = {n: share for n in elements if n not in unseen and (share := -float(light @ rows[n]))}
+        shares = {n: share for n in elements if n not in unseen and (share := -product_of(light, rows[n]))}
         reason = _beside(unseen) or _pushed(system, loads) or _hot(system, elements)
         found[name] = Felt(shares | loads, constant, reason, row)
     return found
@@ -141,7 +146,7 @@ def about_shocks(system: System, names: Iterable[str], values: Mapping[str, floa
         if name == "force_on_ground":
             struck = [wall for wall in walls if wall in system.grounded]
         elif (row := felt[name].row if name in felt else None) is not None:
-            struck = [wall for wall, elongation in walls.items() if float(at.accelerations(row) @ elongation)]
+            struck = [wall for wall, elongation in walls.items() if product_of(at.accelerations(row), elongation)]
         else:
             continue
         if struck:
@@ -164,6 +169,18 @@ def _alone(name: str, alike: list[str]) -> str:
     if name not in alike or len(alike) == 1:
         return ""
     return f"{listed(alike)} have the same ends, and the memory of both is one: only the sum of their forces is known"
+
+
+def _apart(names: Sequence[str], elements: Mapping[str, Element], rows: Mapping[str, Floats]) -> str:
+    """Why the forces of a group are not known: others have a memory in common with some of it."""
+    shared = [n for name in names if name in elements for n in _with_one_memory(name, elements, rows)]
+    kept = [name for name in names if name in shared]
+    return _alone(kept[0], [*dict.fromkeys(shared)]) if kept and {*shared} - {*names} else ""
+
+
+def _with_one_memory(name: str, elements: Mapping[str, Element], rows: Mapping[str, Floats]) -> list[str]:
+    """The parts with the ends of one of them whose memory is kept as one."""
+    return [n for n, each in elements.items() if _is_in_memory(each) and np.array_equal(rows[n], rows[name])]
 
 
 def _is_in_memory(part: Element) -> bool:

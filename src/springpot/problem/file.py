@@ -21,7 +21,7 @@ from springpot.problem.free_numbers import free
 from springpot.problem.parts import RecordedExcitation, SpectralExcitation, WhiteNoise
 from springpot.problem.parts.checks import Checked, fields_of, plain
 from springpot.problem.parts.envelopes import Envelope
-from springpot.problem.parts.records import Taken
+from springpot.problem.parts.records import Interpolation, Taken
 from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
@@ -78,7 +78,8 @@ _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], s
     ),
     (
         RecordedExcitation.from_csv, "recorded_excitation", "path", "Records in CSV files, beside the system's own.",
-        {"path": str | tuple[str, ...], "rate": float, "scale": float, "on": str, "taken": Taken}, {"path"},
+        {"path": str | tuple[str, ...], "rate": float, "scale": float, "on": str, "taken": Taken,
+         "interpolation": Interpolation}, {"path"},
     ),
 )  # fmt: skip
 """Noises by their densities, and records by their files: what makes them, the kind, the key that marks this form, its

@@ -124,6 +124,12 @@ MESSAGES: dict[str, Kind] = {
         "Give slowest_counted_impact=, or a Contact in place of the wall, or ask for powers and forces of the wall, "
         "which are finite.",
     ),
+    "springpot_holds_alone": Kind(
+        _STATIONARY,
+        "x_mean_square lacks about {left} in a window from {begin:.3g} s on: no spring holds the mass, and a springpot "
+        "of order {order:.3g} alone forgets the start only like t^({power:.2g}); from {later:.3g} s on it lacks 1 %.",
+        "Use theory.linear, which has the stationary value exactly, or a window from the time that the sentence names.",
+    ),
     "transient_in_window": Kind(
         _STATIONARY,
         "window starts at {begin:g} s, when about {left} of the transient is left: start it after {later:.3g} s for "
@@ -152,9 +158,10 @@ MESSAGES: dict[str, Kind] = {
     ),
     "start_was_off": Kind(
         _STATIONARY,
-        "the adapted start was off by {off} of the root mean square displacement (standard error {error}) before its "
-        "last correction.",
-        "Use more paths, or a longer run with a later window.",
+        "the start was off: by the means over the window {name} is still at least about {off} of the root mean square "
+        "(standard error {error}) away from its stationary value, and the memory of a springpot keeps that like "
+        "t^-{order:.2g}: other results are off with it.",
+        "Use start='stationary', or more paths.",
     ),
     "energy_drifts": Kind(
         _STATIONARY,
@@ -180,6 +187,12 @@ MESSAGES: dict[str, Kind] = {
         "in {count} half steps more than 32 impacts followed each other: later ones were taken as plastic, and in "
         "{halted} of these half steps the masses stayed where they were for the rest.",
         "Use a shorter step. Energies are barely affected; impact rates count these impacts only in part.",
+    ),
+    "coarse_record": Kind(
+        _ACCURACY,
+        "{name} has {points:.3g} points in a period of the motion, at {frequency:.4g} Hz: {fate}.",
+        "Where the points are samples of a signal, make the record with interpolation='band-limited', or take a record "
+        "of a higher rate; where they are corners, between which straight lines are meant, nothing is wrong.",
     ),
     "slow_impacts": Kind(
         _ACCURACY,

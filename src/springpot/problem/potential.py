@@ -10,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from springpot.machine.arrays import Floats
+from springpot.machine.roots import root_between
 from springpot.problem.parts import Contact
 
 
@@ -109,8 +110,6 @@ class Potential:
         >>> round(Potential((0.0, 1.0)).edge(0.0, -1.0, 8.0), 12), Potential((0.0, 1.0), high=3.0).edge(0.0, 1.0, 8.0)
         (-4.0, 3.0)
         """
-        from scipy import optimize  # slow to import
-
         end = self.low if sign < 0.0 else self.high
         reaches = max(abs(start) * 1e-12, 1e-30) * 2.0 ** np.arange(400.0)
         places = start + sign * reaches
@@ -121,9 +120,7 @@ class Potential:
             return end
         first = int(np.argmax(beyond))
         between = places[first - 1], places[first]
-        return float(
-            optimize.brentq(lambda x: float(self.energy(x)) - energy, *between, xtol=1e-300, rtol=1e-14, maxiter=2000)
-        )
+        return root_between(lambda x: float(self.energy(x)) - energy, *between, xtol=1e-300, rtol=1e-14)
 
     def open_ends(self) -> tuple[str, ...]:
         """The sides, "left" or "right", to which the mass can escape: no wall, and a potential that falls for ever."""

@@ -261,6 +261,22 @@ class System:
         return {name: part.count for name, part in self.stated() if isinstance(part, Element) and part.count > 1}
 
     @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """The parts of each group by its name, in the order given: their forces are seen as one.
+
+        Examples
+        --------
+        >>> from springpot.problem.parts import Spring
+        >>> System(Spring(8.0, group="mount"), Springpot(0.3, 2.0, group="mount")).groups
+        {'mount': ('spring', 'springpot')}
+        """
+        found: dict[str, tuple[str, ...]] = {}
+        for name, part in self.elements.items():
+            if part.group:
+                found[part.group] = (*found.get(part.group, ()), name)
+        return found
+
+    @property
     def grounded(self) -> dict[str, float]:
         """The parts between the ground and a point by name: 1, or -1 where the ground is the second end.
 
@@ -515,6 +531,7 @@ def _check_together(system: System) -> None:
     if all("inertia" in part.powers for part in system.parts):
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_ends(system)
+    _check_groups(system)
     check_names(system)
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
@@ -552,6 +569,16 @@ def _check_ends(system: System) -> None:
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
     if len(points) > 1:
         _check_rows(system)
+
+
+def _check_groups(system: System) -> None:
+    """That groups have names of their own, and one elongation."""
+    for group, names in system.groups.items():
+        if group in system.names:
+            raise ValueError(f"group of {names[0]} must be another name: {group} is that of a part.")
+        ends = {system.elements[name].between or ("ground", system.points[0]) for name in names}
+        if len(ends) > 1:
+            raise ValueError(f"group {group} must be of parts with the same ends, but {listed(names)} have others.")
 
 
 def _check_combinations(system: System) -> None:

@@ -261,10 +261,11 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         mean square of ``forces`` in each of them, for motions that are not stationary.  The times are rounded to four
         steps; from rest the window is the whole run if left out.
     forces : sequence of str
-        Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part,
-        ``"force_on_ground"`` of all parts, ``"acceleration"`` with that of the ground included, with several masses
-        ``"box_acceleration"``; of a soft contact ``"stop_force"``, with which it pushes, and ``"stop_peak_force"``, the
-        largest one of each touch; of a rigid wall ``"stop_impulse"`` of each impact, which is in no force.  They are
+        Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part or of a
+        group of parts, ``"force_on_ground"`` of all, ``"acceleration"`` with that of the ground included, with several
+        masses ``"box_acceleration"``; of a soft contact ``"stop_force"``, with which it pushes, and
+        ``"stop_peak_force"``, the largest one of each touch;
+        of a rigid wall ``"stop_impulse"`` of each impact, which is in no force.  They are
         means over the step; the mean square has what it lacks by that, where noise is white.  What has no finite mean
         square is refused with the reason: an acceleration with white noise on a mass itself, or a force with the
         matched noise of its part.  With
@@ -295,9 +296,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
         ``contact_tolerance`` of the wall or beyond it and moves towards it), for the paper's problem only.
     start : {"stationary", "rest"}
-        ``"stationary"`` sets x(0) to the stationary mean, which pilot runs determine, so that the memory has no
-        transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
-        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, except that a run whose
+        ``"stationary"`` sets x(0) to the stationary mean, of all masses, which pilot runs determine, so that the memory
+        has no transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
+        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary (of several masses where memory
+        keeps a mean: otherwise it would be the same as from rest), except that a run whose
         ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's, starts from
         that state, and a run without a stationary state from rest, with a warning.
     initial_position, initial_velocity : float, or dict of float
@@ -373,9 +375,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.
     Other systems have Caputo's derivative.
 
-    A system of several masses starts from rest, or with thermal noise alone from Boltzmann's law.  If left out, its
-    step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
-    each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
+    A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
+    from rest, or with thermal noise alone from Boltzmann's law.  If left out, its step is a tenth of the shortest time
+    scale, the highest frequency of its free motions.  Its results are those of each mass by its name,
+    ``box_x_mean_square``, in the dataset over the dimension ``point``;
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
     force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
     ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on.  With ``rtol`` the means are not offered that

@@ -267,7 +267,7 @@ def _requests(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings with the start that a stationary run of the system has: several masses may have to start from rest.
+    """The settings with the start that a stationary run of the system has: several masses may start from rest for it.
 
     Raises
     ------
@@ -281,4 +281,4 @@ def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:
         return settings
     motion = motion_of(system)
     check_motion(motion, "start='stationary'")
-    return {**settings, "start": "rest"} if motion.from_rest else settings
+    return settings if motion.settles_at_start else {**settings, "start": "rest"}

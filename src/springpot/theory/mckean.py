@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+from springpot.machine.roots import root_between
+
 COLLAPSE_BELOW = math.exp(-math.pi / math.sqrt(3.0))
 """Restitution (0.163) at and below which white noise makes infinitely many impacts in a finite time."""
 
@@ -30,6 +32,4 @@ def slow_impact_power(restitution: float) -> float:
         return 0.0
     if restitution == 1.0:
         return 2.0
-    from scipy import optimize  # slow to import, and most runs need none of it
-
-    return float(optimize.brentq(lambda m: restitution**-m - 2.0 * math.cos(math.pi * (m - 1.0) / 3.0), 1e-9, 2.0))
+    return root_between(lambda m: restitution**-m - 2.0 * math.cos(math.pi * (m - 1.0) / 3.0), 1e-9, 2.0)

@@ -15,6 +15,7 @@ from scipy import stats
 
 import springpot as sp
 from springpot import cli
+from springpot.machine.progress import Clock
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.rare import search
 from tests import kernels
@@ -223,11 +224,22 @@ def test_plain_paths_go_on_where_splitting_costs_more() -> None:
     assert found.error["x"] < 0.05 * found.probability["x"]
 
 
-def test_the_time_is_over() -> None:
+class OverSoon(Clock):
+    """A clock whose time is over when it has been asked so often: after the plain paths, amid the splitting."""
+
+    asked = 0
+
+    @property
+    def left(self) -> float:
+        self.asked += 1
+        return 0.0 if self.asked > 50 else 1.0
+
+
+def test_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(TimeoutError, match="max_time is too short for any result"):
         sp.exceedance(LIGHT, {"x": 3.0}, **SHORT, max_time=1e-9)
     long = {**SHORT, "duration": 1000.0}
-    sp.exceedance(LIGHT, {"x": 0.1}, **SHORT, rtol=1.0)  # compiled
+    monkeypatch.setattr(importlib.import_module("springpot.simulation.rare.exceedance"), "Clock", OverSoon)
     with pytest.warns(sp.RareEventWarning, match=r"no path exceeded x of 11 m: its probability is at most|known to"):
         found = sp.exceedance(LIGHT, {"x": 11.0}, **long, max_time=1.0)
     assert 0.0 <= found.probability["x"] < 1e-3

@@ -7,7 +7,7 @@ from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
 from springpot.machine.arguments import LARGEST, Free, finite_number, items_of
-from springpot.machine.faults import listed, meant, shown
+from springpot.machine.faults import in_line, is_long, listed, meant, shown
 
 
 class Checked:
@@ -44,6 +44,33 @@ def fields_of(kind: type[Checked]) -> list[Field[Any]]:
 def is_said(own: Field[Any], part: object) -> bool:
     """Whether a field is written: always, or where it is given."""
     return own.repr or getattr(part, own.name) != own.default
+
+
+def as_call(part: Checked) -> str:
+    """A part or law as a call, on one line: a long table is not written out.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import RecordedExcitation
+    >>> as_call(RecordedExcitation(range(40), range(40)))
+    "RecordedExcitation(time=<40 numbers from 0 to 39>, values=<40 numbers from 0 to 39>, on='ground', scale=1.0)"
+    """
+    said = (f"{own.name}={in_line(getattr(part, own.name))}" for own in fields_of(type(part)) if is_said(own, part))
+    return f"{type(part).__qualname__}({', '.join(said)})"
+
+
+def is_written_out(part: object) -> bool:
+    """Whether its repr is the whole of it: it has no long table.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import RecordedExcitation
+    >>> is_written_out(RecordedExcitation((0, 1), (0, 1))), is_written_out(RecordedExcitation(range(40), range(40)))
+    (True, False)
+    """
+    if isinstance(part, Checked):
+        return all(is_written_out(getattr(part, own.name)) for own in fields_of(type(part)))
+    return not is_long(part)
 
 
 def check_names(title: str, given: Iterable[str], known: list[str], usual: list[str] | None = None) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from springpot.machine.faults import listed
-from springpot.problem.parts.checks import Checked, put, tabulated
+from springpot.problem.parts.checks import Checked, as_call, put, tabulated
 from springpot.problem.parts.registration import Number, check, kind_of, stated_numbers
 
 if TYPE_CHECKING:
@@ -39,9 +39,14 @@ class Envelope(Checked):
         cls.numbers = stated_numbers(cls)
         name = kind_of(cls).removesuffix("_envelope")
         cls.tag, Envelope.forms[name] = {"form": name}, cls
+        cls.__repr__ = Envelope.__repr__  # type: ignore[method-assign]  # a dataclass keeps one of the class itself
 
     def __post_init__(self) -> None:
         check(self)
+
+    def __repr__(self) -> str:
+        """As a call, on one line."""
+        return as_call(self)
 
     def at(self, time: npt.ArrayLike) -> Floats:
         """e at times in s."""

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from springpot.machine.arguments import LARGEST, checked_path, finite_number, items_of, one_of
+from springpot.machine.arguments import checked_path, items_of, one_of
 from springpot.machine.faults import FileError, listed
 from springpot.machine.files import open_text
 from springpot.problem.parts.checks import put, tabulated
@@ -23,8 +23,11 @@ Points = tuple[float, ...]
 Columns = Points | tuple[Points, ...]
 Taken = Literal["in turn", "at random"]
 """Which of several records a path takes: that of its number, or one drawn by the seed."""
+Interpolation = Literal["linear", "band-limited"]
+"""What is between the points: straight lines, or the signal without content above half of the sampling rate."""
 
 MOST_BYTES = 200_000_000
+FEWEST_SAMPLES = 32  # of a file whose points are samples, if nothing else is said
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3},
     "acceleration": {"m/s2": 1.0, "g": STANDARD_GRAVITY, "cm/s2": 0.01, "gal": 0.01, "Gal": 0.01, "mm/s2": 1e-3},
@@ -35,9 +38,10 @@ _UNEVEN = 0.5  # of a step: times are rounded in files, but no point is missing
 
 @dataclass(frozen=True)
 class RecordedExcitation(Excitation):
-    """A force or an acceleration of the ground that was recorded: straight lines between the points, 0 after the last.
+    """A force or an acceleration of the ground that was recorded; 0 after the last point.
 
-    A run begins at the first point.  Of several records each path has one.
+    Between the points are straight lines, or what was sampled there (``interpolation``).  A run begins at the first
+    point.  Of several records each path has one.
 
     Parameters
     ----------
@@ -53,11 +57,16 @@ class RecordedExcitation(Excitation):
         Of several records path n has number n modulo how many there are, or one that the run's seed draws for it.
         With noise, results are means over these records, which count equally; standard errors say how well these means
         are known, and nothing of other records.  Without noise they are those over the records, as a sample of others.
+    interpolation : {"linear", "band-limited"}
+        Straight lines between the points, which are corners; or the signal of which these are samples at equal steps,
+        without content above half of the sampling rate, as after the filter of a recorder.  Straight lines between
+        samples of it lose 1 - (sin(u) / u)^2, u = pi frequency / rate, of its size: 4 % at 9 points in a period.
 
     Raises
     ------
     TypeError, ValueError
-        If the times do not increase, the two have different lengths, or something is not a finite number.
+        If the times do not increase, the two have different lengths, something is not a finite number, or samples do
+        not follow at equal steps.
 
     Examples
     --------
@@ -78,9 +87,11 @@ class RecordedExcitation(Excitation):
         default=1.0, kw_only=True
     )
     taken: Taken = field(default="in turn", repr=False, kw_only=True)
+    interpolation: Interpolation = field(default="linear", repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         one_of(self.taken, "taken", get_args(Taken))
+        one_of(self.interpolation, "interpolation", get_args(Interpolation))
         if _is_nested(self.values):
             own: list[Any] = [*self.values]
             times = _times(self.time, len(own))
@@ -96,12 +107,17 @@ class RecordedExcitation(Excitation):
             )  # fmt: skip
         else:
             put(self, **_checked(self.time, self.values, ""))
+        if self.interpolation == "band-limited":
+            for n, (time, _) in enumerate(self.records):
+                if not _is_even(time):
+                    which = f"record {n}: " if self.count > 1 else ""
+                    raise ValueError(f"{which}interpolation must be 'linear' where points are not at equal steps.")
         super().__post_init__()
 
     @classmethod
     def from_csv(
         cls, path: str | Path | Sequence[str | Path], *, rate: float | None = None, scale: float = 1.0, on: str = "",
-        taken: Taken = "in turn",
+        taken: Taken = "in turn", interpolation: Interpolation | None = None,
     ) -> RecordedExcitation:  # fmt: skip
         """The records in one CSV file or several.
 
@@ -111,7 +127,7 @@ class RecordedExcitation(Excitation):
             A header with the units, such as ``time_s,acceleration_g``, then a row for each point, separated by commas,
             semicolons or tabs.  Each column of an ``acceleration`` (in ``m/s2``, ``g``, ``cm/s2``, ``gal`` or
             ``mm/s2``) or of a ``force`` (``N`` or ``kN``) is a record.  Times are in ``s`` or ``ms``.  Lines that begin
-            with ``#`` are comments.
+            with ``#`` are comments.  Times that are rounded to some decimals are taken for those of the rate.
         rate : float, optional
             Samples per second, of files without a column of the time.
         scale : float
@@ -120,6 +136,9 @@ class RecordedExcitation(Excitation):
             The mass on which a force acts, by its name, where there are several.
         taken : {"in turn", "at random"}
             Which of several records a path has.
+        interpolation : {"linear", "band-limited"}, optional
+            What is between the points.  If it is not given, records of 32 points or more at equal steps are samples of
+            a signal, ``"band-limited"``, and shorter or uneven ones corners with straight lines between them.
 
         Returns
         -------
@@ -140,11 +159,11 @@ class RecordedExcitation(Excitation):
         >>> RecordedExcitation.from_csv(place, rate=100.0)
         RecordedExcitation(time=(0.0, 0.01, 0.02), values=((0.0, 0.5, 0.0), (0.0, -0.2, 0.1)), on='ground', scale=1.0)
         """
+        from springpot.machine.sampling import checked_rate
+
         given = (path,) if isinstance(path, str | Path) else items_of(path, "path must be a file, or a list of them")
         places = [checked_path(place, "path") for place in given]
-        if rate is not None:
-            hint = "It is in samples per second."
-            rate = finite_number(rate, "rate", low=0.0, high=LARGEST, open_low=True, hint=hint)
+        rate = checked_rate(rate)
         if not places:
             raise ValueError("path must be a file, or a list of at least one.")
         read = [_read(place, rate) for place in places]
@@ -159,7 +178,10 @@ class RecordedExcitation(Excitation):
             raise ValueError("on must be a mass for a record of a force.")
         columns = [(time, values) for time, own, _ in read for values in own]
         times, values = (tuple(each) if len(each) > 1 else each[0] for each in zip(*columns, strict=True))
-        return cls(times, values, "ground" if ground else on or "mass", scale=scale, taken=taken)
+        sampled = all(len(time) >= FEWEST_SAMPLES and _is_even(time) for time, _ in columns)
+        between: Interpolation = interpolation or ("band-limited" if sampled else "linear")
+        place = "ground" if ground else on or "mass"
+        return cls(times, values, place, scale=scale, taken=taken, interpolation=between)
 
     @property
     def records(self) -> tuple[tuple[Points, Points], ...]:
@@ -186,7 +208,8 @@ class RecordedExcitation(Excitation):
     @property
     def mean_square(self) -> float:
         """Of the values, over the time of each record, and over the records."""
-        return self.scale**2 * math.fsum(_mean_square(*record) for record in self.records) / self.count
+        of_one = _mean_square if self.interpolation == "linear" else _mean_of_squares
+        return self.scale**2 * math.fsum(of_one(*record) for record in self.records) / self.count
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""
@@ -225,11 +248,26 @@ def _mean_square(time: Points, values: Points) -> float:
     return math.fsum((t1 - t0) * (a * a + a * b + b * b) / 3.0 for t0, t1, a, b in pieces) / (time[-1] - time[0])
 
 
+def _mean_of_squares(time: Points, values: Points) -> float:
+    """Of samples at equal steps, those at the ends by half."""
+    return (math.fsum(a * a for a in values) - 0.5 * (values[0] ** 2 + values[-1] ** 2)) / (len(values) - 1)
+
+
+def _is_even(time: Points) -> bool:
+    """Whether the points are at equal steps."""
+    import numpy as np  # slow to import
+
+    from springpot.machine.sampling import are_even
+
+    return are_even(np.array(time))
+
+
 def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], str]:
     """The times of a file in s, its columns in m/s^2 or N, and which of the two they are."""
     import numpy as np  # slow to import
 
     from springpot.machine.rows import rows_of, table_in
+    from springpot.machine.sampling import equal_steps
 
     title = f"record file {str(path)!r}"
     with open_text(path, title, MOST_BYTES) as file:
@@ -256,6 +294,8 @@ def _read(path: str | Path, rate: float | None) -> tuple[Points, list[Points], s
     if rate is not None:
         return tuple((np.arange(len(values)) / rate).tolist()), own, kinds.pop()
     time = values[:, at[0]]
+    if (np.diff(time) > 0.0).all() and (even := equal_steps(time)) is not None:
+        return tuple(even.tolist()), own, kinds.pop()
     steps, usual = np.diff(time), float(np.median(np.diff(time)))
     if not usual > 0.0 or (wrong := np.abs(steps - usual) > _UNEVEN * usual).any():
         place = int(np.argmax(wrong)) if usual > 0.0 else 0

@@ -15,9 +15,9 @@ from sys import modules
 from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args, get_origin, get_type_hints
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, checked_name, finite_number
 from springpot.machine.faults import listed, shown
-from springpot.problem.parts.checks import Checked, fields_of, is_said, put
+from springpot.problem.parts.checks import Checked, as_call, put
 
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
 """What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
@@ -31,7 +31,8 @@ Ends = tuple[str, str] | None
 PointName = Annotated[str, "the name of a mass or point"]
 Names = Annotated[tuple[str, ...], "the names of masses"]
 Count = Annotated[int, "how many equal parts"]
-_UNMEASURED = (Ends, PointName, Names, Count)
+GroupName = Annotated[str, "the name of parts whose forces are seen as one"]
+_UNMEASURED = (Ends, PointName, Names, Count, GroupName)
 
 MOST_EQUAL = 1000  # parts that are counted
 _PER_MASS = {"N": (("m", 1), ("s", -2)), "J": (("m", 2), ("s", -2)), "W": (("m", 2), ("s", -3)), "kg": ()}
@@ -344,9 +345,8 @@ class Part(Checked):
         check(self)
 
     def __repr__(self) -> str:
-        """As a call; what is said only where there are several masses stands there where it is given."""
-        said = (f"{own.name}={getattr(self, own.name)!r}" for own in fields_of(type(self)) if is_said(own, self))
-        return f"{type(self).__qualname__}({', '.join(said)})"
+        """As a call on one line; what is said only where there are several masses stands there where it is given."""
+        return as_call(self)
 
     # what a part may have beside; a part that does not say so has none of it
 
@@ -468,6 +468,9 @@ class Element(Part, abstract=True):
     count : int
         How many such parts act side by side.  The numbers are those of one; powers are those of all, and
         ``<name>_force_of_one`` is the force of one, ``<name>_force`` that of all.
+    group : str, optional
+        A name that parts with the same ends have in common, as the spring and the springpot of a mount:
+        ``<group>_force`` is the sum of their forces, wherever forces are asked for.
 
     Examples
     --------
@@ -480,6 +483,7 @@ class Element(Part, abstract=True):
 
     between: Ends = field(default=None, repr=False)
     count: Count = field(default=1, repr=False)
+    group: GroupName = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -489,6 +493,8 @@ class Element(Part, abstract=True):
             raise ValueError(f"count must be a whole number from 1 to {MOST_EQUAL}, not {shown(self.count)}.")
         if self.count > 1 and ("input" in self.powers or self.together == replace(self, count=1)):
             raise ValueError(f"count must be left out of a {type(self).__name__}: it says nothing of several of them.")
+        if not isinstance(self.group, str) or self.group:
+            checked_name(self.group, "group")
 
     @property
     def together(self) -> Self:
@@ -496,8 +502,8 @@ class Element(Part, abstract=True):
         return self if self.count == 1 else replace(self, count=1).per_mass(1.0 / self.count)
 
     def alone(self) -> Self:
-        """Without its ends."""
-        return self if self.between is None else replace(self, between=None)
+        """Without its ends, and without a group."""
+        return self if self.between is None and not self.group else replace(self, between=None, group="")
 
 
 def checked_ends(given: object) -> tuple[str, str]:

@@ -189,6 +189,8 @@ class FractionalMaxwell(Element):
                 )
             if part.count > 1:
                 raise ValueError(f"{name} must be without count in a series: FractionalMaxwell(..., count=...) has it.")
+            if part.group:
+                raise ValueError(f"{name} must be without group in a series: FractionalMaxwell(..., group=...) has it.")
 
     def term(self) -> str:
         """Its force in the equation of motion."""
@@ -203,6 +205,24 @@ class FractionalMaxwell(Element):
     def slopes(self, p: Any) -> Slopes:
         """The derivatives of the modulus by the springpot's numbers and the stiffness."""
         return _in_series(self.springpot.modulus(p), self.springpot.slopes(p), self.spring.stiffness)
+
+
+def springpot_in(part: Any) -> Springpot | None:
+    """The springpot that an element is, or has in series with a spring, whose force is that of slow motion."""
+    own = part.springpot if isinstance(part, FractionalMaxwell) else part
+    return own if isinstance(own, Springpot) and own.coefficient > 0.0 else None
+
+
+def order_at_rest(part: Any) -> float:
+    """The power of a slow displacement that the force of an element follows; 1 of one without a springpot.
+
+    Examples
+    --------
+    >>> order_at_rest(FractionalMaxwell(Springpot(0.3, 1.0), Spring(2.0))), order_at_rest(Maxwell(1.0, 1.0))
+    (0.3, 1.0)
+    """
+    pot = springpot_in(part)
+    return 1.0 if pot is None else float(pot.order)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.plan.transient import shares_missing
+from springpot.simulation.plan.unsprung import CreepAlone
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on the first step for a loose tolerance, if the energy time is so long
@@ -218,7 +219,7 @@ def first_pairs(simulation: Simulation, rtol: float) -> int:
     return -(-pairs // (2 * LANES)) * 2 * LANES
 
 
-def _slow_time(creep: Creep | CreepOfSeveral, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
+def _slow_time(creep: Creep | CreepOfSeveral | CreepAlone, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
     if not creep.free:
         return 0.0

@@ -50,7 +50,7 @@ from springpot.simulation.plan.settings import Settings, checked_seed, checked_t
 
 FINEST_STEP = 1e-3  # in units of the shortest time scale
 PILOT_PATHS = (2048, 262_144)
-PILOTS_DO = 2e-3  # smallest rtol for which the fewest pilot paths are enough
+PILOTS_DO, KEPT_PILOTS_DO = 2e-3, 2e-2  # smallest rtol for which the fewest do; where the error of x(0) does not fade
 MOST_PATH_STEPS = 3e11
 
 
@@ -322,10 +322,9 @@ def controllable(motion: Motion) -> tuple[str, ...]:
 def _pilots(motion: Motion, rtol: float) -> int:
     """Paths of the pilot runs: more for a small tolerance, fewer if each is much longer than the energy time."""
     (fewest, most), scales = PILOT_PATHS, motion.scales
-    cycles = 5.0 * (1.0 / scales.frequency)
-    longest = max(scales.energy_time, cycles)
-    length = max(longest, min(scales.creep_time, 20.0 * cycles))
-    wanted = fewest * max(1.0, (PILOTS_DO / rtol) ** 2) * longest / length
+    longest = max(scales.energy_time, 5.0 / scales.frequency)
+    enough = KEPT_PILOTS_DO if motion.left_of_start(1.0, 0.0) is None else PILOTS_DO
+    wanted = fewest * max(1.0, (enough / rtol) ** 2) * longest / motion.pilot_time
     return int(min(max(wanted, 256.0), most))
 
 

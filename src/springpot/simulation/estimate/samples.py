@@ -29,6 +29,7 @@ from springpot.simulation.plan.settings import Settings
 if TYPE_CHECKING:
     from springpot.simulation.lowering.several import PartsOfSeveral
 
+_ENERGIES = "x_mean_square", "v_mean_square", "elongation_mean_square", "_power"
 Samples = dict[str, tuple[float, Floats]]
 
 
@@ -277,22 +278,31 @@ def _of_contacts(parts: Parts | PartsOfSeveral, column: dict[str, Floats], time:
 def errors_of_the_start(plan: Plan, values: dict[str, float]) -> dict[str, float]:
     """Standard error of each value due to the sampling error of an adapted x(0), which is the same for all paths.
 
-    An x(0) that is off by d leaves the force C d t^-alpha / Gamma(1 - alpha), here taken where the window begins.  By
-    simulation it moves mean, impact rate and speeds by less than that over Omega^2, relative to the root mean square
-    displacement, and energies by less than half of it (at alpha = 0.1, c = 1: 0.47 of it for the rate, 0.2 for <v^2>).
+    Where pilots have measured how results change with x(0), it is that times the error of x(0), which hardly fades.
+
+    Otherwise an x(0) that is off by d leaves the force C d t^-alpha / Gamma(1 - alpha), here taken where the window
+    begins.  By simulation it moves mean, impact rate and speeds by less than that over Omega^2, relative to the root
+    mean square displacement, and energies by less than half of it (at alpha = 0.1, c = 1: 0.47 of it for the rate, 0.2
+    for <v^2>).
     """
-    error, frequency = plan.adapted.error if plan.adapted else None, plan.motion.scales.frequency
-    if error is None or not error > 0.0:
+    error, motion = plan.adapted.error if plan.adapted else None, plan.motion
+    if plan.adapted is None or error is None or not error > 0.0:
         return dict.fromkeys(values, 0.0)
-    share = 0.0
-    for pot in plan.motion.springpots:
-        fading = max(frequency * plan.settings.window[0], 1.0) ** -pot.order / math.gamma(1.0 - pot.order)
-        share += error * (pot.coefficient * frequency ** (pot.order - 2.0)) * fading
-    size = math.sqrt(max(values["x_mean_square"], 0.0))
+    if plan.adapted.slopes:
+        known = {name: slope * error for name, slope in plan.adapted.slopes.items() if math.isfinite(slope)}
+        usual = {name: error * abs(value) for name, value in values.items()}
+        return {name: {**usual, **known, "energy_residual": 0.0}[name] for name in values}
+    left = motion.left_of_start(error, plan.settings.window[0])
+    share = error if left is None else left
     errors = {}
     for name, value in values.items():
-        energy = name.startswith(("x_mean_square", "v_", "amplitude", "damping")) or name.endswith("_power")
+        energy = any(of in name for of in _ENERGIES) or name.startswith(("amplitude", "damping"))
         errors[name] = (0.5 if energy else 1.0) * share * abs(value)
-    errors |= dict.fromkeys(("x_mean", "x_mean_end"), share * size)
-    errors |= {"damping_force_mean": share * plan.system.inertia * frequency**2 * size, "energy_residual": 0.0}
+    for name in motion.mean_names:
+        size = math.sqrt(max(values[f"{name}_square"], 0.0))
+        errors |= dict.fromkeys((name, f"{name}_end"), share * size)
+    if "x_mean_square" in values:
+        size = math.sqrt(max(values["x_mean_square"], 0.0))
+        errors["damping_force_mean"] = share * plan.system.inertia * motion.scales.frequency**2 * size
+    errors["energy_residual"] = 0.0
     return {name: errors[name] for name in values}

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from springpot.memory import ExponentialSum, exponential_sum
+from springpot.memory.exponential_sum import shared_span
 from springpot.simulation.kernel.block import Memory
 from springpot.simulation.kernel.lanes import GROUP, MOST_MODES
 from springpot.simulation.kernel.questions import answer_of_springpot
@@ -161,7 +162,7 @@ def memory_of(
     recent, extra = np.zeros(GROUP), 0.0
     for order, coefficient in springpots:
         scale = coefficient * step**-order
-        history = exponential_sum(scheme.family, order, settings.steps + 1, settings.memory_tolerance)
+        history = exponential_sum(scheme.family, order, shared_span(settings.steps + 1), settings.memory_tolerance)
         rates, strengths = np.append(rates, history.rates), np.append(strengths, scale * history.weights)
         recent, extra = recent + scale * scheme.recent_weights(order), extra + scale * scheme.extra_weight(order)
         error = max(error, history.relative_error)

@@ -16,7 +16,9 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
+from springpot.machine.sampling import band_limited
 from springpot.memory import power_law_sum
+from springpot.memory.exponential_sum import shared_span
 from springpot.problem.parts import (
     Barrier,
     BoucWen,
@@ -62,6 +64,7 @@ from springpot.simulation.plan.settings import MOST_STEPS
 _FAR = 1e30  # place of a contact that is not there
 _SUBSTEPS = 24  # of the shortest contact
 _MOST_SUBSTEPS = 2000
+_DENSE, _MOST_DENSE = 8.0, 32  # points of a band-limited record in a step, and in one of its own steps at most
 _MOST_IMPULSES = 50.0  # in a step
 _THERMAL_TOLERANCE = 1e-4
 _SHORTEST = 1.0 / 64.0  # lag of the matched noise, in steps
@@ -270,18 +273,28 @@ def _(part: Force, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered:
-    """Impulses are exact integrals of the straight lines between the points."""
+    """Impulses are exact integrals of the straight lines between the points, or between points that are denser."""
     factor = part.scale / units.length * units.time**2
 
     def make(word: int, place: int, parts: int, steps: int = MOST_STEPS) -> Any:
         longest = math.ceil(min(part.duration / units.time / step, steps))
         most = -(-longest // GROUP) * GROUP  # the kernel takes four at once
         check_table(name, 2 * part.count, most)
-        rows = [_impulses((np.array(t) - t[0]) / units.time, factor * np.array(a), step, most) for t, a in part.records]
+        records = [((np.array(t) - t[0]) / units.time, factor * np.array(a)) for t, a in part.records]
+        if part.interpolation == "band-limited":
+            records = [_denser(t, a, step) for t, a in records]
+        rows = [_impulses(t, a, step, most) for t, a in records]
         impulses = np.array([np.pad(row, (0, max(map(len, rows)) - len(row))) for row in rows])
         return sources.Table(word, place, part.is_drawn, impulses)
 
     return Lowered(forces=(Named(name, make, int(part.count > 1), "feeds", tabulated=make),))
+
+
+def _denser(times: Floats, values: Floats, step: float) -> tuple[Floats, Floats]:
+    """Points of a band-limited record so dense that straight lines between them lose less than the step does."""
+    fold = min(max(math.ceil(_DENSE * times[-1] / (len(times) - 1) / step), 1), _MOST_DENSE)
+    dense = band_limited(values, fold)
+    return np.linspace(0.0, times[-1], len(dense)), dense
 
 
 def _impulses(times: Floats, values: Floats, step: float, most: int) -> Floats:
@@ -552,7 +565,7 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
         if order == 1.0:
             white += coefficient
             continue
-        law = power_law_sum(order, _SHORTEST, float(max(steps, 2)), _THERMAL_TOLERANCE)
+        law = power_law_sum(order, _SHORTEST, float(shared_span(max(steps, 2))), _THERMAL_TOLERANCE)
         weights = coefficient * step**-order * law.weights / math.gamma(1.0 - order)
         modes += zip(weights, law.rates, strict=True)
         near = 4.0 * _SHORTEST  # within the range of the sum

@@ -424,8 +424,8 @@ def _restitutions(rules: Sequence[Any]) -> tuple[npt.NDArray[np.int64], Floats]:
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
     """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
     names = plan.system.coordinates.names
-    if plan.settings.start == "stationary":  # drawn
-        return np.zeros(len(names)), np.zeros(len(names))
+    if plan.settings.initial_position is None:
+        raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     both = plan.settings.initial_position, plan.settings.initial_velocity
     x0, v0 = (np.array([given[name] for name in names]) for given in both)  # type: ignore[index]
     return x0, v0

@@ -50,6 +50,10 @@ class Creep:
         """Bound on the variance that is missing at a time, in m^2."""
         return {"x_mean_square": missing_variance(self.paper, time)}
 
+    def left(self, time: float) -> float:
+        """The share of the variance that is missing at a time, about."""
+        return missing_variance(self.paper, time) / self.paper.length_scale**2
+
 
 def missing_variance(paper: Dimensionless, time: float) -> float:
     """Bound on the missing variance of x at a time much longer than a cycle, in m^2.

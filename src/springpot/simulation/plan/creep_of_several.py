@@ -106,6 +106,11 @@ class CreepOfSeveral:
         found = ((noise @ self._pairs) * noise).sum(axis=(1, 2)) + ((start @ left) ** 2).sum(axis=1)
         return {name: float(value) for name, value in zip(self.rows, found, strict=True)}
 
+    def left(self, time: float) -> float:
+        """The largest share of a variance that is missing at a time, about."""
+        missing = self.missing(time)
+        return max((value / self.free[name] for name, value in missing.items() if self.free[name] > 0.0), default=0.0)
+
 
 def _intensity(part: object) -> float:
     """Of white noise that moves what is slow alike."""

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
+from springpot.machine.roots import root_between
 from springpot.problem.parts import (
     Barrier,
     ColoredNoise,
@@ -49,12 +48,17 @@ from springpot.simulation.plan.parts import (
     time_of_its_own,
 )
 from springpot.simulation.plan.scales import Scales, creep_time
+from springpot.simulation.plan.unsprung import held_by_springpots, springpot_alone
 
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
 _POINTS = 4001
 _LEAST_SHARE = 1e-200
+_CLOSE = {"xtol": 1e-300, "rtol": 1e-14}  # of a root
 _GUESSED = 1.5  # factor on the forgetting time
-_NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
+_NOT_HELD = (
+    "system must have a spring, or a wall on each side: without them nothing holds the mass in place, but a springpot "
+    "of an order below 1/2, which no wall or constant force pushes to one side."
+)
 _DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
 
@@ -135,7 +139,8 @@ def _around_the_wells(potential: Potential) -> Floats:
     grid = np.linspace(first, last, 2001)
     force = potential.force(grid)
     wells = [
-        _root(potential.force, grid[i], grid[i + 1]) for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
+        root_between(potential.force, float(grid[i]), float(grid[i + 1]), **_CLOSE)
+        for i in np.flatnonzero((force[:-1] < 0.0) & (force[1:] > 0.0))
     ]
     return np.unique(np.concatenate([grid, inside, wells]))
 
@@ -147,12 +152,6 @@ def _uphill(potential: Potential, start: float, sign: float) -> float:
     while sign * float(potential.force(place)) < 0.0 and sign * (end - place) > 0.0:
         place, reach = start + sign * reach, 2.0 * reach
     return float(min(place, end) if sign > 0.0 else max(place, end))
-
-
-def _root(function: Callable[[float], Any], low: float, high: float) -> float:
-    from scipy import optimize  # slow to import
-
-    return float(optimize.brentq(function, low, high, xtol=1e-300, rtol=1e-14, maxiter=2000))
 
 
 def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
@@ -226,12 +225,18 @@ def guessed_law(system: System) -> BoltzmannLaw:
         If nothing holds the mass, or it moves less than numbers can tell.
     """
     unit = system.per_unit_mass
-    if not unit.potential.holds():
+    potential = _holding(unit)
+    if not potential.holds():
         raise ValueError(_DRIFTS if unit.of(Yielding) else _NOT_HELD)
-    law = boltzmann_law(unit.potential, _temperature(unit, unit.potential))
+    law = boltzmann_law(potential, _temperature(unit, potential))
     if not law.is_resolved:
         raise ValueError(f"system must move by more than rounding: its motion about {law.places[0]:g} m is too small.")
     return law
+
+
+def _holding(unit: System) -> Potential:
+    """The potential, or that of the stiffness of springpots where they alone hold."""
+    return held_by_springpots(unit) if springpot_alone(unit) else unit.potential
 
 
 def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
@@ -246,7 +251,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     (0.684, 2.0)
     """
     unit, theta = system.per_unit_mass, law.temperature
-    potential = unit.potential
+    potential = _holding(unit)
     linear = potential.coefficients[1] if len(potential.coefficients) > 1 else 0.0
     frequency = math.sqrt(linear) if linear > 0.0 else law.frequency
     smooth = replace(potential, contacts=())
@@ -315,7 +320,7 @@ def _temperature(unit: System, potential: Potential) -> float:
         else:
             hot = bisect_left(thetas, True, key=is_fed)
         if 0 < hot < len(thetas) and not math.isnan(_surplus(unit, potential, thetas[hot])):
-            return _root(lambda theta: _surplus(unit, potential, theta), thetas[hot], thetas[hot - 1])
+            return root_between(lambda theta: _surplus(unit, potential, theta), thetas[hot], thetas[hot - 1], **_CLOSE)
     return size
 
 

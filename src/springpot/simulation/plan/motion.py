@@ -9,7 +9,10 @@ from functools import cached_property
 from itertools import permutations
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, few, meant, shown
 from springpot.problem.catalogue import LEVELS
 from springpot.problem.felt import Felt, felt_in
@@ -38,12 +41,15 @@ from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.mckean import COLLAPSE_BELOW
 
 if TYPE_CHECKING:
     from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
+_LATER = 1.2  # ratio of the times at which a transient is looked at
+_EVEN = 1e-9  # standard deviations of a mean that counts as 0
 _SMOOTH = (*_FED, ParametricNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
 
@@ -80,6 +86,26 @@ class StruckWalls:
 
 
 @dataclass(frozen=True, eq=False)
+class KeptMean:
+    """An elongation whose mean a springpot remembers.
+
+    Attributes
+    ----------
+    name : str
+        How the names of its results begin.
+    row : ndarray
+        Its elongation in displacements of the masses.
+    order, coefficient : float
+        Of the springpot, per unit of the mass that moves along the row.
+    """
+
+    name: str
+    row: Floats
+    order: float
+    coefficient: float
+
+
+@dataclass(frozen=True, eq=False)
 class Motion:
     """A system and what follows from it alone.  Made by `springpot.simulation.plan.motions.motion_of`.
 
@@ -105,7 +131,7 @@ class Motion:
     system: System
     scales: Scales
     sign: float
-    slow: tuple[Creep | CreepOfSeveral, ...]
+    slow: tuple[Creep | CreepOfSeveral | CreepAlone, ...]
     searched: bool
     keeps_the_law: bool
     beyond_paper: str = ""
@@ -257,9 +283,79 @@ class Motion:
         return any(part.envelope is not None for part in self.system.of(Excitation))
 
     @property
-    def from_rest(self) -> str:
-        """Why a run starts from rest, or from a given state; empty if it may start from the stationary state."""
-        return ""
+    def settles_at_start(self) -> bool:
+        """Whether a stationary start is another than one from rest, so that it is the default of a run."""
+        return True
+
+    @property
+    def mean_names(self) -> tuple[str, ...]:
+        """The results that are E[x], of all masses."""
+        return ("x_mean",)
+
+    @property
+    def near_mean(self) -> Floats:
+        """First guess of E[x], of each mass."""
+        return np.array([self.scales.mean])
+
+    def before_walls(self, places: Floats) -> Floats:
+        """The nearest places of all masses that are not behind a wall."""
+        return np.array([min(max(self.low, float(places[0])), self.high)])
+
+    def as_given(self, places: Floats) -> Any:
+        """Places of all masses in the form of ``initial_position``."""
+        return float(places[0])
+
+    def stationary_place(self, seen: Seen) -> float:
+        """About where a displacement is in the stationary state: on which side a level lies."""
+        mean, spread, _ = self.size_of(seen)
+        return mean if abs(mean) > _EVEN * spread else 0.0
+
+    @property
+    def pilot_time(self) -> float:
+        """The relaxation time of pilot runs, in s: creep is seen for twenty cycles at most."""
+        cycle = 5.0 / self.scales.frequency
+        return max(self.scales.energy_time, min(self.scales.creep_time, 20.0 * cycle), cycle)
+
+    def left_of_start(self, off: float, time: float) -> float | None:
+        """Bound on what an x(0) that is off changes of the mean from a time in s on; both over the root mean square.
+
+        It is the force C t^-alpha / Gamma(1 - alpha) of each springpot over Omega^2.  None if it hardly fades, and is
+        measured by pilots.
+        """
+        frequency, share = self.scales.frequency, 0.0
+        for pot in self.springpots:
+            fading = max(frequency * time, 1.0) ** -pot.order / math.gamma(1.0 - pot.order)
+            share += off * (pot.coefficient * frequency ** (pot.order - 2.0)) * fading
+        return share
+
+    @property
+    def kept_means(self) -> tuple[KeptMean, ...]:
+        """What springpots remember of the start."""
+        one = np.ones(1)
+        return tuple(KeptMean("x", one, pot.order, pot.coefficient) for pot in self.springpots)
+
+    def transient_left(self, start: str, time: float) -> float:
+        """About the share of the transient that is left at a time in s.
+
+        From E[x] the mean does not creep.  What is left then are the slow displacements of the noise before the start.
+        """
+        if not self._creeps_less(start):
+            return math.exp(-time / self.scales.relaxation_time)
+        slow = max((creep.left(time) for creep in self.slow), default=0.0) if time > 0.0 else 1.0
+        return max(math.exp(-time / self.scales.energy_time), min(slow, math.exp(-time / self.scales.relaxation_time)))
+
+    def settled_after(self, start: str, times: float) -> float:
+        """The time in s at which no more of the transient is left than after so many relaxation times."""
+        latest = times * self.scales.relaxation_time
+        if not self._creeps_less(start):
+            return latest
+        time = times * self.scales.energy_time
+        while time < latest and self.transient_left(start, time) > math.exp(-times):
+            time *= _LATER
+        return min(time, latest)
+
+    def _creeps_less(self, start: str) -> bool:
+        return start == "stationary" and self.searched and self.scales.creep_time > self.scales.energy_time
 
     def scheme_for(self, word: Scheme) -> SchemeOfRun:
         """The name of the scheme that a run has, from the one chosen."""

@@ -17,6 +17,7 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.scales import closed_form
+from springpot.simulation.plan.unsprung import creep_of
 
 
 def motion_of(system: System) -> Motion:
@@ -46,7 +47,8 @@ def motion_of(system: System) -> Motion:
         law = guessed_law(system)
         motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
         searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
-        return replace(motion, searched=searched, slow=tuple(map(Creep, _alike(motion, law))))
+        alone = creep_of(motion.unit, law.frequency, law.variance)
+        return replace(motion, searched=searched, slow=alone or tuple(map(Creep, _alike(motion, law))))
     elastic = paper.barrier is None or paper.restitution == 1.0
     dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
     return Motion(

@@ -36,7 +36,7 @@ class Options(TypedDict, total=False):
     scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, the scheme of the paper"]
     start: Annotated[
         StartKind | None,
-        "stationary: from the stationary mean of x, which pilot runs find; rest: from rest.  If not given: "
+        "stationary: from the stationary means, which pilot runs find; rest: from rest.  If not given: "
         "stationary, but rest if an initial state or the Riemann-Liouville derivative is given, or if there is no "
         "stationary state.",
     ]

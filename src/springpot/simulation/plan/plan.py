@@ -77,7 +77,12 @@ class Plan:
         """Share of the transient that is left at the start of the window; 0 of a start from the stationary law."""
         if self.motion.is_thermal and self.settings.start == "stationary":
             return 0.0
-        return math.exp(-self.settings.window[0] / self.motion.scales.relaxation_time)
+        return self.motion.transient_left(self.settings.start, self.settings.window[0])
+
+    @property
+    def energy_left(self) -> float:
+        """That of the energy alone, which does not creep."""
+        return math.exp(-self.settings.window[0] / self.motion.scales.energy_time)
 
     @property
     def is_stationary(self) -> bool:
@@ -147,11 +152,19 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     return Plan(motion, settings)
 
 
-def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind, str]:
+def default_start(motion: Motion, given: Options = DEFAULTS, *, settled: bool = False) -> tuple[StartKind, str]:
     """The start of a run without the argument ``start``, and the reason if there is no stationary state.
 
     The start is stationary, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which mean a start from a
-    given state, or there is no stationary state.
+    given state, or there is no stationary state.  Several masses of which memory keeps no mean start from rest: a
+    stationary start has the same x(0).
+
+    Parameters
+    ----------
+    motion : Motion
+    given : Options
+    settled : bool
+        Whether the time that counts begins when the motion has settled, also where x(0) is that of rest.
 
     Returns
     -------
@@ -170,9 +183,11 @@ def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind,
     usual: dict[str, Any] = {**DEFAULTS}
     if not all(_is_default(chosen[name], usual[name]) for name in _OF_A_START):
         return "rest", ""
-    if motion.recorded or (motion.from_rest and not motion.not_stationary):
+    if motion.recorded:
         return "rest", ""
-    return ("rest" if motion.not_stationary else "stationary"), motion.not_stationary
+    if motion.not_stationary:
+        return "rest", motion.not_stationary
+    return ("stationary" if settled or motion.settles_at_start else "rest"), ""
 
 
 def _is_default(value: Any, default: Any) -> bool:
@@ -299,9 +314,6 @@ def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: 
     if start == "stationary":
         if given is not None:
             raise ValueError("initial_position cannot be given with start='stationary', which finds x(0) itself.")
-        if motion.from_rest:
-            check_motion(motion, "start='stationary'")
-            raise ValueError(f"start must be 'rest': {motion.from_rest}.")
         if derivative != "caputo":
             raise ValueError(
                 "derivative must be 'caputo' with start='stationary': the memory of this start is adapted to x(0)."

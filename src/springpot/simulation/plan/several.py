@@ -19,6 +19,7 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.catalogue import owner_of
+from springpot.problem.coordinates import product_of
 from springpot.problem.parts import (
     Barrier,
     Contact,
@@ -36,11 +37,12 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
+from springpot.problem.parts.springpots import order_at_rest
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
-from springpot.simulation.plan.motion import Motion, StruckWalls
+from springpot.simulation.plan.motion import KeptMean, Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.parts import (
     fed_at,
@@ -296,7 +298,7 @@ class MotionOfSeveral(Motion):
     def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
         """Along the row of the displacement."""
         names = self.system.coordinates.names
-        at_rest = dict(zip(names, self._nearest_to_rest(), strict=True))
+        at_rest = self.as_given(self._nearest_to_rest())
         places, speeds = (np.array([given[name] for name in names]) for given in (x or at_rest, v))
         return float(seen.row @ places), float(seen.row @ speeds)
 
@@ -305,9 +307,61 @@ class MotionOfSeveral(Motion):
         return self._intensity_along(seen.row, time=time)
 
     @property
-    def from_rest(self) -> str:
-        """Why a run starts from rest."""
-        return "" if self.is_thermal else "a run of several masses starts from rest unless all noise is thermal"
+    def settles_at_start(self) -> bool:
+        """Where memory keeps a mean, or the start is drawn."""
+        return self.searched or self.is_thermal
+
+    @property
+    def mean_names(self) -> tuple[str, ...]:
+        """Of each mass."""
+        return tuple(f"{name}_x_mean" for name in self.system.coordinates.names)
+
+    @property
+    def near_mean(self) -> Floats:
+        """Where they rest."""
+        return self._nearest_to_rest()
+
+    def before_walls(self, places: Floats) -> Floats:
+        """The least change of the places that puts every elongation before its wall."""
+        inward, least = _walls(self.system, places)
+        if not (least > 0.0).any():
+            return places
+        forces = _least_forces(inward, least)
+        if forces is None:
+            walls = [name for name, part in self.touched.items() if isinstance(part, Barrier)]
+            raise ValueError(f"the walls must leave room: {listed(walls)} cannot all be kept.")
+        return np.asarray(places + inward.T @ forces)
+
+    def as_given(self, places: Floats) -> dict[str, float]:
+        """By the names of the masses."""
+        return dict(zip(self.system.coordinates.names, places.tolist(), strict=True))
+
+    def stationary_place(self, seen: Seen) -> float:
+        """Where it rests."""
+        return float(seen.row @ self._nearest_to_rest())
+
+    @property
+    def pilot_time(self) -> float:
+        """That of the energy and of the slowest mode: E[x] is a fixed point however long a pilot creeps."""
+        return max(self.scales.energy_time, 5.0 / self.scales.frequency)
+
+    @cached_property
+    def kept_means(self) -> tuple[KeptMean, ...]:
+        """Of each springpot along its row."""
+        at, found = self.system.coordinates, []
+        for part, pot in self.system.named():
+            row = at.elongations.get(part)
+            if row is not None and isinstance(pot, Springpot) and pot.remembers:
+                alike = (
+                    n for n, own in self.displacements.items() if np.array_equal(own, row) or np.array_equal(own, -row)
+                )
+                if name := next(alike, ""):
+                    found.append(KeptMean(name, self.displacements[name], pot.order, pot.coefficient / at.reduced(row)))
+        return tuple(found)
+
+    def left_of_start(self, off: float, time: float) -> float | None:
+        """It hardly fades: some springpots are stronger than the springs beside them."""
+        return None
 
     @cached_property
     def law(self) -> Any:
@@ -368,6 +422,23 @@ class MotionOfSeveral(Motion):
 
     @property
     def _means_of_zero(self) -> tuple[str, ...]:
+        return tuple(f"{begin}_mean" for begin, row in self.displacements.items() if not self._has_mean(row))
+
+    @property
+    def remembers_a_mean(self) -> bool:
+        """Whether a mean elongation stays in a memory that fades like a power of time."""
+        rows = self.system.coordinates.elongations
+        slow = [*self.springpots, *self.system.of(FractionalMaxwell)]
+        return any(self._has_mean(rows[name]) for name, part in self.system.named() if part in slow)
+
+    def _has_mean(self, row: Floats) -> bool:
+        """Whether its mean elongation is not 0 by symmetry."""
+        moved = self._moved_by_means
+        return moved is None or not (np.abs(row @ moved) <= _RIGID * (np.abs(row) @ np.abs(moved))).all()
+
+    @cached_property
+    def _moved_by_means(self) -> Floats | None:
+        """How each force that may have a mean displaces the coordinates, in columns; None if nothing holds them."""
         coordinates, parts = self.system.coordinates, dict(self.system.named())
         rows = {**coordinates.forces, **coordinates.elongations}
         stops = {_inwards(rows[name], part): rows[name] for name, part in self.touched.items()}
@@ -378,13 +449,8 @@ class MotionOfSeveral(Motion):
         stiffness = self.system.stiffness_matrix
         values = np.linalg.eigvalsh(stiffness)
         if pushes and not values[0] > _RIGID * values[-1]:
-            return ()
-        moved = np.linalg.solve(stiffness, np.array(pushes).T) if pushes else np.zeros((len(values), 1))
-        return tuple(
-            f"{begin}_mean"
-            for begin, row in self.displacements.items()
-            if (np.abs(row @ moved) <= _RIGID * (np.abs(row) @ np.abs(moved))).all()
-        )
+            return None
+        return np.asarray(np.linalg.solve(stiffness, np.array(pushes).T) if pushes else np.zeros((len(values), 1)))
 
     @property
     def is_thermal(self) -> bool:
@@ -452,12 +518,12 @@ class MotionOfSeveral(Motion):
             return 1.0 if time is None else part.square_at(time)
 
         white = sum(
-            over(parts[name]) * parts[name].intensity * float(turned @ force) ** 2
+            over(parts[name]) * parts[name].intensity * product_of(turned, force) ** 2
             for name, force in coordinates.forces.items()
             if isinstance(parts[name], WhiteNoise)
         )
         warm = sum(
-            2.0 * thermal[0].temperature * parts[name].linear_damping * float(turned @ own) ** 2
+            2.0 * thermal[0].temperature * parts[name].linear_damping * product_of(turned, own) ** 2
             for name, own in (coordinates.elongations.items() if thermal else ())
         )
         shaken = 0.0
@@ -466,7 +532,7 @@ class MotionOfSeveral(Motion):
                 own = coordinates.elongations[name]
                 alike = np.array_equal(own, row) or np.array_equal(own, -row)
                 size = place if alike and place is not None else self.modes.spread(own)
-                shaken += over(part) * part.intensity * (size * float(turned @ own)) ** 2
+                shaken += over(part) * part.intensity * (size * product_of(turned, own)) ** 2
         return white + warm + shaken
 
     @cached_property
@@ -534,7 +600,9 @@ class MotionOfSeveral(Motion):
         if not self.modes.excited and not self.system.of(Force):
             return "without excitation the motion dies out"
         if free := self._unheld():
-            return f"no spring or wall keeps {listed(free)} near the ground"
+            pots = any(0.0 < order_at_rest(part) < 0.5 for part in self.system.elements.values())
+            slow = ", and a springpot alone does so too slowly for a run: theory.linear may have a stationary state"
+            return f"no spring or wall keeps {listed(free)} near the ground{slow if pots else ''}"
         walls = self.system.of(Stop)
         lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or _is_rough(part))
         damped = self.modes.rate > _UNDAMPED * np.maximum(self.modes.frequency, 1e-300)
@@ -544,15 +612,17 @@ class MotionOfSeveral(Motion):
 
     def _unheld(self) -> list[str]:
         """The points of a motion that stretches no spring and that no wall ends."""
-        from scipy import linalg, optimize  # slow to import
-
         at = self.system.coordinates
         rows = at.elongations
         held = [any(part.force_coefficients()) or part.modulus(0.0) != 0.0 for part in self.system.elements.values()]
         springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds]
-        free = linalg.null_space(np.array(springs).reshape(-1, len(at.names)))
+        _, sizes, rows_of_all = np.linalg.svd(np.array(springs).reshape(-1, len(at.names)))
+        kept = sizes > max(len(springs), len(at.names)) * np.finfo(float).eps * sizes.max(initial=0.0)
+        free = rows_of_all[int(kept.sum()) :].T
         if not free.shape[1]:
             return []
+        from scipy import optimize  # slow to import
+
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
         # a constant force holds, as weight does
         closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
@@ -576,7 +646,7 @@ class MotionOfSeveral(Motion):
     def placed(self, given: Any) -> dict[str, float]:
         """x(0) of each mass: in equilibrium, or as near to it as the walls let them."""
         if given is None:
-            return dict(zip(self.system.coordinates.names, self._nearest_to_rest().tolist(), strict=True))
+            return self.as_given(self._nearest_to_rest())
         places = _by_point(given, "initial_position", self.system.coordinates.names)
         x = np.array([*places.values()])
         for name, part in self.system.named():
@@ -618,15 +688,7 @@ class MotionOfSeveral(Motion):
 
     def _nearest_to_rest(self) -> Floats:
         """The least change from the equilibrium that puts every elongation before its wall."""
-        rest = self._equilibrium()
-        inward, least = _walls(self.system, rest)
-        if not (least > 0.0).any():
-            return rest
-        forces = _least_forces(inward, least)
-        if forces is None:
-            walls = [name for name, part in self.touched.items() if isinstance(part, Barrier)]
-            raise ValueError(f"the walls must leave room: {listed(walls)} cannot all be kept.")
-        return np.asarray(rest + inward.T @ forces)
+        return self.before_walls(self._equilibrium())
 
 
 def _walls(system: System, x: Floats) -> tuple[Floats, Floats]:
@@ -684,7 +746,11 @@ def motion_of_several(system: System) -> MotionOfSeveral:
         return motion
     rows = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
     free = {name: modes.spread(row) ** 2 for name, row in rows.items()}
-    return replace(motion, slow=(CreepOfSeveral(system, modes.stiffness, motion.scales.fastest_rate, rows, free),))
+    return replace(
+        motion,
+        slow=(CreepOfSeveral(system, modes.stiffness, motion.scales.fastest_rate, rows, free),),
+        searched=motion.remembers_a_mean and not (system.of(ThermalNoise) and motion.is_thermal),
+    )
 
 
 def _scales(system: System, modes: Modes) -> Scales:

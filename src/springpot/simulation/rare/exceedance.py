@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,9 @@ from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
-from springpot.simulation.plan.options import DEFAULTS, StartKind
-from springpot.simulation.plan.plan import Plan, plan_of
+from springpot.simulation.plan.motions import motion_of
+from springpot.simulation.plan.options import DEFAULTS, Options, StartKind
+from springpot.simulation.plan.plan import Plan, default_start, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.saved import Saved
@@ -30,8 +31,6 @@ from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
 
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over
-
-_EVEN = 1e-9  # standard deviations of a mean that counts as 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,6 +216,9 @@ def stated(
     if max_time is not None:
         finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
+    if given.get("start") is None:  # the time counts when the motion has settled
+        options = {name: value for name, value in given.items() if value is not None}
+        given["start"], _ = default_start(motion_of(system), cast(Options, options), settled=True)
     plan = plan_of(system, duration=duration, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
@@ -303,8 +305,7 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     start = 0.0
     if quantity.kind != "force":
         x, v = motion.start_of(seen, plan.settings.initial_position, plan.settings.initial_velocity)
-        mean, spread, _ = motion.size_of(seen)
-        x = x if plan.settings.start != "stationary" else mean if abs(mean) > _EVEN * spread else 0.0
+        x = motion.stationary_place(seen) if plan.settings.start == "stationary" else x
         start = x if quantity.kind == "x" else float(v)
     sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
     if len(sides) != 1 or (numbers == start).any():
@@ -333,7 +334,7 @@ def _settled(plan: Plan) -> Plan:
     step, ahead = settings.duration / steps, 0
     if settings.start == "stationary":
         ahead = (
-            math.ceil((EARLY if motion.is_thermal else SETTLED) * motion.scales.relaxation_time / (GROUP * step))
+            math.ceil(motion.settled_after(settings.start, EARLY if motion.is_thermal else SETTLED) / (GROUP * step))
             * GROUP
         )
     if steps + ahead > MOST_STEPS:
@@ -351,5 +352,7 @@ def _split_early(plan: Plan) -> Plan:
     """
     settings = plan.settings
     group = GROUP * settings.step
-    early = math.ceil(EARLY * plan.motion.scales.relaxation_time / group) * group if settings.window[0] > 0.0 else 0.0
+    early = (
+        math.ceil(plan.motion.settled_after(settings.start, EARLY) / group) * group if settings.window[0] > 0.0 else 0.0
+    )
     return plan.but(window=(max(0.0, settings.window[0] - early), settings.window[1]))

@@ -14,7 +14,8 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import SpectralExcitation, Springpot
+from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Springpot
+from springpot.problem.parts.records import FEWEST_SAMPLES
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
@@ -22,15 +23,16 @@ from springpot.simulation.estimate.slow_impacts import (
     slow_impact_order,
     slow_impacts,
 )
+from springpot.simulation.estimate.start_left import left_of_start
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, standard_error
-from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.transient import MOST_TRANSIENT
+from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.walls import about_walls
 
 if TYPE_CHECKING:
@@ -40,8 +42,9 @@ if TYPE_CHECKING:
 Values = Mapping[str, float]
 
 FAR_OFF = 5.0  # standard errors beyond which a mean that should be 0 gives a warning
-MOST_RESIDUAL = 0.01  # of an adapted start
+MOST_LEFT = 0.01  # of a start, in a mean over its root mean square
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
+FEWEST_POINTS = 2.2  # of a record in a period, with which it may have what moves the mass
 MOST_MISSED = 0.01  # of the impacts, by estimate
 MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
@@ -77,8 +80,10 @@ def doubts(
         *_about_contact_tolerance(simulation, values),
         *(() if counted else _about_uncountable(simulation.motion)),
         *_about_shapes(simulation.motion),
+        *_about_records(simulation.motion),
+        *([] if bounded else _about_springpot_alone(simulation, values)),
         *of_the_step,
-        *_about_start(simulation.plan.adapted),
+        *_about_start(simulation, values, errors),
         *_about_energy(simulation, values, errors, rows),
         *_about_memory(simulation, values, errors),
         *([] if bounded else _about_slow_impacts(simulation, values)),
@@ -110,6 +115,38 @@ def _about_shapes(motion: Motion) -> Iterator[Message]:
                 yield say("shaped_density", name=name, x=per_cent(x), v=per_cent(v), worst=per_cent(shape.worst))
 
 
+def _about_records(motion: Motion) -> Iterator[Message]:
+    """Of records with few points in a period of the motion, of several masses of the slowest mode."""
+    for name, part in motion.system.named():
+        if not isinstance(part, RecordedExcitation):
+            continue
+        rate = min((len(time) - 1) / (time[-1] - time[0]) for time, _ in part.records)
+        points = 2.0 * math.pi * rate / motion.scales.frequency
+        lost = 1.0 - float(np.sinc(1.0 / points)) ** 2
+        if points < FEWEST_POINTS:
+            fate = "what a signal has at half of its sampling rate and above is not in its samples"
+        elif part.interpolation == "linear" and lost > LEAST_BIAS and len(part.records[0][0]) >= FEWEST_SAMPLES:
+            fate = f"straight lines between samples of a signal lose {per_cent(lost)} there, and more at faster modes; "
+            fate += "interpolation='band-limited' does not"
+        else:
+            continue
+        yield say("coarse_record", name=name, points=points, frequency=rate / points, fate=fate)
+
+
+def _about_springpot_alone(simulation: Simulation, values: Values) -> Iterator[Message]:
+    """Of a start that a mass without a spring remembers long."""
+    begin, square = simulation.plan.settings.window[0], values.get("x_mean_square", 0.0)
+    for creep in simulation.motion.slow:
+        if isinstance(creep, CreepAlone) and not simulation.motion.not_stationary and square > 0.0:
+            left = creep.missing(max(begin, creep.times[0]))["x_mean_square"] / square
+            left /= 1.0 + left  # of what would be there
+            if left > LEAST_BIAS:
+                order = creep.springpot.order
+                later = creep.time_of(LEAST_BIAS, square * (1.0 + left))
+                yield say("springpot_holds_alone", left=per_cent(left), begin=begin, order=order,
+                          power=2.0 * order - 1.0, later=later)  # fmt: skip
+
+
 def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator[Message]:
     settings = simulation.settings
     if settings.scheme != "grunwald" or not simulation.motion.walls:
@@ -134,17 +171,26 @@ def _about_window(simulation: Simulation) -> Iterator[Message]:
     if reason := plan.motion.not_stationary:
         yield say("no_stationary_state", reason=reason)
     else:
-        later = 4.6 * plan.motion.scales.relaxation_time
+        later = plan.motion.settled_after(plan.settings.start, 4.6)
         yield say("transient_in_window", begin=plan.settings.window[0], left=per_cent(left), later=later)
 
 
-def _about_start(adapted: Adapted | None) -> Iterator[Message]:
-    if adapted is None:
-        return
-    if adapted.residual is None or adapted.residual_se is None:
+def _about_start(simulation: Simulation, values: Values, errors: Values) -> Iterator[Message]:
+    """Of a stationary start without pilots, and of any that still acts: the run itself tells how far it was off."""
+    plan, adapted = simulation.plan, simulation.plan.adapted
+    if adapted is not None and adapted.residual is None:
         yield say("unchecked_start")
-    elif adapted.residual > MOST_RESIDUAL:
-        yield say("start_was_off", off=per_cent(adapted.residual), error=per_cent(adapted.residual_se, 1))
+    settled = not plan.motion.not_stationary and plan.energy_left <= MOST_TRANSIENT
+    if not settled or (adapted is None and "damping_force_mean" in values):  # that force tells of it
+        return
+    left = [
+        each for each in left_of_start(plan, values, errors)
+        if each.off > MOST_LEFT and each.off > FAR_OFF * each.error
+    ]  # fmt: skip
+    if left:
+        worst = max(left, key=lambda each: each.off)
+        off, error = per_cent(worst.off), per_cent(worst.error, 1)
+        yield say("start_was_off", name=f"{worst.name}_mean", off=off, error=error, order=worst.order)
 
 
 def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:

@@ -273,7 +273,9 @@ def _passage_times(simulation: Simulation, passage: Passage, level: float, passe
     horizon = high * settings.step - begin
     since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
     times = np.where(passed < 0.0, np.inf, since)
-    settling = SETTLED * simulation.motion.scales.relaxation_time if simulation.motion.settles else math.inf
+    settling = (
+        simulation.motion.settled_after(simulation.settings.start, SETTLED) if simulation.motion.settles else math.inf
+    )
     return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.arguments import checked_name
+from springpot.machine.arguments import checked_name, named_arguments
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import cause_of, few, meant, shown
+from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR, possible_results, results_on_request
 from springpot.problem.system import System
 from springpot.simulation.kernel.cache import callback
@@ -120,23 +120,7 @@ def _on_felt() -> Any:
 
 
 def _arguments(name: str, function: Callable[..., float], known: Iterable[str], most: int = 0) -> list[str]:
-    """The names of a function's arguments, if all are known.
-
-    Raises
-    ------
-    ValueError
-        With the nearest of the known ones.
-    """
-    words = [*inspect.signature(function).parameters]
-    for word in words:
-        if word not in known:
-            near = meant(word, known) or f"; there are {few(sorted(known))}."
-            raise ValueError(f"observable {name!r} has an argument {word!r}, which is nothing that can be seen{near}")
-    if not words or (most and len(words) > most):
-        raise ValueError(
-            f"observable {name!r} must have {'one argument' if most else 'an argument'}: {few(sorted(known))}."
-        )
-    return words
+    return named_arguments(f"observable {name!r}", function, known, "nothing that can be seen", most)
 
 
 def is_taken(system: System, name: str) -> bool:

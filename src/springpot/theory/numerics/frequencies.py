@@ -17,6 +17,7 @@ _POINTS = 4000
 _MOST_ERROR = 2e-8
 _NODES, _HALVINGS, _MOST_PANELS, _SETTLED = 20, 25, 10_000, 1e-13
 _NARROW = "an integral over frequency did not settle: the resonance is too narrow, or too far off."
+_SLOPE = 0.01  # logarithms over which the power of a density is seen
 _WIDTHS = (0.3, 1.0, 3.0, *(10.0**power for power in range(1, 13)))  # of a resonance, at which the integral is cut
 
 
@@ -55,7 +56,9 @@ def resonances(stiffness: Callable[[Floats], Complexes], scales: Iterable[float]
     return sorted(cut for cut in cuts if start <= cut <= high + _FAR)
 
 
-def integrals(densities: Callable[[Floats], Floats], cuts: list[float], within: Floats) -> Floats:
+def integrals(
+    densities: Callable[[Floats], Floats], cuts: list[float], within: Floats, as_powers: bool = False
+) -> Floats:
     """The integrals of several densities over all frequencies, positive and negative, of even functions of w.
 
     They are sums over panels, which are halved where they are not fine enough.
@@ -68,6 +71,8 @@ def integrals(densities: Callable[[Floats], Floats], cuts: list[float], within: 
         Of `resonances`.
     within : ndarray, shape (densities,)
         Errors that do not matter.
+    as_powers : bool
+        Whether they go on below the first cut as powers of the frequency, above its power -1.
 
     Raises
     ------
@@ -107,6 +112,11 @@ def integrals(densities: Callable[[Floats], Floats], cuts: list[float], within: 
     left += errors[open_].sum(axis=0)
     if not np.all(left <= np.maximum(_MOST_ERROR * done, within)):
         raise NoConvergenceError(_NARROW)
+    if as_powers:
+        ends = np.exp(cuts[0] + np.array([0.0, _SLOPE]))
+        last, above = ends[:, None] * densities(ends)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            done += np.where(last > 0.0, last * _SLOPE / np.log(above / last), 0.0)
     return 2.0 * done
 
 

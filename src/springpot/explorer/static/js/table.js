@@ -118,7 +118,7 @@ export class Table {
     this.silent.innerHTML = [...groups].map(([sentence, names]) => `<p><b>${labels(names)}</b> ${names.length > 1 ? "have" : "has"} no answer here: ${escaped(typeset(sentence))}</p>`).join("");
     const said = [];
     if (theory && !theory.recommended) {
-      said.push(["theory", isSilent(theory) ? "no method has a stationary answer here." : "no method is recommended here: compare with Monte Carlo."]);
+      said.push(["theory", isSilent(theory) ? "no analytical method covers this." : "no method is recommended here: compare with Monte Carlo."]);
     }
     if (measured?.undefined && !measured.warnings.length) said.push(["Monte Carlo", `impact rate and speeds have no value: ${measured.undefined}.`]);
     for (const sentence of measured?.warnings ?? []) said.push(["Monte Carlo", sentence]);

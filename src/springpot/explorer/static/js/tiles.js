@@ -50,7 +50,7 @@ export function showTiles(view, element, playing) {
   write("tile-theory", answer ? number(answer.moments[MAIN[1]], MAIN[1]) : "–");
   const { values, errors } = measured ?? { values: {}, errors: {} }, name = MAIN[1];
   const gap = answer && measured && !old && !transient ? gapText(gapOf(answer.moments[name], values[name], errors[name])) : "";
-  const silent = theory && !best && !old ? (isSilent(theory) ? "no stationary answer" : "no method is recommended here") : "";
+  const silent = theory && !best && !old ? (isSilent(theory) ? "no analytical method covers this" : "no method is recommended here") : "";
   say("tile-theory-note", gap ? `gap ${gap}` : silent || (answer && transient ? "of the stationary state" : ""));
 
   say("tile-paths", grouped(measured?.paths ?? 0));

@@ -18,7 +18,7 @@ from springpot.theory.decay import harmonic_sum, stiffness_sum
 from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.envelope.balance import Labels
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import check_kinds, unheld
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.result import Moments, moments_of
 
@@ -358,7 +358,7 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
     if not problem.intensity > 0.0:
         stationary = "There is no random stationary state: nothing excites the motion."
     elif not any(problem.springs):
-        stationary = "There is no stationary state: no spring holds the mass."
+        stationary = unheld(system.elements.values(), "no spring holds the mass")
     elif not problem.pots and problem.restitution == 1.0:
         stationary = "There is no stationary state: nothing dissipates energy, so it grows without end."
     else:

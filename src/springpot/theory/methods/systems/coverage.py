@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from types import UnionType
 
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import PolynomialDashpot, PolynomialSpring
+from springpot.problem.parts.springpots import order_at_rest
 from springpot.problem.parts.walls import SoftStop
 from springpot.problem.system import System
+
+
+def unheld(elements: Iterable[object], cause: str) -> str:
+    """That there is no stationary state because of a cause, in one sentence; not where springpots alone may hold.
+
+    Raises
+    ------
+    NotCoveredError
+        If a springpot of an order below 1/2 may hold the mass without a spring.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Dashpot
+    >>> unheld([Dashpot(1.0)], "no spring holds the mass")
+    'There is no stationary state: no spring holds the mass.'
+    """
+    if any(0.0 < order_at_rest(part) < 0.5 for part in elements):
+        raise NotCoveredError("A mass that a springpot holds without a spring is covered by the linear theory only.")
+    return f"There is no stationary state: {cause}."
 
 
 def check_kinds(

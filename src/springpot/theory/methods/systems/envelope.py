@@ -39,7 +39,7 @@ from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.envelope.balance import Labels, saturated
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import check_kinds, unheld
 from springpot.theory.methods.systems.cycles import (
     COARSE,
     FINE,
@@ -397,7 +397,7 @@ def check_system_covered(system: System) -> Problem | str:
     if all(isinstance(noise, WhiteNoise) and noise.intensity == 0.0 for noise in noises):
         return "There is no random stationary state: nothing excites the motion."
     if not unit.potential.holds():
-        return "There is no stationary state: no spring or wall holds the mass on one side."
+        return unheld(unit.elements.values(), "no spring or wall holds the mass on one side")
     problem = _problem(unit)
     if problem.remembers and not np.any(unit.potential.coefficients) and not unit.of(Contact):
         raise NotCoveredError(f"{REACH}; with memory it needs a spring or a force to hold a small cycle in its place.")

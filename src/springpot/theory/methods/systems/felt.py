@@ -15,7 +15,6 @@ from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.felt import felt_in
 from springpot.problem.parts import PoissonImpulses, WhiteNoise
 from springpot.problem.system import System
-from springpot.theory.numerics.frequencies import integrals, resonances
 
 _NOTHING = 1e-12  # of what moves with the ground, of an acceleration without a white part
 
@@ -71,9 +70,8 @@ class _Felt:
         if not self.force:
             return 0.0
         own = self.companion
-        at_rest = np.linalg.solve(own.stiffness, own.force)
         return float(
-            sum(complex(self._modulus(part, np.zeros(1))[0]).real * (row @ at_rest) for part, row in self.parts)
+            sum(complex(self._modulus(part, np.zeros(1))[0]).real * (row @ own.at_rest) for part, row in self.parts)
         )
 
     def density(self, w: Floats) -> Floats:
@@ -112,8 +110,7 @@ def felt_mean_square(system: System, companion: Any, of: str) -> float:
             )
     found = felt.mean() ** 2
     if companion.noises:
-        cuts = resonances(companion.nearest, companion.scales)
-        found += float(integrals(lambda w: felt.density(w)[:, None], cuts, np.zeros(1))[0])
+        found += float(companion.integrals(lambda w: felt.density(w)[:, None], np.zeros(1))[0])
     for wave in companion.harmonics:
         found += 0.5 * wave.amplitude**2 * abs(complex(felt.response(np.array([wave.frequency]), wave)[0])) ** 2
     if companion.temperature > 0.0 and felt.force:

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -42,6 +43,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
+from springpot.problem.parts.springpots import order_at_rest, springpot_in
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
@@ -165,6 +167,41 @@ class Companion:
             found.append((self.row(element), np.where((w == 0.0) & _is_fractional(element), math.inf, loss)))
         return found
 
+    @cached_property
+    def free(self) -> Floats:
+        """Motions that no spring holds, in columns."""
+        squares, shapes = free_motion(self.mass, self.stiffness)
+        return shapes[:, squares <= _LOOSE * np.abs(squares).max()]
+
+    @property
+    def holding(self) -> list[Element]:
+        """Springpots, alone or in series with a spring, that keep a mass near its place without a spring beside them.
+
+        The mean square is that of w^(-2 alpha) where noise has a density at 0: finite below order 1/2.
+        """
+        noisy = bool(self.parametric) or any(noise.density(0.0) > 0.0 for noise in self.noises)
+        return [each for each in self.elements if 0.0 < order_at_rest(each) < (0.5 if noisy else 1.0)]
+
+    @property
+    def at_rest(self) -> Floats:
+        """Displacements under the constant force after a long time.
+
+        Where only springpots hold, the one of the lowest order relaxes last: its force is 0 there.
+        """
+        if not self.free.shape[1]:
+            return np.asarray(np.linalg.solve(self.stiffness, self.force))
+        found = np.linalg.lstsq(self.stiffness, self.force, rcond=None)[0]
+        first = min(map(order_at_rest, self.holding))
+        last = [(each, pot) for each in self.holding if (pot := springpot_in(each)) and pot.order == first]
+        pulls = sum(self.along(each, pot.coefficient) for each, pot in last)
+        slipped = np.linalg.lstsq(self.free.T @ pulls @ self.free, self.free.T @ pulls @ found)[0]
+        return np.asarray(found - self.free @ slipped)
+
+    def integrals(self, densities: Callable[[Floats], Floats], within: Floats) -> Floats:
+        """Of densities over all frequencies, as `springpot.theory.numerics.frequencies.integrals`."""
+        cuts = resonances(self.nearest, self.scales)
+        return integrals(densities, cuts, within, as_powers=bool(self.free.shape[1]))
+
     @property
     def groups(self) -> list[tuple[Floats, Density]]:
         """The noises but matched noise: their pushes and densities."""
@@ -174,7 +211,7 @@ class Companion:
     @property
     def scales(self) -> list[float]:
         """Frequencies around which something changes."""
-        squares, rates = self._squares(self.stiffness), self._squares(self.damping)
+        squares, rates = self._squares(self.stiffness) or [0.0], self._squares(self.damping)
         found = [
             *map(math.sqrt, squares),
             *rates,
@@ -258,7 +295,7 @@ def _scales_of(element: Element, stiff: float, share: float) -> list[float]:
 
 def _power_of(base: float, power: float) -> float:
     """A frequency, kept within what matters: so far off, an element is nothing or a spring."""
-    return math.exp(min(max(power * math.log(base), -140.0), 140.0))
+    return math.exp(min(max(power * math.log(base), -140.0), 140.0)) if base > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -417,8 +454,7 @@ class LinearResponse(Result):
         def weighted(w: Floats) -> Floats:
             return np.asarray(spectrum(w)[:, None] * w[:, None] ** finite)
 
-        cuts = resonances(self.companion.nearest, self.companion.scales)
-        found = integrals(weighted, cuts, np.zeros(len(finite))).tolist()
+        found = self.companion.integrals(weighted, np.zeros(len(finite))).tolist()
         return {**dict.fromkeys(orders, math.inf), **dict(zip(finite, found, strict=True))}
 
     def crossing_rate(self, level: float, of: str = "") -> float:
@@ -516,7 +552,7 @@ class LinearResponse(Result):
         if text(of, "of") in felt_in(self.system):
             return felt_mean(self.system, self.companion, of)
         row = self._row(of, *felt_in(self.system))
-        return float(row @ np.linalg.solve(self.companion.stiffness, self.companion.force))
+        return float(row @ self.companion.at_rest)
 
     @np.errstate(all="ignore")  # of what is not finite
     def spectral_matrix(self, frequency: ArrayLike) -> Complexes:
@@ -801,10 +837,8 @@ def _endless(companion: Companion) -> str:
     """Why there is no stationary state, in one sentence; empty if there is one."""
     end = "There is no stationary state: {}.".format
     squares, shapes = free_motion(companion.mass, companion.stiffness)
-    if loose := _loose(companion.coordinates, squares, shapes):
-        words = "the mass" if len(companion.coordinates.points) == 1 else listed(loose)
-        fate = "it wanders" if len(loose) == 1 else "they wander"
-        return end(f"no spring pulls {words} back, so that {fate} without end")
+    if companion.free.shape[1] and (statement := _wanders(companion)):
+        return end(statement)
     if not companion.dissipates:
         return end("nothing dissipates energy")
     sizes, dashpots = np.linalg.eigh(companion.damping)
@@ -813,11 +847,31 @@ def _endless(companion: Companion) -> str:
     return "" if free is None else end(f"nothing dissipates the energy of the mode at {free:.6g} rad/s")
 
 
-def _loose(at: Coordinates, squares: Floats, shapes: Floats) -> list[str]:
-    """The points that no spring pulls back."""
-    still = squares <= _LOOSE * np.abs(squares).max()
-    moved = np.abs(at.rows @ shapes[:, still]).max(axis=1, initial=0.0)
-    return [point for point, size in zip(at.points, moved, strict=True) if size > 1e-6 * moved.max()]
+def _wanders(companion: Companion) -> str:
+    """Why motions that no spring holds have no stationary state; empty where springpots keep them near their place."""
+    free = companion.free
+    if left := _moved(companion.coordinates, free @ _unseen([companion.row(each) for each in companion.holding], free)):
+        words = "the mass" if len(companion.coordinates.points) == 1 else listed(left)
+        fate = "it wanders" if len(left) == 1 else "they wander"
+        pots = any(order_at_rest(each) < 1.0 for each in companion.elements)
+        weak = ", and a springpot alone does so below order 1/2 only" if pots else ""
+        return f"no spring pulls {words} back{weak}, so that {fate} without end"
+    if companion.temperature > 0.0:
+        return "no spring pulls back what thermal noise moves, so that it wanders without end"
+    pushed = np.abs(companion.force @ free).max() > _LOOSE * np.abs(companion.force).sum()
+    return "a springpot alone yields to a constant force without end" if pushed else ""
+
+
+def _unseen(rows: Sequence[Floats], motions: Floats) -> Floats:
+    """The combinations of some motions that no row sees, in columns."""
+    _, sizes, ways = np.linalg.svd(np.array(rows).reshape(-1, len(motions)) @ motions)
+    return np.asarray(ways[(sizes > 1e-9 * sizes.max(initial=0.0)).sum() :].T)
+
+
+def _moved(at: Coordinates, motions: Floats) -> list[str]:
+    """The points that some of these motions move."""
+    sizes = np.abs(at.rows @ motions).max(axis=1, initial=0.0)
+    return [point for point, size in zip(at.points, sizes, strict=True) if size > 1e-6 * sizes.max()]
 
 
 class _Seen:
@@ -825,7 +879,6 @@ class _Seen:
 
     def __init__(self, companion: Companion) -> None:
         self.companion = companion
-        self.cuts = resonances(companion.nearest, companion.scales)
 
     def under(self, force: Harmonic, row: Floats) -> float:
         """The mean square displacement that a row sees of a harmonic force."""
@@ -849,7 +902,7 @@ class _Seen:
                 found += (_at(density, w) * w ** (2 * power))[:, None] * np.abs(response @ push) ** 2
             return found
 
-        return integrals(together, self.cuts, np.broadcast_to(within, len(rows)))
+        return self.companion.integrals(together, np.broadcast_to(within, len(rows)))
 
     def motions(
         self, rows: Floats, within: tuple[Any, Any] = (0.0, 0.0), velocity: bool = True
@@ -876,9 +929,9 @@ class _Seen:
     def _motion(self, row: Floats, x_noise: float, v_noise: float) -> tuple[float, float, float]:
         own = self.companion
         # matched noise shares its energy out evenly
-        soft, light = np.linalg.solve(own.stiffness, row), np.linalg.solve(own.mass, row)
-        x_mean = float(soft @ own.force)
-        x_square = own.temperature * float(soft @ row) + x_noise
+        light, x_mean, x_square = np.linalg.solve(own.mass, row), float(row @ own.at_rest), x_noise
+        if own.temperature > 0.0:
+            x_square += own.temperature * float(np.linalg.solve(own.stiffness, row) @ row)
         v_square = own.temperature * float(light @ row) + v_noise
         for force in own.harmonics:
             response = self.under(force, row)

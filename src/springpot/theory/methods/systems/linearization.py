@@ -33,6 +33,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
+from springpot.theory.methods.systems.coverage import unheld
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions
 from springpot.theory.methods.systems.yielding import with_arms
@@ -394,7 +395,7 @@ class NearestLinear:
         if size == 1:
             forces = sum(np.pad(row.forces, (0, 10 - len(row.forces))) for row in self.rows) - self.force * _FIRST
             if not (springs := np.trim_zeros(forces, "b")).size:
-                raise NoStationaryStateError("There is no stationary state: no spring pulls the mass back.")
+                raise NoStationaryStateError(unheld(self.companion.elements, "no spring pulls the mass back"))
             roots = polynomial.polyroots(springs)
             mean[0] = float(min(roots, key=lambda root: abs(root.imag)).real) if roots.size else 0.0
         spread, least, most = 1.0, 0.0, math.inf

@@ -27,7 +27,7 @@ from springpot.problem.parts.walls import SoftStop
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kernel_weights, make_chain
-from springpot.theory.methods.systems.coverage import check_kinds
+from springpot.theory.methods.systems.coverage import check_kinds, unheld
 from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
@@ -158,7 +158,7 @@ def path_integration(system: System) -> Result:
     unit, problem = system.per_unit_mass, check_covered(system)
     stationary: Moments | str
     if not unit.potential.holds():
-        stationary = "There is no stationary state: no spring or wall holds the mass on one side."
+        stationary = unheld(unit.elements.values(), "no spring or wall holds the mass on one side")
     elif not any(part.dissipates for part in unit.parts):
         stationary = "There is no stationary state: nothing dissipates energy, so it grows without end."
     else:

@@ -1,0 +1,482 @@
+"""What a step is, in plain Python: one path of any system, with nothing of the compiled code in it.
+
+Read this file first.  The simulation takes steps of equal length h.  In the middle of each step stands a **kick**: all
+forces act at once, with the impulse that they have in the whole step.  Between two kicks lies a **drift** over h, free
+of forces but for impacts, or turning on the circle of one linear spring.  The state is observed in the middle of the
+drift, at the times h, 2h, ... .  Everything that a part knows of the masses is its elongation g.x, along its row g.
+
+The memory of a springpot is the sum over all its earlier increments, as long as the path: slow, and without error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import mpmath
+import numpy as np
+
+import springpot as sp
+
+Floats = np.ndarray
+WORD = 0xFFFFFFFF
+
+
+# ------------------------------------------------------------------------------------------------ random numbers
+def philox(seed: int, path: int, group: int, word: int) -> list[int]:
+    """Four words of 32 bits of a counter: Philox4x32-10 (Salmon and others, SC11)."""
+    c, k = [group, path, 0, word], [seed & WORD, seed >> 32]
+    for _ in range(10):
+        a, b = 0xD2511F53 * c[0], 0xCD9E8D57 * c[2]
+        c = [(b >> 32) ^ c[1] ^ k[0], b & WORD, (a >> 32) ^ c[3] ^ k[1], a & WORD]
+        k = [(k[0] + 0x9E3779B9) & WORD, (k[1] + 0xBB67AE85) & WORD]
+    return c
+
+
+def normal_pair(radius: int, angle: int) -> tuple[float, float]:
+    """Two normals of two words, by Box and Muller; the angle is counted from the nearest axis."""
+    size = math.sqrt(-2.0 * math.log(((radius >> 1) + 0.5) / 2.0**31))
+    turned = (angle << 2) & WORD
+    beside = (turned - (1 << 32) * (turned >> 31)) / 2.0**31 * math.pi / 4.0
+    along, across = (-1.0 if angle >> 31 else 1.0) * math.cos(beside), math.sin(beside)
+    return (size * along, size * across) if (angle >> 30) & 1 else (size * across, size * along)
+
+
+def normals(seed: int, path: int, steps: int, word: int) -> Floats:
+    """One for each step; four steps share a counter."""
+    found: list[float] = []
+    for group in range(-(-steps // 4)):
+        a, b, c, d = philox(seed, path, group, word)
+        found += [*normal_pair(a, b), *normal_pair(c, d)]
+    return np.array(found[:steps])
+
+
+# -------------------------------------------------------------------------------------------------------- memory
+def memory_of(part: Any, h: float, count: int) -> tuple[Floats, float, float]:
+    """Of a kernel K(t): its means over the steps, newest first; its answer; and its first moment.
+
+    A unit impulse, spread evenly over a step, moves the elongation within this step already.  The mean force of that is
+    the answer, the integral of K(t) (h - t)^2 / 2 over the step, over h^2.  The moment is what impulses of earlier
+    steps lack where all of them are taken for jumps: the sum over all steps of K(t) (middle of the step - t) / h.
+    """
+    lag = np.arange(count, dtype=float)
+    if isinstance(part, sp.Dashpot | sp.Springpot | sp.PolynomialDashpot):
+        order = getattr(part, "order", 1.0)
+        c = part.coefficients[0] if isinstance(part, sp.PolynomialDashpot) else part.coefficient
+        jump = c * h ** (1.0 - order)
+        integral = jump * np.append(0.0, (lag + 1.0) ** (1.0 - order)) / math.gamma(2.0 - order)
+        zeta = float(mpmath.zeta(order - 1.0))
+        return np.diff(integral) / h, jump / math.gamma(4.0 - order), -zeta * jump / math.gamma(2.0 - order)
+    if isinstance(part, sp.FractionalMaxwell):  # exp(u) = rate: its spectrum over the logarithm, in fine steps
+        order, k = part.springpot.order, part.spring.stiffness
+        centre, turn = math.log(k / part.springpot.coefficient) / order, math.pi * order
+        u = np.arange(-40.0, 40.0, 0.02) / order
+        spectrum = math.sin(turn) / math.pi / (np.exp(order * u) + 2.0 * math.cos(turn) + np.exp(-order * u))
+        arms = zip(k * spectrum * 0.02 / order, np.exp(centre + u), strict=True)
+    else:
+        arms = iter([(part.stiffness, part.stiffness / part.coefficient)])
+    means, answer, moment = np.zeros(count), 0.0, 0.0
+    for strength, rate in arms:
+        y = rate * h
+        slow = y < 1e-3
+        means += strength * (1.0 if slow else -math.expm1(-y) / y) * np.exp(-y * lag)
+        answer += strength * h * (1 / 6 - y / 24 if slow else (0.5 * y * y - y - math.expm1(-y)) / y**3)
+        moment += strength * h * (1 / 12 if slow else (0.5 / math.tanh(0.5 * y) - 1.0 / y) / y)
+    return means, answer, moment
+
+
+@dataclass
+class Row:
+    """Everything that lies on one elongation g.x."""
+
+    g: Floats
+    mass: float  # that moves along it: 1 / (g M^-1 g)
+    jump: Floats  # change of the velocities per change of its own
+    springs: Floats = field(default_factory=lambda: np.zeros(10))  # force k0 + k1 u + k2 u^2 + ...
+    weights: Floats = field(default_factory=lambda: np.zeros(0))  # of the increments, newest first
+    answer: float = 0.0
+    memories: list[Any] = field(default_factory=list)
+    dampers: list[tuple[str, Damper]] = field(default_factory=list)
+    contacts: list[tuple[str, sp.Contact]] = field(default_factory=list)
+    increments: list[float] = field(default_factory=list)
+    drive: Floats = field(default_factory=lambda: np.zeros(0))  # forces of a jump before time 0
+
+    def remember(self, part: Any, h: float, steps: int) -> None:
+        """Add the memory of one more part.
+
+        The velocity at the kick stands for the newest increment: its weight, twice the answer, is taken from that of
+        the increment.  The last kick has all of the moment.
+        """
+        means, answer, moment = memory_of(part, h, steps + 1)
+        last = (moment - answer) / h
+        means[:2] += last - 2.0 * answer / h, -last
+        self.weights = means + (self.weights if self.weights.size else 0.0)
+        self.answer += answer
+        self.memories.append(part)
+
+    def jumped(self, jump: float, h: float, steps: int) -> float:
+        """Remember a jump before time 0; the displacement at the first kick by what it does before that.
+
+        Its force there falls as a power of the time: the share of it that a kick in the middle of the step misses.
+        """
+        self.drive, early = np.zeros(steps), 0.0
+        for part in self.memories:
+            forces = jump * memory_of(part, h, steps)[0]
+            self.drive = self.drive + forces
+            early -= forces[0] * h**2 * 0.5 * part.order / (2.0 - part.order)
+        return early
+
+    def pull(self, rate: float) -> float:
+        """The force of dashpots and memory at a kick, without the answer to it."""
+        known = len(self.increments)
+        past = float(self.weights[:known] @ self.increments[::-1]) if self.weights.size else 0.0
+        return past + 2.0 * self.answer * rate
+
+
+# ------------------------------------------------------------------------------------------------ nonlinear dampers
+class Damper:
+    """A part that is followed alone for half a step before the kick and half a step after it, in reverse order."""
+
+    def __init__(self, part: Any, mass: float, h: float) -> None:
+        self.part, self.mass, self.h = part, mass, h
+        self.slider, self.last = 0.0, (0.0, 0.0)  # of a part that yields; elongation and rate after the last kick
+
+    def follow(self, n: int, u: float, rate: float, after: bool) -> float:
+        """The rate after half of step n."""
+        part, half = self.part, 0.5 * self.h / self.mass
+        if isinstance(part, sp.Friction):
+            return math.copysign(max(abs(rate) - half * part.force, 0.0), rate)
+        if isinstance(part, sp.PolynomialDashpot):
+            _, c2, c3 = (*part.coefficients, 0.0, 0.0)[:3]
+            laws = [
+                lambda w: w / (1.0 + half * c2 * abs(w)),
+                lambda w: w / math.sqrt(1.0 + 2.0 * half * c3 * w * w),
+            ]
+            for law in reversed(laws) if after else laws:
+                rate = law(rate)
+            return rate
+        if isinstance(part, sp.VanDerPol):  # to second order, and never beyond 0
+            a = half * part.coefficient * (u * u - part.length**2)
+            growth = 1.0 + abs(a) + 0.5 * a * a
+            return rate / growth if a > 0.0 else rate * growth
+        if isinstance(part, sp.Force):  # by the midpoint rule
+            t = self.h * (n + 0.5)
+            middle = rate + 0.5 * half * part.share * part.function(t, u, rate)
+            return rate + half * part.share * part.function(t, u, middle)
+        return self._yield(half, u, rate, after)
+
+    def _yield(self, half: float, u: float, rate: float, after: bool) -> float:
+        if not after:  # the way since the last kick: one straight line, or two where it turned round
+            begin, before = self.last
+            way = u - begin
+            if before * rate < 0.0:
+                there = before * min(max((way - rate * self.h) / (before - rate), 0.0), self.h)
+                self._stroke(begin, there)
+                self._stroke(begin + there, way - there)
+            else:
+                self._stroke(begin, way)
+        rate -= half * self.part.stiffness * (u - self.slider)
+        if after:
+            self.last = u, rate
+        return rate
+
+    def _stroke(self, begin: float, way: float) -> None:
+        part, limit = self.part, self.part.yield_displacement
+        if isinstance(part, sp.Jenkins):
+            self.slider = min(max(self.slider, begin + way - limit), begin + way + limit)
+        elif way != 0.0:
+            sign = math.copysign(1.0, way)
+            self.slider += sign * self._slip(sign * (begin - self.slider), abs(way), limit)
+
+    def _slip(self, z: float, length: float, limit: float) -> float:
+        """How far the slider goes: dz/dx = 1 - r^n, or 1 + (2 beta - 1) r^n before z turns round; r = abs(z) / limit.
+
+        An exponential step of second order in the length, that never overshoots.
+        """
+        n, turn = self.part.exponent, 2.0 * self.part.beta - 1.0
+
+        def eased(s: float) -> float:
+            return (s / 2 + s * s / 3 + s**3 / 6) / (1.0 + s + s * s / 2 + s**3 / 6)
+
+        bent = (abs(z) / limit) ** (n - 1.0)
+        steep = 1.0 if z >= 0.0 else -turn
+        power = steep * bent * abs(z) / limit
+        ease = eased(abs(steep) * n * bent / limit * length)
+        whole = max(length * (ease + (1.0 - ease) * power), z + length - limit)
+        if z >= 0.0 or z + length - whole <= 0.0:
+            return whole
+        mean = 2.0 - power  # it passes z = 0 on the way
+        left = max(length + 2.0 * z / mean, 0.0)
+        start = n / limit if n == 1.0 else 0.0
+        return max(left * eased(start * left), left - limit) - z * power / mean
+
+
+# ------------------------------------------------------------------------------------------------------ excitation
+def harmonic(part: sp.Harmonic, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+    """Impulses of a force whose phase is drawn once for each path."""
+    phase = 2.0 * math.pi * (philox(seed, path, 0, word)[0] + 0.5) / 2.0**32
+    ends = part.frequency * h * np.arange(steps + 1) + phase
+    return part.amplitude / part.frequency * np.diff(np.sin(ends))
+
+
+def poisson(part: sp.PoissonImpulses, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+    """In each step a number of impulses by the inverse of its law, and for their sum one normal."""
+    sizes, found = normals(seed, path, steps, word + 1), np.zeros(steps)
+    for n in range(steps):
+        left, count = (philox(seed, path, n // 4, word)[n % 4] + 0.5) / 2.0**32, 0
+        chance = math.exp(-part.rate * h)
+        while left > chance > 0.0:
+            left, count = left - chance, count + 1
+            chance *= part.rate * h / count
+        found[n] = math.sqrt(count * part.mean_square) * sizes[n]
+    return found
+
+
+def recorded(part: sp.RecordedExcitation, seed: int, path: int, steps: int, h: float, word: int) -> Floats:
+    """Impulses of the straight lines between the points of a record; each path has its record, in turn or drawn."""
+    taken = path % part.count
+    if part.is_drawn and part.count > 1:
+        taken = philox(seed, path, 0, word)[0] * part.count >> 32
+    times, values = (np.array(each, float) for each in part.records[taken])
+    times, ends = times - times[0], h * np.arange(steps + 1)
+    at = np.union1d(times, ends[ends <= times[-1]])
+    height = part.scale * np.interp(at, times, values)
+    whole = np.append(0.0, np.cumsum(0.5 * np.diff(at) * (height[1:] + height[:-1])))
+    return np.diff(np.interp(ends, at, whole))
+
+
+GIVEN: dict[type, Callable[..., Floats]] = {
+    sp.Harmonic: harmonic, sp.PoissonImpulses: poisson, sp.RecordedExcitation: recorded,
+}  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------------------ steps
+@dataclass
+class Path:
+    """What was seen of a path: the state at 0, h, 2h, ..., and each impact."""
+
+    x: Floats
+    v: Floats
+    impacts: list[Impact]
+
+
+@dataclass
+class Impact:
+    """Where and when, and its closing speed; and the momentum that the wall took."""
+
+    step: int  # of the drift
+    wall: str
+    speed: float
+    momentum: float
+
+
+def walk(
+    system: sp.System, h: float, steps: int, *, seed: int, path: int = 0, words: int = 1, flight: float = 0.0,
+    x: Floats | float = 0.0, v: Floats | float = 0.0, remembered: float = 0.0, draw: Callable[..., Floats] = normals,
+) -> Path:  # fmt: skip
+    """One path, from the displacements ``x`` and velocities ``v`` and an empty memory.
+
+    ``words`` is the counter word of the first excitation that is not white; those after it are 128 apart.  With
+    ``flight`` the one mass turns with this frequency between the kicks, which have what the springs have beyond it;
+    without, drifts are straight.  ``remembered`` is a jump of the one mass just before time 0, which its springpots
+    remember: x itself with the derivative of Riemann and Liouville.  ``draw`` gives the normals of white noise.
+    """
+    at, parts = system.coordinates, dict(system.named())
+    solve_mass = np.linalg.inv(at.mass)
+    rows: dict[tuple[float, ...], Row] = {}
+    walls: list[tuple[str, sp.Barrier, Row]] = []
+    for name, g in at.elongations.items():
+        mass = 1.0 / float(g @ solve_mass @ g)
+        row = rows.setdefault(tuple(g), Row(g, mass, mass * solve_mass @ g))
+        part = parts[name]
+        if isinstance(part, sp.Barrier):
+            walls.append((name, part, row))
+        elif isinstance(part, sp.Contact):
+            row.contacts.append((name, part))
+        elif isinstance(part, sp.Spring | sp.PolynomialSpring):
+            own = part.force_coefficients()
+            row.springs[: len(own)] += own
+        elif isinstance(part, sp.Dashpot | sp.Springpot | sp.Maxwell | sp.FractionalMaxwell):
+            row.remember(part, h, steps)
+        elif isinstance(part, sp.PolynomialDashpot):
+            row.remember(part, h, steps)
+            row.dampers.append((name, Damper(part, row.mass, h)))
+        elif not isinstance(part, sp.ParametricNoise):
+            row.dampers.append((name, Damper(part, row.mass, h)))
+    if flight:
+        (only,) = rows.values()
+        only.springs[1] -= only.mass * flight**2
+    contacts = [(name, part, row) for row in rows.values() for name, part in row.contacts]
+    dampers = [(name, each, row) for row in rows.values() for name, each in row.dampers] + [
+        (name, _Dissipation(part, row.mass, h), row) for name, part, row in contacts if part.dissipation
+    ]
+    solve = np.linalg.inv(at.mass + h * sum(row.answer * np.outer(row.g, row.g) for row in rows.values()))
+    constant, given, smooth = _excitation(system, h, steps, seed, path, words, draw)
+
+    impacts: list[Impact] = []
+    x, v = x + np.zeros(len(at.names)), v + np.zeros(len(at.names))
+    pressing = constant
+
+    def closing(row: Row, side: float, speed: float, since: float) -> float:
+        """The true closing speed: a kick gives all of a step's impulse at once, half a step too soon or too late."""
+        forces = pressing + h * sum(-np.polyval(r.springs[::-1], r.g @ x) * r.g for r in rows.values())
+        later = speed - side * float(forces @ row.jump) / row.mass * since / h
+        return later if later > 0.0 else speed
+
+    def advance(time: float) -> None:
+        nonlocal x, v
+        c, s = math.cos(flight * time), math.sin(flight * time)
+        x, v = (c * x + s / flight * v, c * v - s * flight * x) if flight else (x + time * v, v)
+
+    def fly(left: float, since: float, n: int) -> None:
+        """Half a drift: the earliest impact first.  It begins at ``since`` after the middle between two kicks."""
+        nonlocal x, v
+        end = since + left
+        while True:
+            found = min(_meetings(walls, x, v, flight, left), default=None, key=lambda each: each[0])
+            if found is None:
+                break
+            time, (name, wall, row) = found
+            advance(time)
+            left -= time
+            side = wall.inwards
+            speed = -side * float(row.g @ v)
+            true = speed if flight else closing(row, side, speed, end - left)
+            change = true + sp.problem.parts.walls.restitution_at(wall, true) * true
+            x = x + (wall.position - row.g @ x) * row.jump  # onto the wall, where rounding left it beside it
+            v = v + side * max(change, speed) * row.jump
+            impacts.append(Impact(n, name, true, row.mass * max(change, speed)))
+        advance(left)
+
+    seen = [(x.copy(), v.copy())]
+    before = x.copy()
+    fly(0.5 * h, 0.0, 0)
+    early = [row.jumped(remembered, h, steps) for row in rows.values()] if remembered else []
+    x = x + sum(early)
+    for n in range(steps):
+        for row in rows.values():
+            row.increments.append(float(row.g @ (x - before)))
+        before = x.copy()
+        for _, damper, row in dampers:
+            rate = float(row.g @ v)
+            v = v + (damper.follow(n, float(row.g @ x), rate, False) - rate) * row.jump
+        impulse = constant + given(n, x)
+        for row in rows.values():
+            u, rate = float(row.g @ x), float(row.g @ v)
+            force = -np.polyval(row.springs[::-1], u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
+            force += sum(_elastic(part, u) for _, part in row.contacts)
+            impulse = impulse + h * force * row.g
+        v = v + solve @ impulse
+        for _, damper, row in reversed(dampers):
+            rate = float(row.g @ v)
+            v = v + (damper.follow(n, float(row.g @ x), rate, True) - rate) * row.jump
+        pressing = constant + smooth(n)
+        fly(0.5 * h, -0.5 * h, n)
+        seen.append((x.copy(), v.copy()))
+        fly(0.5 * h, 0.0, n)
+    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts)
+
+
+def walk_as_printed(
+    problem: sp.System, h: float, steps: int, *, seed: int, path: int = 0, x: float = 0.0, remembered: float = 0.0,
+    contact: float = 1e-5, draw: Callable[..., Floats] = normals,
+) -> Path:  # fmt: skip
+    """One path of the paper's scheme: Grunwald and Letnikov's derivative, Euler's step, and an impact where the mass
+    comes within ``contact`` of the wall below it, or is beyond it, and moves towards it.
+    """
+    parts = {type(part): part for part in problem.parts}
+    spring, pot, noise = parts[sp.Spring], parts[sp.Springpot], parts[sp.WhiteNoise]
+    wall, g = parts.get(sp.Barrier), math.sqrt(noise.intensity * h) * draw(seed, path, steps, 0)
+    lag = np.arange(1.0, steps + 1.0)
+    weights = pot.coefficient * h**-pot.order * np.append(1.0, np.cumprod(1.0 - pot.order / lag))
+    increments, v, impacts, seen = [0.0], 0.0, [], [(x, 0.0)]
+    for n in range(steps):
+        memory = float(weights[: n + 1] @ increments[::-1]) + weights[n] * remembered
+        v += g[n] - h * (spring.stiffness * x + memory)
+        moved = x + h * v
+        if wall and moved <= wall.position + contact and v < 0.0:
+            impacts.append(Impact(n, "barrier", -v, -(1.0 + wall.restitution) * v))
+            v *= -wall.restitution
+        increments.append(moved - x)
+        x = moved
+        seen.append((x, v))
+    return Path(*np.array(seen).T[..., None], impacts)
+
+
+def _elastic(part: sp.Contact, u: float) -> float:
+    depth = max(part.inwards * (part.position - u), 0.0)
+    return part.inwards * part.stiffness * depth**part.exponent
+
+
+class _Dissipation(Damper):
+    """The dissipation k d^p chi d' of a contact; it never turns the rate round."""
+
+    def follow(self, n: int, u: float, rate: float, after: bool) -> float:
+        a = 0.5 * self.h / self.mass * abs(_elastic(self.part, u)) * self.part.dissipation
+        return rate / (1.0 + a + 0.5 * a * a)
+
+
+def _meetings(
+    walls: list[tuple[str, sp.Barrier, Row]], x: Floats, v: Floats, flight: float, left: float
+) -> Iterator[tuple[float, Any]]:
+    """The times after which a flight meets each wall, if it does within the time that is left."""
+    for wall in walls:
+        side, place = wall[1].inwards, wall[1].inwards * wall[1].position
+        y, rate = side * float(wall[2].g @ x), side * float(wall[2].g @ v)
+        if flight:
+            size = math.hypot(y, rate / flight)
+            if y <= place and rate < 0.0:
+                time = 0.0
+            elif size <= abs(place):
+                continue
+            else:
+                time = (math.acos(place / size) - math.atan2(-rate / flight, y)) % (2.0 * math.pi) / flight
+        else:
+            time = max(y - place, 0.0) / -rate if rate < 0.0 else math.inf
+        if time < left:
+            yield time, wall
+
+
+def _excitation(
+    system: sp.System, h: float, steps: int, seed: int, path: int, words: int, draw: Callable[..., Floats]
+) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats]]:
+    """The impulses on the masses in a step: constant; those of step n, at x; and of these what changes little."""
+    at, parts, alone = system.coordinates, dict(system.named()), len(system.coordinates.names) == 1
+    constant, white, shaken, given = np.zeros(len(at.names)), [], [], []
+    for name, force in at.forces.items():
+        part = parts[name]
+        if isinstance(part, sp.Constant):
+            constant = constant + h * part.force * force
+        elif isinstance(part, sp.WhiteNoise):
+            white.append(math.sqrt(part.intensity * h) * np.abs(force))
+        elif type(part) in GIVEN:
+            row = GIVEN[type(part)](part, seed, path, steps, h, words)
+            given.append((row, force, not isinstance(part, sp.PoissonImpulses)))
+            words += 128
+        else:
+            raise NotImplementedError(name)
+    for name, part in parts.items():
+        if isinstance(part, sp.ParametricNoise):
+            shaken.append((at.elongations[name], math.sqrt(part.intensity * h)))
+    if alone:  # one normal for all white noise
+        white = [np.sqrt(sum((each**2 for each in white), np.zeros(1)))]
+    drawn = [draw(seed, path, steps, word) for word in range(len(white) + (0 if alone else len(shaken)))]
+
+    def at_step(n: int, x: Floats) -> Floats:
+        found = np.zeros(len(at.names))
+        if alone:
+            square = white[0] ** 2 + sum((root * float(g @ x)) ** 2 for g, root in shaken)
+            found = found + np.sqrt(square) * drawn[0][n]
+        else:
+            for force, numbers in zip(white, drawn, strict=False):
+                found = found + force * numbers[n]
+            for (g, root), numbers in zip(shaken, drawn[len(white) :], strict=True):
+                found = found + root * abs(float(g @ x)) * numbers[n] * g
+        return found + sum((row[n] * force for row, force, _ in given), np.zeros(len(at.names)))
+
+    def smooth(n: int) -> Floats:
+        return sum((row[n] * force for row, force, slow in given if slow), np.zeros(len(at.names)))
+
+    return constant, at_step, smooth
