@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+import traceback
+import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 
+import springpot as sp
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli
 from springpot.simulation import simulate
 from tests.sizes import thinned, validation
@@ -296,3 +301,116 @@ def test_a_real_process_refuses(words: str) -> None:
     assert done.stdout == ""
     assert done.stderr.startswith("springpot: ")
     assert done.stderr.count("\n") == 1
+
+
+class Contrary:
+    """Whatever is asked of it fails in its own way."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+    def __float__(self) -> float:
+        raise KeyError
+
+    def __array__(self, *_: object, **__: object) -> np.ndarray:
+        raise ZeroDivisionError
+
+    def __len__(self) -> int:
+        return -1
+
+
+STRANGE: dict[str, Any] = {
+    "None": None, "a huge number": 10**400, "a denormal number": 5e-324, "infinity": math.inf, "bytes": b"x",
+    "a text": "x\n", "a null character": "\0", "a long text": "x" * 500, "complex": 1j, "a ragged list": [[1, 2], [3]],
+    "an empty array": np.zeros(0), "a matrix": np.ones((2, 2)), "an array without a dimension": np.array(3.0),
+    "objects": np.array([None, {}], dtype=object), "a series": pandas.Series([1.0, 2.0]), "a type": int,
+    "a missing number": pandas.NA, "contrary": Contrary(), "a dict": {"a\n": [1]},
+}  # fmt: skip
+
+
+def given(value: Any) -> Any:
+    """What None would leave out."""
+    return object() if value is None else value
+
+
+LINEAR = sp.System(sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
+SOLVED = sp.theory.linear(LINEAR)
+COST = {"subject_to": {"x_mean_square": (None, 5.0)}, "method": "linear", "max_time": 1.0}
+DOORS: dict[str, Callable[[Any], object]] = {
+    "at": lambda value: sp.Mass(1.0, at=value),
+    "on": lambda value: sp.SpectralExcitation.from_psd((1.0, 2.0), 0.1, "g2/Hz", on=value),
+    "psd": lambda value: sp.SpectralExcitation((1.0, 2.0), value),
+    "psd_unit": lambda value: sp.WhiteNoise.from_psd(1.0, value),
+    "of": lambda value: sp.Point("p", value, (1.0,)),
+    "coefficients": lambda value: sp.PolynomialSpring(value),
+    "time": lambda value: sp.RecordedExcitation(value, (0.0, 1.0)),
+    "taken": lambda value: sp.RecordedExcitation((0.0, 1.0), (0.0, 1.0), taken=value),
+    "envelope": lambda value: sp.TabulatedEnvelope(value, (0.0, 1.0)),
+    "barrier": lambda value: Oscillator.from_numbers(barrier=value),
+    "kind": lambda value: sp.beam(1.0, 1.0, 1.0, {"tip": 1.0}, kind=value),
+    "points": lambda value: sp.beam(1.0, 1.0, 1.0, value),
+    "mass": lambda value: sp.System.from_matrices(value, [[1.0]]),
+    "names": lambda value: sp.System.from_matrices(np.eye(2), np.eye(2), names=value),
+    "shapes": lambda value: sp.System.from_modes([1.0, 2.0], 1.0, value),
+    "frequency_hz": lambda value: sp.MeasuredModuli(value, [1.0, 2.0], [1.0, 2.0]),
+    "response": lambda value: sp.MeasuredFrequencyResponse([1.0, 2.0], value, relative_error=0.1),
+    "relative_error": lambda value: sp.MeasuredFrequencyResponse([1.0, 2.0], [1.0, 2.0], relative_error=value),
+    "correlation": lambda value: sp.MeasuredStatistics(x_rms=(1.0, 0.1), correlation=value),
+    "system": lambda value: sp.read_system(value),
+    "path of a run": lambda value: sp.load_run(value),
+    "path of data": lambda value: sp.read_data(value),
+    "path of records": lambda value: sp.RecordedExcitation.from_csv(value),
+    "store": lambda value: sp.open_study(value),
+    "study": lambda value: sp.study({"name": "n", "methods": value, "axes": {"order": [0.5]}}),
+    "progress": lambda value: sp.design(LINEAR, lambda c: c, progress=value, **COST),
+    "transient": lambda value: sp.theory.transient(LINEAR, value),
+    "levels": lambda value: sp.theory.exceedance(LINEAR, {"x": value}),
+    "orders": lambda value: SOLVED.spectral_moments(value),
+    "spectrum of": lambda value: SOLVED.spectrum(1.0, of=value),
+    "frequency": lambda value: SOLVED.spectrum(value),
+    "answers": lambda value: sp.recommended(LINEAR, given(value)),
+    "duration": lambda value: simulate(LINEAR, paths=1, duration=1e-300 if value is None else value),
+    "first_passage": lambda value: simulate(LINEAR, paths=1, duration=1.0, first_passage=given(value)),
+    "initial_position": lambda value: simulate(LINEAR, paths=1, duration=1.0, initial_position=given(value)),
+    "quantities": lambda value: simulate(LINEAR, rtol=0.3, max_time=0.5, quantities=given(value)),
+    "forces": lambda value: simulate(LINEAR, paths=1, duration=1.0, forces=[value]),
+    "spectrum": lambda value: simulate(LINEAR, paths=1, duration=1.0, spectrum=given(value)),
+    "profile": lambda value: simulate(LINEAR, paths=1, duration=1.0, profile=given(value)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_strange_things_are_refused_where_they_enter(door: str) -> None:
+    """By one sentence of the library; what comes from NumPy, Pandas or Python says nothing of the argument."""
+    refused = 0
+    for name, value in STRANGE.items():
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                warnings.simplefilter("ignore", sp.SpringpotWarning)
+                DOORS[door](value)
+        except FileNotFoundError:
+            refused += 1
+        except (TypeError, ValueError) as error:
+            words, frames = str(error), traceback.extract_tb(error.__traceback__)
+            assert "springpot" in frames[-1].filename, (name, words)
+            assert "site-packages/numpy" not in frames[-1].filename, (name, words)
+            assert words.endswith((".", "?")), (name, words)
+            assert "\n" not in words, (name, words)
+            refused += 1
+    assert refused > len(STRANGE) // 2
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: sp.System.from_matrices(np.broadcast_to(1.0, (2_000_000, 2_000_000)), [[1.0]]),
+        lambda: sp.System.from_matrices([[1.0]], np.broadcast_to(1.0, (2_000_000, 2_000_000))),
+        lambda: sp.System.from_modes(np.broadcast_to(1.0, 10**12), 1.0, {"tip": [1.0]}),
+        lambda: sp.beam(1.0, 1.0, 1.0, {f"p{n}": 0.5 for n in range(1000)}),
+        lambda: sp.beam(1.0, 1.0, 1.0, {"tip": 1.0}, modes=10**9),
+    ],
+)
+def test_sizes_are_looked_at_before_anything_is_made(make: Callable[[], object]) -> None:
+    with pytest.raises(ValueError, match=r"(fewer|whole number|1 to \d+)"):
+        make()

@@ -87,7 +87,8 @@ def test_of_several_masses_and_equal_parts() -> None:
     ("parts", "sentence"),
     [
         ((sp.Spring(1.0, group="spring"),), "group of spring must be another name: spring is that of a part"),
-        ((sp.Spring(1.0, group="damping"),), "group of spring must be another name: damping is that of the whole"),
+        ((sp.Spring(1.0, group="damping"), sp.Dashpot(0.1)),
+         "damping_force_mean would be the name of two results, of the whole system and of the group damping"),
         ((sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(1.0, between=("ground", "a"), group="mount"),
           sp.Spring(1.0, between=("a", "b"), group="mount")),
          "group mount must be of parts with the same ends, but spring_1 and spring_2 have others"),
@@ -95,7 +96,7 @@ def test_of_several_masses_and_equal_parts() -> None:
 )  # fmt: skip
 def test_a_group_that_cannot_be_is_refused(parts: tuple[Any, ...], sentence: str) -> None:
     with pytest.raises(ValueError, match=f"^{sentence}"):
-        sp.System(*parts, sp.WhiteNoise(1.0, on="a" if len(parts) > 1 else "mass"))
+        sp.System(*parts, sp.WhiteNoise(1.0, on="mass" if isinstance(parts[0], sp.Spring) else "a"))
 
 
 def test_what_of_a_group_cannot_be_seen_says_why() -> None:

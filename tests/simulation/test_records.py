@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import tracemalloc
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.simulation.lowering.compose import compose
 from springpot.simulation.plan.motions import motion_of
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.warnings import _about_records
 from tests.simulation.systems import of_many_kinds
 from tests.simulation.test_modulated import of_pair
@@ -123,6 +128,59 @@ def test_a_record_and_an_envelope_in_a_study(tmp_path) -> None:
     a, b = (found[f"{point}_x_mean_square"].values for point in "ab")
     assert a[1] == pytest.approx(4.0 * a[0], rel=1e-5)
     assert b[1] > 1.1 * b[0]
+
+
+LONG = sp.RecordedExcitation((0.0, 1000.0, 2000.0), (0.0, 1.0, 0.0))
+FADING = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
+
+
+@pytest.mark.parametrize(
+    ("system", "duration"),
+    [
+        pytest.param(sp.System(sp.Spring(1e8), sp.Dashpot(1.0), LONG), 0.05, id="a record that is longer than the run"),
+        pytest.param(of_pair(LONG), 0.05, id="of two masses"),
+        pytest.param(sp.System(sp.Spring(1e-20), sp.Dashpot(1e-12), sp.WhiteNoise(1.0)), 1.0, id="a slow motion"),
+    ],
+)
+def test_a_short_run_takes_little_memory(system: sp.System, duration: float) -> None:
+    """Impulses of a record cover the run, not the record; what a step leaves out is summed over few steps."""
+    tracemalloc.start()
+    try:
+        compose(plan_of(system, start="rest", duration=duration))
+        assert tracemalloc.get_traced_memory()[1] < 3e7
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_run_beyond_its_record_sees_all_of_it() -> None:
+    """And one that ends within it what a longer one sees until then."""
+    runs = [sp.simulate(shaken(*VALUES), duration=duration, step=0.02, record=3) for duration in (1.3, 6.0, 9.0)]
+    for shorter, longer in pairwise(runs):
+        seen = shorter.record.shape[1]
+        assert (shorter.record == longer.record[:, :seen]).all()
+    assert np.abs(runs[2].record[:, -50:]).max() > 0.0
+
+
+@pytest.mark.parametrize(
+    "shaking",
+    [
+        sp.WhiteNoise(1.0, envelope=FADING),
+        sp.ColoredNoise(1.0, 1.0, envelope=FADING),
+        sp.KanaiTajimiNoise(2.0, 0.5, 1.0, envelope=FADING, frequency_rate=1e-4),
+        sp.RecordedExcitation((0.0, 50.0, 100.0), [(0.0, 1.0, 0.0)] * 4),
+    ],
+)
+def test_a_table_over_the_steps_that_does_not_fit_is_refused_before_it_is_made(shaking: object) -> None:
+    plan = plan_of(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), shaking), duration=100.0, step=2e-6)
+    tracemalloc.start()
+    try:
+        with pytest.raises(
+            ValueError, match=r"^duration takes 50,000,00\d steps, and \w+ needs a table of \d+ numbers"
+        ):
+            compose(plan)
+        assert tracemalloc.get_traced_memory()[1] < 3e7
+    finally:
+        tracemalloc.stop()
 
 
 def coarse() -> tuple[np.ndarray, float]:

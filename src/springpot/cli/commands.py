@@ -321,8 +321,8 @@ def _levels(problem: System, asked: Sequence[tuple[str, Sequence[float]]]) -> di
 
     In Python another name is that of a function.
     """
+    from springpot.problem.catalogue import LEVELS
     from springpot.problem.felt import felt_in
-    from springpot.simulation.plan.seen import LEVELS
 
     for name, _ in asked if len(problem.points) == 1 else ():
         if name not in felt_in(problem):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,6 +12,7 @@ from cyclopts import App, Parameter
 
 from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
 from springpot.machine.interrupt import leave_at_once
+from springpot.machine.places import shell_word
 from springpot.problem.numbers import label_of
 
 app = App(
@@ -48,7 +48,7 @@ def new(
     if not place.resolve().parent.is_dir():
         raise ValueError(f"the study file must lie in a folder that exists, but {str(place.parent)!r} does not.")
     endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
-    places = {name: shlex.quote(str(place.with_suffix(f".{ending}"))) for name, ending in endings.items()}
+    places = {name: shell_word(place.with_suffix(f".{ending}")) for name, ending in endings.items()}
     words = OF_OSCILLATORS
     if system is not None:
         words = of_system(read_system(system), Path(os.path.relpath(system, place.resolve().parent)).as_posix())
@@ -198,7 +198,8 @@ def status(store: _Store, *, json_: Json = False) -> int:
         print(f"damaged descriptions: {', '.join(descriptions)}")
     print(f"labelled group, for xarray: {counts.labelled}")
     if any((*counts.damaged.values(), *counts.missing.values(), *descriptions)) or counts.labelled != "right":
-        print(f"springpot study run FILE --store {store} computes what is missing and repairs what is damaged.")
+        words = f"springpot study run FILE --store {shell_word(store)}"
+        print(f"{words} computes what is missing and repairs what is damaged.")
     return 0
 
 

@@ -13,7 +13,7 @@ from springpot.designing.results import Design, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, Wanted, check_names, checked_cost, checked_limits
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
 from springpot.problem.free_numbers import free_numbers, with_values
@@ -126,6 +126,7 @@ def design(
         raise ValueError("model must have a free number, such as Spring(sp.free('k', 80.0, (10.0, 200.0))).")
     limits = checked_limits(subject_to, free)
     checked_seed(seed)
+    check_called(progress, "progress")
     finite_number(rtol, "rtol", low=1e-4, high=0.5)
     finite_number(cost_rtol, "cost_rtol", low=1e-3, high=0.5)
     finite_number(probability, "probability", low=0.5, high=0.999)

@@ -14,7 +14,7 @@ from springpot.designing.numbers import Numbers, moved_numbers
 from springpot.designing.quantities import MONTE_CARLO, chosen_method, if_allowed, squares_felt, theory_values
 from springpot.designing.samples import samples_of
 from springpot.designing.sensitivity_results import Sensitivity
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System, checked_system
@@ -92,6 +92,7 @@ def sensitivity(
     system = checked_system(model, "model")
     names = _checked_names(quantities)
     finite_number(change, "change", low=0.001, high=0.3)
+    check_called(progress, "progress")
     check_stationary(system, "sensitivity")
     numbers = moved_numbers(system)
     if not numbers.values:
@@ -140,7 +141,7 @@ def _by_theory(
 ) -> Found:
     base, statement = theory_values(numbers.system, method, names)
     if not base:
-        raise ValueError(f"method {method!r} has no answer for this model: {statement}")
+        raise ValueError(f"method {shown(method)} has no answer for this model: {statement}")
     for name in names:
         known_word(name, [*base, *felt], "quantities", "must be among")
     unknown, derivatives, said = np.full(len(names), math.nan), {}, []

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from springpot.evidence.reliability import place_of, read_map, trust, warnings_of
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
 from springpot.theory.result import Result, names_of_moments, no_answer
@@ -93,6 +93,8 @@ def recommended(system: System, answers: Mapping[str, Any] | None = None) -> Rec
     """
     system = checked_system(system)
     answers = solve_all(system)[0] if answers is None else answers
+    if not isinstance(answers, Mapping):
+        raise TypeError(f"answers must be a dict of results by their methods, not {shown(answers)}.")
     if exact := [name for name, method in METHODS.items() if method.exact and name in answers]:
         return Recommendation(exact[-1], exact[-1], "", answers)  # the list ends with the most exact
     atlas, here, _ = place_of(system)

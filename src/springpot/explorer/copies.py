@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import shlex
 
 from springpot.explorer.protocol import Problem
 from springpot.machine.faults import listed
+from springpot.machine.places import shell_word
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts import RecordedExcitation
 from springpot.problem.parts.checks import is_written_out
@@ -25,7 +25,7 @@ def command_of(file: str, papers: tuple[Dimensionless, ...], asked: Problem) -> 
     >>> command_of("", (Dimensionless(barrier=None),), Problem(paths=64))[:56]
     'springpot simulate --order 0.5 --coefficient 1.0 --natur'
     """
-    what = shlex.quote(file) if file else next((_flags(paper) for paper in papers), "system.toml")
+    what = shell_word(file) if file else next((_flags(paper) for paper in papers), "system.toml")
     start = " --start rest" if asked.start == "rest" else ""  # stationary where possible is the default
     return f"springpot simulate {what} --paths {asked.paths} --seed {asked.seed}{start}"
 
@@ -53,7 +53,7 @@ def python_of(system: System, file: str, asked: Problem) -> str:
     if system.with_functions:
         made = f"system = ...  # as it was given to sp.explore: {listed(system.with_functions)} cannot be written down"
     elif system.of(RecordedExcitation) or not all(map(is_written_out, system.parts)):
-        made = f'system = sp.read_system("{file}")'
+        made = f"system = sp.read_system({file!r})"
     else:
         written = "\n".join(f"    {name}={part!r}," for name, part in system.stated())
         parts = re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", written)  # parts of a part too

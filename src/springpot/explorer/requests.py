@@ -16,7 +16,7 @@ from springpot.explorer.protocol import Observe
 from springpot.explorer.sliders import raised, written
 from springpot.machine.faults import Stopped, with_error
 from springpot.problem.basquin import HOUR, Basquin
-from springpot.problem.catalogue import results_on_request, unit_of_result
+from springpot.problem.catalogue import LEVELS, results_on_request, unit_of_result
 from springpot.problem.system import System
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ def offered(system: System) -> dict[str, Any]:
     ('spring_force', 'spring force', 'm/s²', '')
     """
     from springpot.simulation.plan.motions import motion_of
-    from springpot.simulation.plan.seen import LEVELS
 
     motion = motion_of(system)
     moving = [name for name, (kind, _) in motion.levels.items() if kind == "x"]

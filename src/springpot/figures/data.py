@@ -225,5 +225,5 @@ def results(theory: Theory) -> tuple[Result, ...]:
     several = (theory,) if isinstance(theory, Result) else tuple(theory)
     for each in several:
         if not isinstance(each, Result):
-            raise TypeError(f"theory must be a result such as springpot.theory.envelope(system), not {each!r}.")
+            raise TypeError(f"theory must be a result such as springpot.theory.envelope(system), not {shown(each)}.")
     return several

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from springpot.figures.data import Data, Theory, results
 from springpot.figures.style import COLORS, LOOKS, bars, method_curve, method_label, panel
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import shown
 from springpot.theory import NoStationaryStateError, NotCoveredError, Result
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def next_design(ax: Axes, color: str | None = None, label: str | None = None) ->
     ('2', '#D55E00', 'soft, exact')
     """
     if label is not None and not isinstance(label, str):
-        raise TypeError(f"label must be a text, not {label!r}.")
+        raise TypeError(f"label must be a text, not {shown(label)}.")
     number = len({gid for line in ax.lines if (gid := line.get_gid() or "").startswith(_TAG)})
     if color is None and (number > 0 or label is not None):
         color = CYCLE[number % len(CYCLE)]

@@ -66,7 +66,7 @@ def plot_rainflow(
     known = [name.removesuffix("_range") for name in run.distributions if name.endswith("_range")]
     if quantity not in known:
         have = f"it has those of {listed(known)}" if known else "simulate with rainflow="
-        raise ValueError(f"run holds no cycles of {quantity!r}: {have}.")
+        raise ValueError(f"run holds no cycles of {shown(quantity)}: {have}.")
     ranges, rate = run.distributions[f"{quantity}_range"], HOUR * run[f"{quantity}_cycle_rate"].value
     design = next_design(panel(ax), color, label)
     place, longer, error = longer_cycles(ranges, rate, bars)

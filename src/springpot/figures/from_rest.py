@@ -13,7 +13,7 @@ from springpot.figures.data import Data, Theory, as_dataset, error_of_mean, pape
 from springpot.figures.designs import Design, design_at
 from springpot.figures.sweeps import MOMENTS
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import known_word
+from springpot.machine.faults import known_word, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.theory import Averaging, Result
 
@@ -130,7 +130,7 @@ def plot_survival(
     array([1.  , 0.14])
     """
     if not (isinstance(level, int | float) and level > 0.0):
-        raise ValueError(f"level must be a positive amplitude in m, not {level!r}.")
+        raise ValueError(f"level must be a positive amplitude in m, not {shown(level)}.")
     design, times = design_at(data, at, ax, color, label, "when")
     if data is not None:
         paper, time, x, v = _from_rest(data)

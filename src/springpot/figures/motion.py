@@ -11,6 +11,7 @@ from springpot.figures.data import Data, Wall, recorded, spacing_in_steps, walls
 from springpot.figures.designs import Design, next_design
 from springpot.figures.style import COLORS, panel
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +74,7 @@ def plot_path(
     'displacement $x$ (m)'
     """
     if quantity not in _LABELS:
-        raise ValueError(f"quantity must be 'x' or 'v', not {quantity!r}.")
+        raise ValueError(f"quantity must be 'x' or 'v', not {shown(quantity)}.")
     piece = _seen(data, of, member, window)
     ax = panel(ax, 7.0, 3.0)
     design = next_design(ax, color, label)
@@ -167,10 +168,10 @@ class _Seen:
 def _seen(data: Data, of: str, member: int, window: tuple[float, float] | None) -> _Seen:
     dataset, time, x, v = recorded(data, of)
     if isinstance(member, bool) or not isinstance(member, int | np.integer) or not 0 <= member < len(x):
-        raise ValueError(f"member must be a whole number from 0 to {len(x) - 1}, not {member!r}.")
+        raise ValueError(f"member must be a whole number from 0 to {len(x) - 1}, not {shown(member)}.")
     inside = np.ones(time.size, bool) if window is None else (time >= window[0]) & (time <= window[1])
     if inside.sum() < 2:
-        raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {window!r}.")
+        raise ValueError(f"window must hold at least two of the times from 0 to {time[-1]:g} s, not {shown(window)}.")
     time, x, v = time[inside], x[member, inside], v[member, inside]
     walls = walls_of(dataset, of)
     # between points that are several steps apart a path may turn without an impact; a soft contact has no instant

@@ -9,7 +9,7 @@ import numpy as np
 from springpot.figures.data import Data, as_dataset
 from springpot.figures.designs import next_design
 from springpot.figures.style import panel
-from springpot.machine.faults import listed
+from springpot.machine.faults import listed, shown
 from springpot.theory.transients import Transient
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def plot_over_time(
     known = [str(name).removesuffix("_profile") for name in dataset.data_vars if str(name).endswith("_profile")]
     if quantity not in known:
         have = f"it has {listed(known)}" if known else "simulate with profile= bins"
-        raise ValueError(f"data holds no profile of {quantity!r}: {have}.")
+        raise ValueError(f"data holds no profile of {shown(quantity)}: {have}.")
     name = f"{quantity}_profile"
     design = next_design(panel(ax), color, label)
     time, value, error = (np.asarray(dataset[each], float) for each in ("time_bin", name, f"{name}_se"))

@@ -10,7 +10,8 @@ import numpy as np
 
 from springpot.figures.style import COLORS, CONFIDENCE, METHOD_LINES, bars, method_label, named, new_grid
 from springpot.figures.sweeps import MOMENTS, PARAMETER_LABELS
-from springpot.machine.faults import known_word
+from springpot.machine.faults import known_word, shown
+from springpot.problem.catalogue import owner_of
 
 if TYPE_CHECKING:
     import xarray
@@ -72,10 +73,10 @@ def plot_study(
     for name in names:
         known_word(name, known, "quantities", "must be among")
     if kind not in (None, "curves", "map"):
-        raise ValueError(f"kind must be 'curves' or 'map', not {kind!r}.")
+        raise ValueError(f"kind must be 'curves' or 'map', not {shown(kind)}.")
     dimensions = [str(dimension) for dimension in some["done"].dims if dimension != "theory"]
     if along is not None and along not in dimensions:
-        raise ValueError(f"along must be an axis of the study, {' or '.join(dimensions)}, not {along!r}.")
+        raise ValueError(f"along must be an axis of the study, {' or '.join(dimensions)}, not {shown(along)}.")
     by_length = sorted(dimensions, key=lambda dimension: -some.sizes[dimension])
     used = [along or by_length[0]]
     if kind == "map":
@@ -131,8 +132,7 @@ def _at_walls(parts: Mapping[str, xarray.Dataset], name: str) -> list[tuple[str,
                 return [(name, words) for words in _each_level(dataset[level])]
             own = dataset["barrier"].values if "barrier" in dataset[name].dims else [""]
             return [(name, str(wall)) for wall in own]
-    walls = next(map(str, dataset["barrier"].values) for dataset in parts.values())
-    wall = next(wall for wall in walls if name.startswith(f"{wall}_"))
+    wall = owner_of(name, next(map(str, dataset["barrier"].values) for dataset in parts.values()))
     return [(f"barrier_{name.removeprefix(f'{wall}_')}", wall)]
 
 

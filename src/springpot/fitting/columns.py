@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import in_line, shown
+from springpot.machine.faults import in_line
 from springpot.problem.parts.checks import put
 
 
@@ -188,10 +188,7 @@ def rows(values: object, samples: int) -> Floats:
 
 
 def _numbers(values: object, must: str) -> Floats:
-    try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{must}, not {shown(values)}.") from None
+    return numbers_in_array(values, must)
 
 
 def _check_finite(found: Floats, name: str) -> None:

@@ -21,6 +21,7 @@ from springpot.fitting.result import Choice, Fit
 from springpot.fitting.spectra import SpectrumLikelihood
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.fitting.transfer import ResponseLikelihood
+from springpot.machine.arguments import check_called
 from springpot.machine.faults import Stopped, listed, shown
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.parts.registration import kind_of
@@ -114,6 +115,8 @@ def fit(
         raise ValueError(f"seed must be a whole number from 0, not {shown(seed)}.")
     if paths is not None and (not isinstance(paths, int) or paths < 1024 or paths & (paths - 1)):
         raise ValueError(f"paths must be a power of two, at least 1024, not {shown(paths)}.")
+    check_called(progress, "progress")
+    check_called(stop, "stop", "a function that says whether to stop")
     how = How(seed, paths, threads, progress, stop)
     if data is None:
         return _fit(*_pairs(model), how)

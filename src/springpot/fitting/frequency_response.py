@@ -9,7 +9,7 @@ import numpy as np
 
 from springpot.fitting.columns import Measured, check_points, column, fixed, frequencies
 from springpot.fitting.motion_data import Of, check_of
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, shown
 from springpot.problem.parts.checks import put
@@ -110,10 +110,8 @@ class MeasuredFrequencyResponse(Measured):
             words += "Leave out points with an error above 50 %."
             check_points(errors > _MOST_ERROR, errors, "coherence", words)
         elif self.relative_error is not None:
-            given = np.broadcast_to(self.relative_error, frequency.shape) if np.ndim(self.relative_error) == 0 else (
-                self.relative_error
-            )  # fmt: skip
-            error = column(given, "relative_error", frequency.size)
+            given = numbers_in_array(self.relative_error, "relative_error must be a number, or one for each frequency")
+            error = column(given if given.ndim else np.full(frequency.shape, given), "relative_error", frequency.size)
             words = "must be above 0 and at most 0.5: 2 % is 0.02, not {:g}."
             check_points((error <= 0.0) | (error > _MOST_ERROR), error, "relative_error", words)
             put(self, relative_error=error)
@@ -153,10 +151,7 @@ class MeasuredFrequencyResponse(Measured):
 
 
 def _complex(values: object, length: int) -> Any:
-    try:
-        found = np.array(values, dtype=complex)
-    except (TypeError, ValueError):
-        raise TypeError(f"response must be a list of complex numbers, not {shown(values)}.") from None
+    found = numbers_in_array(values, "response must be a list of complex numbers", complex)
     if found.shape != (length,):
         raise ValueError(f"response must have a number for each of the {length} points, not the shape {found.shape}.")
     size = np.abs(found)

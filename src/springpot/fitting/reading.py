@@ -20,6 +20,7 @@ from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading_statistics import HEADER, statistics_in
 from springpot.fitting.statistics import MeasuredStatistics
+from springpot.machine.arguments import checked_path
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.files import open_text
@@ -136,6 +137,7 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
     >>> read_data(place).storage.tolist()
     [1000000.0, 1500000.0, 2300000.0]
     """
+    path = checked_path(path, "path")
     title = f"data file {str(path)!r}"
     rate = checked_rate(rate)
     with open_text(path, title, MOST_BYTES) as file:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from springpot.fitting.columns import Measured, PointFault, fixed
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put
@@ -150,10 +150,7 @@ def _correlation(given: Any, names: tuple[str, ...]) -> Floats:
     count = len(names)
     if given is None:
         return np.eye(count)
-    try:
-        found = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"correlation must be numbers in rows, not {shown(given)}.") from None
+    found = numbers_in_array(given, "correlation must be numbers in rows")
     if found.shape != (count, count):
         raise ValueError(f"correlation must have {count} rows of {count} numbers, one for each statistic, not "
                          f"the shape {found.shape}.")  # fmt: skip

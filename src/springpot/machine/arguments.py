@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import inspect
+import keyword
 import math
 import numbers
-from collections.abc import Callable, Iterable
+import os
+import unicodedata
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, shown
 
+MOST_LETTERS = 100  # of a name
+MOST_BYTES = 255  # of the name of a file, on every system of files
 LARGEST = 1e50  # of any number of a problem: squares, cubes and their ratios stay far from the ends of double precision
 
 
@@ -194,6 +204,182 @@ def finite_number(
                 raise ValueError(f"{fault} This is a bound of the free number {value.name}.") from None
         return value
     return number
+
+
+def checked_name(value: object, label: str, wanted: str = "be a word of letters, digits and _") -> str:
+    """Return ``value`` if it can be a name in Python and in results, or raise one sentence.
+
+    Parameters
+    ----------
+    value : object
+        What the caller gave.
+    label : str
+        The argument, for the message.
+    wanted : str
+        What it must be, or do, in words.
+
+    Raises
+    ------
+    ValueError
+        If it is no word of letters, digits and _, is too long, a keyword, or would be another name in Python's own
+        writing, Unicode's NFKC: ``run.name`` would not find it, and two names that look alike would be two parts.
+
+    Examples
+    --------
+    >>> checked_name("lower_stop", "name")
+    'lower_stop'
+    """
+    if not isinstance(value, str) or not value.isidentifier():
+        raise ValueError(f"{label} must {wanted}, not {shown(value)}.")
+    if len(value) > MOST_LETTERS:
+        raise ValueError(f"{label} must have at most {MOST_LETTERS} letters, not {len(value)}.")
+    if keyword.iskeyword(value):
+        raise ValueError(f"{label} must not be {value!r}, a keyword of Python: {value}_ can be a name.")
+    if (usual := unicodedata.normalize("NFKC", value)) != value:
+        raise ValueError(f"{label} must be {usual!r}, in the letters that Python makes of {value!r}.")
+    return value
+
+
+def numbers_in_array(value: Any, must: str, kind: type = float) -> npt.NDArray[Any]:
+    """An array of numbers of whatever NumPy makes one of, or a TypeError that begins with ``must``.
+
+    Examples
+    --------
+    >>> numbers_in_array([1, 2], "masses must be numbers")
+    array([1., 2.])
+    """
+    try:
+        with np.errstate(all="ignore"):
+            return np.array(value, dtype=kind)
+    except Exception:  # of a list that is ragged, a number beyond double precision, or an object that fails as it likes
+        raise TypeError(f"{must}, not {shown(value)}.") from None
+
+
+def real_array(value: Any, name: str) -> Floats:
+    """Real numbers as an array of floats; ``name`` is the argument's name in the error.
+
+    Raises
+    ------
+    TypeError
+        If a value is not a real number (strings, booleans and complex numbers are not).
+
+    Examples
+    --------
+    >>> real_array([1, 2], "speed")
+    array([1., 2.])
+    """
+    must = f"{name} must be a real number or an array of them"
+    array = numbers_in_array(value, must, object)
+    if isinstance(value, str | bytes) or not all(_is_real(each) for each in array.ravel().tolist()):
+        raise TypeError(f"{must}, not {shown(value)}.")
+    return numbers_in_array(array, must)
+
+
+def finite_array(value: Any, name: str) -> Floats:
+    """Finite real numbers as an array of floats; ``name`` is the argument's name in the error.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is not a real number, or is NaN or infinite.
+
+    Examples
+    --------
+    >>> finite_array(1, "lag")
+    array(1.)
+    """
+    array = real_array(value, name)
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name} must be finite.")
+    return array
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
+
+
+def items_of(value: Any, must: str) -> tuple[Any, ...]:
+    """The items of a list, a tuple or an array, or a TypeError that begins with ``must``; a text has none.
+
+    Examples
+    --------
+    >>> items_of([1.0, 2.0], "times must be a list of numbers")
+    (1.0, 2.0)
+    """
+    if not isinstance(value, str | bytes | dict):
+        try:
+            return tuple(value.tolist() if isinstance(value, np.ndarray) else value)
+        except TypeError:
+            pass
+    raise TypeError(f"{must}, not {shown(value)}.")
+
+
+def one_of(value: Any, name: str, words: Sequence[Any], hint: str = "") -> Any:
+    """One of some words or numbers, and of its type; what cannot be compared is none.
+
+    Examples
+    --------
+    >>> one_of("Hz", "unit", ("Hz", "kHz"))
+    'Hz'
+    """
+    if not any(type(value) is type(word) and value == word for word in words):
+        more = f" {hint}" if hint else ""
+        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {shown(value)}.{more}")
+    return value
+
+
+def text(value: object, name: str) -> str:
+    """A text, such as a name, that is looked up later.
+
+    Examples
+    --------
+    >>> text("box", "of")
+    'box'
+    """
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a name, not {shown(value)}.")
+    return value
+
+
+def switch(value: object, name: str) -> bool:
+    """True or False.
+
+    Examples
+    --------
+    >>> switch(True, "overwrite")
+    True
+    """
+    if not isinstance(value, bool):
+        raise TypeError(f"{name} must be True or False, not {shown(value)}.")
+    return value
+
+
+def check_called(value: object, name: str, what: str = "a function of the fraction done") -> None:
+    """That what is called later, if it is given, is a function.
+
+    Examples
+    --------
+    >>> check_called(None, "progress")
+    """
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be {what}, not {shown(value)}.")
+
+
+def checked_path(value: Any, name: str) -> Path:
+    """The place of a file or folder.
+
+    Examples
+    --------
+    >>> checked_path("run.nc", "path").suffix
+    '.nc'
+    """
+    if not isinstance(value, str | os.PathLike) or not isinstance(place := os.fspath(value), str):
+        raise TypeError(f"{name} must be the place of a file, as a text or a Path, not {shown(value)}.")
+    if "\0" in place:
+        raise ValueError(f"{name} must be the place of a file, and {shown(place)} has a null character.")
+    if (longest := max((len(part.encode("utf-8", "replace")) for part in Path(place).parts), default=0)) > MOST_BYTES:
+        raise ValueError(f"{name} must be the place of a file: no name has {longest} bytes, but {MOST_BYTES} at most.")
+    return Path(place)
 
 
 def _range(low: float, high: float, open_low: bool) -> str:

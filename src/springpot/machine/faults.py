@@ -64,9 +64,12 @@ def shown(value: object) -> str:
     "[0.5, 'xxxxxxxxxxxxxxxxxxxxxxxxxxx...xxxxxxxxxxxxxxxxxxxxxxxxxxxx']"
     """
     try:
-        return _SHORT.repr(value)
+        text = _SHORT.repr(value)
     except ValueError:  # Python writes no whole number of more than 4300 digits
         return "a very long number"
+    except Exception:  # a repr of its own that fails
+        return f"<{type(value).__name__}>"
+    return " ".join(map(str.strip, text.split("\n")))  # of an array it has several lines
 
 
 def in_line(value: Any) -> str:
@@ -107,7 +110,7 @@ def few(words: Iterable[str]) -> str:
     >>> few(["order", "coefficient"]), few([f"contact_{n}" for n in range(200)])[-34:]
     ('order, coefficient', 'contact_18, contact_19, 180 others')
     """
-    return ", ".join(_first([*words]))
+    return ", ".join(_first([*words])).replace("\n", " ")
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
@@ -154,8 +157,12 @@ def known_word(word: object, names: Iterable[str], what: str, must: str = "must 
     """
     known = [*names]
     if not isinstance(word, str) or word not in known:
-        raise ValueError(f"{what} {must} {few(known)}, not {shown(word)}{meant(str(word), known) or '.'}")
+        raise ValueError(f"{what} {must} {few(known)}, not {shown(word)}{_meant(word, known) or '.'}")
     return word
+
+
+def _meant(word: object, known: list[str]) -> str:
+    return meant(word, known) if isinstance(word, str) else ""
 
 
 def nearest(word: str, names: Iterable[str]) -> str:

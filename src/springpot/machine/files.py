@@ -52,6 +52,8 @@ def read_file(path: str, largest: int) -> bytes | None:
 @contextlib.contextmanager
 def _opened(path: str) -> Iterator[BinaryIO]:
     """A file, opened without waiting; what is no file is Damaged."""
+    if "\0" in path:
+        raise Damaged("its name has a null character")
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

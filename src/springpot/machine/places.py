@@ -1,8 +1,11 @@
-"""Output files: they are checked before any work, and never replaced without permission."""
+"""Output files, which are checked before any work and never replaced without permission; files in a shell's words."""
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
+
+from springpot.machine.arguments import checked_path
 
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
@@ -31,7 +34,7 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     >>> place_for(place) == place
     True
     """
-    place, name = Path(path), str(path)
+    place, name = checked_path(path, "path"), str(path)
     if not place.absolute().parent.is_dir():
         raise ValueError(f"{name!r} cannot be written: the folder {str(place.parent)!r} does not exist.")
     if place.exists() and not place.is_file():
@@ -39,3 +42,26 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     if place.exists() and not overwrite:
         raise ValueError(f"{name!r} exists already: give another name, or overwrite=True to replace it.")
     return place
+
+
+def shell_word(path: str | Path) -> str:
+    """A file's name as a person can copy it into a shell: quoted, on one line, and no flag.
+
+    Examples
+    --------
+    >>> shell_word("device.toml"), shell_word("-my device.toml")
+    ('device.toml', "'./-my device.toml'")
+    """
+    name = str(path)
+    name = f"./{name}" if name.startswith("-") else name
+    if name.isprintable():
+        return shlex.quote(name)
+    escaped = (
+        letter if letter.isprintable() and letter not in "'\\" else "".join(f"\\x{byte:02x}" for byte in _bytes(letter))
+        for letter in name
+    )
+    return f"$'{''.join(escaped)}'"  # of Bash, which has escapes
+
+
+def _bytes(letter: str) -> bytes:
+    return letter.encode("utf-8", "surrogateescape")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import meant, shown
+from springpot.problem.modes import check_points
 from springpot.problem.system import System
 
 BeamKind = Literal["cantilever", "simply supported"]
@@ -75,13 +76,14 @@ def beam(
         finite_number(value, name, low=0.0, high=LARGEST, open_low=True)
         for name, value in (("length", length), ("bending_stiffness", bending_stiffness), ("mass", mass))
     )
-    if kind not in get_args(BeamKind):
+    if not isinstance(kind, str) or kind not in get_args(BeamKind):
         near = meant(kind, [*get_args(BeamKind)]) if isinstance(kind, str) else ""
         raise ValueError(f"kind must be 'cantilever' or 'simply supported', not {shown(kind)}{near or '.'}")
     if not isinstance(modes, int) or not 1 <= modes <= MOST_MODES:
         raise ValueError(f"modes must be a whole number from 1 to {MOST_MODES}, not {shown(modes)}.")
     if not isinstance(points, Mapping) or not points:
         raise TypeError(f"points must be places by name, as {{'tip': {length:g}}}, not {shown(points)}.")
+    check_points(points, "points")
     roots, share, moved, shape = (_cantilever if kind == "cantilever" else _supported)(np.arange(1, modes + 1))
     shapes = {}
     for point, place in points.items():

@@ -1,26 +1,63 @@
 """Every quantity of a result, once: its name, unit, meaning and formula, when there is one, and what `rtol` controls.
 
-Runs, data sets, columns of studies, the page and the docs read it.
+Runs, data sets, columns of studies, the page and the docs read it; and a system that is being made, so that no two of
+its parts, masses and pairs have results of the same name.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from itertools import chain
+from typing import Any, Protocol, TypeVar
 
+from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Constant, ResonantCircuit, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element, Part, per_unit_mass, unit_times
-from springpot.problem.system import System
+
+Kind = TypeVar("Kind")
 
 _OF = "<part>_"
 _AT = "<point>_"
 _PAIRS = "<pair>_"
 _ANY = "<quantity>_"
+_LEVEL = "<level>_"
+_OWNERS = _OF, _AT, _PAIRS, _ANY, _LEVEL
 _MOST_CURVES = 9
+_WHOLE, _WALLS = "the whole system", "barrier"
+
+
+class System(Protocol):
+    """What names are made of: a `springpot.System`, also while it is being made."""
+
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """All parts."""
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The names of its masses and other points."""
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """With the names of the masses, and the ends of parts."""
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether its numbers are in SI units."""
+
+    @property
+    def groups(self) -> Mapping[str, tuple[str, ...]]:
+        """The parts of each group."""
+
+    def of(self, *kinds: type[Kind]) -> tuple[Kind, ...]:
+        """The parts of these kinds."""
+
+    def stated(self) -> Iterator[tuple[str, Any]]:
+        """Each part with its name."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +69,7 @@ class Quantity:
     name : str
         Of a part it begins with ``<part>_``, which stands for the part's name, of one of several masses with
         ``<point>_``, and of two masses with a part between them with ``<pair>_``; of any displacement, elongation,
-        force or acceleration with ``<quantity>_``.
+        force or acceleration with ``<quantity>_``, and of what can pass a level with ``<level>_``.
     unit : str
         In a system with a `Mass`; without one it is per unit mass where newtons, joules or watts are in it.  ``q``
         stands for that of the quantity.
@@ -71,27 +108,58 @@ class Quantity:
 
     def names(self, system: System) -> Iterator[str]:
         """Its names in the results of a system, whatever the system's numbers are."""
-        owners = [name for name, part in system.stated() if self.of(part)] if self.where(system) else []
-        if self.name.startswith(_ANY):
-            for quantity in _quantities(system):
-                whole = quantity + self.name[len(_ANY) - 1 :]
-                yield from (whole, *(f"{whole}_{n + 1}" for n in range(_MOST_CURVES if self.numbered else 0)))
-        elif self.name.startswith(_AT) and self.where(system):
-            yield from (point + self.name[len(_AT) - 1 :] for point in system.points)
-        elif self.name.startswith(_PAIRS) and self.where(system):
-            yield from (pair + self.name[len(_PAIRS) - 1 :] for pair in system.coordinates.pairs)
-        elif self.name.startswith(_OF):
-            groups = system.groups if self.of_groups else ()
-            yield from (name + self.name[len(_OF) - 1 :] for name in (*owners, *groups))
-        elif owners:
-            yield self.name
+        return (name for name, _ in self.owned(system))
+
+    def owned(self, system: System) -> Iterator[tuple[str, str]]:
+        """The same, each with the words for what has it: a part, a mass, a pair of them or the whole."""
+        if not self.where(system):
+            return
+        stem, ending = self.split
+        owners: Iterable[tuple[str, str]] = ()
+        if stem == _OF:
+            parts = ((name, f"the part {name}") for name, part in system.stated() if self.of(part))
+            owners = chain(parts, ((group, f"the group {group}") for group in system.groups if self.of_groups))
+        elif stem == _AT:
+            owners = _points(system)
+        elif stem == _PAIRS:
+            owners = _pairs(system)
+        elif stem:
+            owners = asked_for(system, levels=stem == _LEVEL)
+        elif any(map(self.of, system.parts)):
+            yield self.name, _WHOLE
+        for name, owner in owners:
+            whole = f"{name}_{ending}".removesuffix("_")
+            yield from ((each, owner) for each in (whole, *(f"{whole}_{n}" for n in self.numbers)))
+
+    @property
+    def split(self) -> tuple[str, str]:
+        """For what its name begins with the name of, and the rest of it."""
+        stem = next((stem for stem in _OWNERS if self.name.startswith(stem)), "")
+        return stem, self.name.removeprefix(stem)
+
+    @property
+    def numbers(self) -> range:
+        """Of several."""
+        return range(1, _MOST_CURVES + 1) if self.numbered else range(0)
 
 
-def _quantities(system: System) -> Iterator[str]:
-    """Displacements, elongations, forces and accelerations, by their names in results."""
-    means = {f"{name}_mean" for name in ("x", f"{_AT}x", f"{_PAIRS}elongation", *(felt[0] for felt in _FELT))}
-    yield from (name.removesuffix("_mean") for each in CATALOGUE if each.name in means for name in each.names(system))
-    yield from (f"{name}_elongation" for name in system.elements if _is_several(system))
+def _points(system: System) -> Iterator[tuple[str, str]]:
+    masses = system.coordinates.names
+    yield from ((point, f"the {'mass' if point in masses else 'point'} {point}") for point in system.points)
+
+
+def _pairs(system: System) -> Iterator[tuple[str, str]]:
+    yield from (("_".join(pair), f"the pair {pair[0]}, {pair[1]}") for pair in system.coordinates.linked)
+
+
+def asked_for(system: System, levels: bool = True) -> Iterator[tuple[str, str]]:
+    """What a user names to see it, with the words for what has it: displacements, elongations, forces, accelerations.
+
+    With ``levels`` also what is asked for by its levels alone, as sizes, velocities and speeds.
+    """
+    moving = (entry for entry in ASKED if levels or entry.name.endswith(_MOVING))
+    forces = (entry for entry in CATALOGUE if entry.name in {felt[0] for felt in _FELT})
+    return chain.from_iterable(entry.owned(system) for entry in (*moving, *forces))
 
 
 def _on_request(option: str, more: str = "") -> dict[str, Any]:
@@ -114,6 +182,10 @@ def _balances(system: System) -> bool:
 
 def _is_single(system: System) -> bool:
     return len(system.points) == 1
+
+
+def _is_between(part: Part) -> bool:
+    return isinstance(part, Element)
 
 
 def _always(_: System | Part) -> bool:
@@ -229,6 +301,31 @@ def _felt(
         )  # fmt: skip
 
 
+LEVELS = {"x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2"}
+"""Quantities of one mass that can pass a level, and the units of the levels."""
+_OF_A_MASS = "x", "distance", "v", "speed"
+_MOVING = "x", "elongation"
+ASKED = (
+    *(Quantity(name, unit, "", where=_is_single) for name, unit in LEVELS.items()),
+    *(Quantity(f"{_AT}{name}", LEVELS[name], "", where=_is_several) for name in _OF_A_MASS),
+    *(Quantity(f"{of}{name}", "m", "", of=_is_between, where=_is_several)
+      for of in (_OF, _PAIRS) for name in ("elongation", "distance")),
+    Quantity("impact_speed", "m s-1", "", of=_with("stop"), where=_is_single),
+    Quantity(f"{_OF}impact_speed", "m s-1", "", of=_with("stop"), where=_is_several),
+)  # fmt: skip
+"""What a user names to see it, or when it passes a level, beside forces and accelerations."""
+BOUNDED = ("", "_se", "_low", "_high")
+"""Endings of a number, of its error and of the ends of its interval."""
+OF_A_LEVEL = {
+    "probability": ("1", "share of the paths that have passed by the end of the run", BOUNDED),
+    "mean": ("s", "mean time of the first passage", BOUNDED[:2]),
+    "restricted_mean": ("s", "mean of the time of the first passage, cut off at the end of the run", BOUNDED[:2]),
+    "censored": ("1", "share of the paths that have not passed by the end of the run", BOUNDED[:2]),
+    "at_start": ("1", "share of the paths beyond the level when the clock starts", BOUNDED[:2]),
+    "rate": ("s-1", "rate of passages from when it is constant", BOUNDED),
+    "return_period": ("s", "one over the rate of passages", BOUNDED),
+}
+"""The single numbers of each level that is passed: unit, meaning, and the endings of value, error and interval."""
 CATALOGUE = (
     Quantity("x_mean", "m", "mean displacement", r"\langle x\rangle", **_SINGLE),
     Quantity("x_mean_square", "m2", "mean square displacement", r"\langle x^2\rangle", **_SINGLE),
@@ -375,6 +472,14 @@ CATALOGUE = (
           (f"{_OF}counted_impact_speed_mean", "m s-1", "mean speed of impacts on it that are not slower than a speed",
            _is_several),
           (f"{_OF}impact_power", "W", "power that the wall takes, of a constant restitution", _is_several))),
+    *(Quantity(f"{_LEVEL}first_passage_{name}", unit, said, dimensions=(f"{_LEVEL}first_passage_level",),
+               **_on_request("first_passage"))
+      for name, (unit, said, _) in OF_A_LEVEL.items()),
+    Quantity(f"{_LEVEL}first_passage_survival", "1", "share of the paths that have not passed the level by a time",
+             dimensions=(f"{_LEVEL}first_passage_level", f"{_LEVEL}first_passage_time"),
+             **_on_request("first_passage")),
+    Quantity(f"{_LEVEL}first_passage_quantile", "s", "quantiles of the time of the first passage",
+             dimensions=(f"{_LEVEL}first_passage_level", "probability"), **_on_request("first_passage")),
     Quantity("x", "m", "displacement of the first paths", dimensions=("path", "time"), **_on_request("record")),
     Quantity("v", "m s-1", "velocity of the first paths", dimensions=("path", "time"), **_on_request("record")),
 )  # fmt: skip
@@ -391,11 +496,7 @@ OF_A_WALL = tuple(entry.name.removeprefix(_OF) for entry in CATALOGUE if entry.d
 def _entry(name: str) -> Quantity | None:
     """The entry of that name, or the one of parts, points or pairs with the longest ending."""
     known = {entry.name: entry for entry in CATALOGUE}
-    endings = {
-        entry.name.partition(">")[2]: entry
-        for entry in reversed(CATALOGUE)
-        if entry.name.startswith((_OF, _AT, _PAIRS, _ANY))
-    }
+    endings = {entry.name.partition(">")[2]: entry for entry in reversed(CATALOGUE) if entry.split[0]}
     stem = re.sub(r"(?<=_(?:life|rate))_\d$", "", name)
     found = max((ending for ending in endings if stem.endswith(ending)), key=len, default="")
     return known.get(name) or endings.get(found)
@@ -472,11 +573,100 @@ def numbers_on_request(system: System, option: str, of: Iterable[str] | None = N
     names = _names(system, lambda entry: entry.option == option and entry.dimensions in ((), ("barrier",)))
     if of is None:
         return names
-    known = {*_quantities(system), *of}
-    owners = {name: max((own for own in known if name.startswith(f"{own}_")), key=len, default="") for name in names}
+    known = {*(name for name, _ in asked_for(system, levels=False)), *of}
+    owners = {name: owner_of(name, known) for name in names}
     return tuple(name for own in of for name in names if owners[name] == own and not name[-1].isdigit())
+
+
+def owner_of(name: str, known: Iterable[str]) -> str:
+    """Whose result a name is, of the parts, masses or quantities that are known; empty if it is of none.
+
+    Examples
+    --------
+    >>> owner_of("stop_high_impact_rate", ["stop", "stop_high"])
+    'stop_high'
+    """
+    return max((own for own in known if name.startswith(f"{own}_")), key=len, default="")
 
 
 def _names(system: System, are_wanted: Callable[[Quantity], bool]) -> tuple[str, ...]:
     entries = filter(are_wanted, CATALOGUE)
     return tuple(dict.fromkeys(name for entry in entries for name in entry.names(system)))
+
+
+_JOINED = tuple(
+    Quantity(f"{_WALLS}_{what}", "", "", of=_with("stop"), where=lambda system: _WALLS not in _stops(system))
+    for what in OF_A_WALL
+)
+"""Arrays over all walls in datasets, which take the place of the results of a wall that is called so."""
+
+
+def _stops(system: System) -> list[str]:
+    return [name for name, part in system.stated() if "stop" in part.powers]
+
+
+def check_names(system: System) -> None:
+    """That no two things have results of the same name, for any options of a run.
+
+    Raises
+    ------
+    ValueError
+        With the first such name, and what would have it.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier, Spring
+    >>> from springpot.problem.system import System
+    >>> try:
+    ...     System(Spring(1.0), stop=Barrier(-1.0), stop_counted=Barrier(1.0, side="below"))
+    ... except ValueError as error:
+    ...     print(error.args[0].partition(":")[0])
+    stop_counted_impact_rate would be the name of two results, of the part stop_counted and of the part stop
+    """
+    if not _may_collide(system):
+        return
+    owners: dict[str, str] = {}
+    simple_first = sorted((*CATALOGUE, *ASKED, *_JOINED), key=lambda entry: entry.split[0] in (_ANY, _LEVEL))
+    for entry in simple_first:
+        for name, owner in entry.owned(system):
+            if (other := owners.setdefault(name, owner)) != owner:
+                which = "the part" if _WHOLE in (other, owner) else "one of them"
+                raise ValueError(
+                    f"{name} would be the name of two results, of {other} and of {owner}: give {which} another name."
+                )
+
+
+def _may_collide(system: System) -> bool:
+    """Whether a result can have two owners: one's name with the beginning of a result's ending is the other's name.
+
+    Most systems are done with here, in a time that counts little beside that of making them.
+    """
+    of_whole, endings = _beginnings()
+    names = [name for name, part in system.stated() if "inertia" not in part.powers or isinstance(part, Element)]
+    names += system.groups
+    if len(system.points) > 1:
+        names += [*system.points, *(pair for pair, _ in _pairs(system))]
+    known = {*names}
+    taken = _WALLS in known and (stops := _stops(system)) and _WALLS not in stops
+    return (
+        bool(taken)
+        or len(known) < len(names)
+        or any(
+            name in of_whole or any(name[:at] in known and name[at + 1 :] in endings for at in _ends_of_words(name))
+            for name in known
+        )
+    )
+
+
+@cache
+def _beginnings() -> tuple[frozenset[str], frozenset[str]]:
+    """How names of results of the whole begin, and the endings of those of its parts, masses and pairs."""
+    found: dict[bool, set[str]] = {False: set(), True: set()}
+    for entry in (*ASKED, *CATALOGUE):
+        stem, ending = entry.split
+        found[bool(stem)] |= {ending[:at] for at in _ends_of_words(ending)}
+    return frozenset(found[False]), frozenset(found[True])
+
+
+def _ends_of_words(name: str) -> list[int]:
+    return [at for at, letter in enumerate(name) if letter == "_"]

@@ -15,6 +15,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 
+MOST_PARTS = 64  # of a system: more than a device has, and few enough that every theory answers in seconds
 _ROUNDED = 1e-12  # of the sum of the sizes of the terms: as little as this is what rounding leaves of 0
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import LARGEST, Free, checked_name, checked_path, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import free
@@ -119,11 +119,12 @@ def read_system(source: str | Path | Mapping[str, Any], folder: str | Path | Non
     """
     if isinstance(source, Mapping):
         title, content = "the system", dict(source)
-        folder = None if folder is None else Path(folder)
+        folder = None if folder is None else checked_path(folder, "folder")
     else:
-        title = f"system file {str(source)!r}"
-        content = read_toml(source, title)
-        folder = Path(source).parent if folder is None else Path(folder)
+        place = checked_path(source, "source")
+        title = f"system file {str(place)!r}"
+        content = read_toml(place, title)
+        folder = place.parent if folder is None else checked_path(folder, "folder")
     try:
         for key in content:
             if key != "parts":
@@ -210,9 +211,7 @@ def _named_parts(tables: list[Any], folder: Path | None) -> dict[str, object]:
     usual = usual_names([kind for _, kind, _ in made])
     parts: dict[str, object] = {}
     for place, (table, _, part) in enumerate(made):
-        name = table.get("name", usual[place])
-        if not isinstance(name, str) or not name.isidentifier():
-            raise ValueError(f"parts[{place}].name must be a word of letters, digits and _, not {shown(name)}.")
+        name = checked_name(table.get("name", usual[place]), f"parts[{place}].name")
         if name in parts:
             raise ValueError(f"{name} is the name of two parts: give one of them another name.")
         parts[name] = part

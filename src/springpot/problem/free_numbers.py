@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from springpot.machine.arguments import Free, finite_number
+from springpot.machine.arguments import Free, checked_name, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import real
 from springpot.problem.system import System
@@ -57,8 +57,7 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
     >>> [wall.position for wall in with_values(device, {"gap": 0.005}).of(sp.Barrier)]
     [-0.005, 0.005]
     """
-    if not isinstance(name, str) or not name.isidentifier():
-        raise ValueError(f"name must be a word of letters, digits and _, not {shown(name)}.")
+    checked_name(name, "name")
     if not isinstance(bounds, tuple | list) or len(bounds) != 2:
         raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}.")
     if any(isinstance(number, Free) for number in (start, *bounds)):

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import checked_name, items_of, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
-from springpot.problem.modes import numbers_for, with_modes
+from springpot.problem.coordinates import MOST_PARTS
+from springpot.problem.modes import check_points, numbers_for, rows_in, with_modes
 from springpot.problem.parts import Dashpot, Mass, Spring
 from springpot.problem.parts.registration import Part
 
@@ -61,9 +63,12 @@ def parts_of_matrices(
 
 
 def _names(names: Sequence[str] | None, size: int) -> list[str]:
-    points = [f"m{place + 1}" for place in range(size)] if names is None else [*names]
-    if isinstance(names, str) or len(points) != size:
-        raise ValueError(f"names must be a name for each of the {size} masses, not {shown(names)}.")
+    must = f"names must be a name for each of the {size} masses"
+    points = [f"m{place + 1}" for place in range(size)] if names is None else [*items_of(names, must)]
+    if len(points) != size:
+        raise ValueError(f"{must}, not {shown(names)}.")
+    for point in points:
+        checked_name(point, "each of names")
     if same := [point for place, point in enumerate(points) if point in points[:place]]:
         raise ValueError(f"names must be different, but {shown(same[0])} is the name of two masses.")
     return points
@@ -78,6 +83,7 @@ def _by_modes(
     """
     size = len(masses)
     if isinstance(names, Mapping):
+        check_points(names, "names")
         rows = np.array([numbers_for(f"names of {point}", row, size, True) for point, row in names.items()])
         points, moves = [*names], np.zeros(size)
     else:
@@ -111,10 +117,9 @@ def _by_modes(
 
 
 def _matrix(given: ArrayLike, name: str, size: int | None) -> Floats:
-    try:
-        found = np.asarray(given, float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a matrix of numbers, not {shown(given)}.") from None
+    if (rows := rows_in(given)) >= MOST_PARTS:  # before anything is done with so many
+        raise ValueError(f"{name} must have fewer rows than {MOST_PARTS}, the most parts of a system, not {rows:,}.")
+    found = numbers_in_array(given, f"{name} must be a matrix of numbers")
     if found.ndim != 2 or found.shape[0] != found.shape[1] or not found.size:
         raise ValueError(f"{name} must be a square matrix, not an array of shape {found.shape}.")
     if size is not None and len(found) != size:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import checked_name, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
+from springpot.problem.coordinates import MOST_PARTS
 from springpot.problem.parts import Dashpot, Mass, Point, Spring
 from springpot.problem.parts.registration import Part
 
@@ -48,6 +51,7 @@ Point(at='tip', of=('mode_1',), shares=(1.0,))]
         raise ValueError(f"masses must be positive, and {m.min():g} is among them.")
     if not isinstance(shapes, Mapping) or not shapes:
         raise TypeError(f"shapes must say how points move, as {{'tip': [1.0, -1.0]}}, not {shown(shapes)}.")
+    check_points(shapes, "shapes")
     rows = {point: numbers_for(f"shapes of {point}", row, size, several=True) for point, row in shapes.items()}
     yield from with_modes(m, w**2 * m, 2.0 * ratios * w * m, moved, rows)
 
@@ -76,6 +80,38 @@ def with_modes(
         yield Point(point, tuple(mode for mode, _ in seen) or (modes[0],), tuple(share for _, share in seen) or (0.0,))
 
 
+def check_points(named: Mapping[Any, Any], name: str) -> None:
+    """That points have names, and are not more than a system has parts.
+
+    Raises
+    ------
+    ValueError
+        If there is none, there are too many, or a name is none.
+
+    Examples
+    --------
+    >>> check_points({"tip": [1.0]}, "shapes")
+    """
+    if not 0 < len(named) < MOST_PARTS:
+        raise ValueError(f"{name} must be of 1 to {MOST_PARTS - 1} points, not of {len(named)}.")
+    for point in named:
+        checked_name(point, f"each name in {name}")
+
+
+def rows_in(given: Any) -> int:
+    """How many rows or numbers a list or an array has, before it is read.
+
+    Examples
+    --------
+    >>> rows_in([[1.0], [2.0]]), rows_in(3.0)
+    (2, 0)
+    """
+    try:
+        return len(given)
+    except Exception:  # of an array without a dimension, or whatever fails in its own way
+        return 0
+
+
 def numbers_for(name: str, given: ArrayLike, size: int | None = None, several: bool = False) -> Floats:
     """Finite numbers in a row, one for each mode; one number is that of all of them, unless ``several`` are needed.
 
@@ -89,10 +125,9 @@ def numbers_for(name: str, given: ArrayLike, size: int | None = None, several: b
     >>> numbers_for("masses", 2.0, 3).tolist()
     [2.0, 2.0, 2.0]
     """
-    try:
-        found = np.asarray(given, float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be numbers, one for each mode, not {shown(given)}.") from None
+    if (rows := rows_in(given)) >= MOST_PARTS:
+        raise ValueError(f"{name} must be fewer numbers than {MOST_PARTS}, the most parts of a system, not {rows:,}.")
+    found = numbers_in_array(given, f"{name} must be numbers, one for each mode")
     if found.ndim == 0 and size is not None and not several:
         found = np.full(size, float(found))
     if found.ndim != 1 or not found.size:

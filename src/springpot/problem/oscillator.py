@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, Never
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, switch
 from springpot.machine.faults import shown
 from springpot.problem.dimensionless import checked_frequency
 from springpot.problem.parts import Barrier, Mass, Spring, Springpot, WhiteNoise
@@ -194,7 +194,7 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
         -0.5
         """
         wall = Barrier(position, restitution, side)  # type: ignore[arg-type]
-        if not barrier and wall != Barrier():
+        if not switch(barrier, "barrier") and wall != Barrier():
             raise ValueError("barrier = false cannot be combined with position, restitution or side: there is no wall.")
         return cls(natural_frequency, Springpot(order, coefficient), wall if barrier else None, WhiteNoise(intensity))
 

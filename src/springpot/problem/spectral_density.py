@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, TextIO, get_args
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import LARGEST, Free, checked_path, finite_number, one_of
 from springpot.machine.faults import FileError, listed, shown
 from springpot.machine.files import open_text
 
@@ -38,15 +38,10 @@ Excited = Literal["base", "force"]
 Sides = Literal[1, 2]
 
 
-def _one_of(value: object, allowed: tuple[object, ...], name: str, hint: str) -> None:
-    if not any(type(value) is type(word) and value == word for word in allowed):
-        raise ValueError(f"{name} must be {' or '.join(map(repr, allowed))}, not {value!r}. {hint}")
-
-
 def _density_of_one(unit: object, sides: object, mass: object) -> float:
     """Intensity of the noise, in m^2/s^3, whose spectral density is 1 in this unit."""
-    _one_of(unit, get_args(DensityUnit), "psd_unit", "N2/Hz is a density of force, the others are of acceleration.")
-    _one_of(sides, get_args(Sides), "sides", "1: positive frequencies only, as in test practice; 2: both signs.")
+    one_of(unit, "psd_unit", get_args(DensityUnit), "N2/Hz is a density of force, the others are of acceleration.")
+    one_of(sides, "sides", get_args(Sides), "1: positive frequencies only, as in test practice; 2: both signs.")
     if unit == "N2/Hz":
         if mass is None:
             raise ValueError("mass must be given with psd_unit='N2/Hz': a density of force is divided by mass^2.")
@@ -132,7 +127,7 @@ def check_excited(of: object, unit: DensityUnit) -> None:
     """
     if of is None:
         return
-    _one_of(of, get_args(Excited), "of", "It says what the spectral density is of.")
+    one_of(of, "of", get_args(Excited), "It says what the spectral density is of.")
     if of != ("force" if unit == "N2/Hz" else "base"):
         right = "psd_unit='N2/Hz'" if of == "force" else "psd_unit='g2/Hz' or psd_unit='m2/s4/Hz'"
         raise ValueError(f"of={of!r} needs {right}, not {unit!r}.")
@@ -151,7 +146,7 @@ def one_sided_si(psd: Sequence[float], unit: DensityUnit, sides: Sides) -> tuple
 
 def in_hertz(frequency: Sequence[float], unit: FrequencyUnit) -> tuple[float, ...]:
     """Frequencies in Hz."""
-    _one_of(unit, get_args(FrequencyUnit), "frequency_unit", "The density is per Hz whatever it is.")
+    one_of(unit, "frequency_unit", get_args(FrequencyUnit), "The density is per Hz whatever it is.")
     return tuple(FREQUENCY_UNITS[unit] * value for value in frequency)
 
 
@@ -189,6 +184,7 @@ def read_densities(path: str | Path) -> tuple[tuple[float, ...], tuple[float, ..
     ValueError
         One sentence that says what is wrong in it.
     """
+    path = checked_path(path, "path")
     title = f"density file {str(path)!r}"
     with open_text(path, title, MOST_BYTES) as file:
         return densities_in(file, title)

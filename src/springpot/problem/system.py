@@ -11,9 +11,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import checked_name
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
-from springpot.problem.coordinates import Coordinates
+from springpot.problem.catalogue import check_names
+from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import parts_of_modes
 from springpot.problem.parts import Constant, Contact, Force, Mass, Point, Springpot, ThermalNoise
@@ -26,12 +28,9 @@ from springpot.problem.potential import Potential
 
 Kind = TypeVar("Kind")
 
-MOST_PARTS, MOST_CONTACTS = 64, 16  # more than a device has, and few enough that every theory answers in seconds
+MOST_CONTACTS = 16
 
 _ROUNDING = 1e-12
-
-OF_THE_WHOLE = {"damping": "power", "input": "power", "harvested": "power", "counted": "impact_rate"}
-"""Names that no part may have, for the result of the whole system would have the same name as the part's."""
 
 KINDS: dict[str, type[Part]] = dict(sorted(Part.kinds.items(), key=lambda item: item[1].__name__))
 """Every kind of part by its name in a file."""
@@ -125,7 +124,7 @@ class System:
         for part in parts:
             _check_part(part)
         for name, part in named.items():
-            _check_part(part, name)
+            _check_part(part, checked_name(name, "the name of a part"))
         object.__setattr__(self, "parts", (*parts, *named.values()))
         object.__setattr__(self, "names", (*_names(parts, set(named)), *named))
         _check_together(self)
@@ -533,12 +532,7 @@ def _check_together(system: System) -> None:
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_ends(system)
     _check_groups(system)
-    for name, part in system.named():
-        if name in OF_THE_WHOLE:
-            result = f"{name}_{OF_THE_WHOLE[name]}"
-            raise ValueError(f"{name} cannot be the name of a part, for {result} is a result of the whole system.")
-        if name == "barrier" and system.stops and not isinstance(part, Stop):
-            raise ValueError("barrier cannot be the name of this part: results of all walls together are called so.")
+    check_names(system)
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
     if system.of(ThermalNoise):
@@ -575,15 +569,13 @@ def _check_ends(system: System) -> None:
             _check_on(name, on, points, ground=not isinstance(part, Constant | Force))
     if len(points) > 1:
         _check_rows(system)
-        _check_pairs(system)
 
 
 def _check_groups(system: System) -> None:
     """That groups have names of their own, and one elongation."""
     for group, names in system.groups.items():
-        owner = "a part" if group in system.names else "results of all walls together" if group == "barrier" else ""
-        if owner or group in OF_THE_WHOLE:
-            raise ValueError(f"group of {names[0]} must be another name: {group} is that of {owner or 'the whole'}.")
+        if group in system.names:
+            raise ValueError(f"group of {names[0]} must be another name: {group} is that of a part.")
         ends = {system.elements[name].between or ("ground", system.points[0]) for name in names}
         if len(ends) > 1:
             raise ValueError(f"group {group} must be of parts with the same ends, but {listed(names)} have others.")
@@ -611,16 +603,6 @@ def _check_rows(system: System) -> None:
     for name, push in at.forces.items():
         if not push.any():
             raise ValueError(f"{name} accelerates the ground, but no mass has a participation.")
-
-
-def _check_pairs(system: System) -> None:
-    """That no two pairs of points have results of the same name."""
-    ends = (pair for pair in system.coordinates.ends.values() if "ground" not in pair)
-    pairs = {frozenset(pair): pair for pair in reversed([*ends])}
-    names = ["_".join(pair) for pair in pairs.values()]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{name}_elongation_mean would be the name of two results: give a mass another name.")
 
 
 def _check_on(name: str, on: str, points: tuple[str, ...], ground: bool) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.faults import per_cent, shown
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.problem.catalogue import results_on_request
@@ -97,8 +97,7 @@ def extend(
     True
     """
     _check(run)
-    if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
+    check_called(progress, "progress")
     if (paths is None) == (rtol is None):
         raise ValueError("paths or rtol must be given, and not both.")
     if rtol is not None:

@@ -7,14 +7,15 @@ import math
 import platform
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Unpack
 
 import numpy as np
 
+from springpot.machine.arguments import check_called
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import few, listed, meant, shown
+from springpot.machine.faults import few, listed, meant
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
 from springpot.problem.felt import about_shocks
@@ -57,8 +58,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
             near = meant(name, known) or owners_of(name) or f"; there are {few(sorted(known))}."
             raise TypeError(f"there is no argument {name!r}{near}")
     progress = options.pop("progress", None)
-    if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
+    check_called(progress, "progress")
     rtol = options.pop("rtol", None)
     of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
     wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
@@ -76,7 +76,8 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
     if of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * bool(wishes.get("first_passage"))
+    passed = wishes.get("first_passage")
+    over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * (isinstance(passed, Mapping) and bool(passed))
     plan, moved = from_the_start(plan_of(system, **options), over_time, options.get("window"))
     wanted = requested(plan, **wishes) if wishes else Requested()
     begun = time.perf_counter()
@@ -375,8 +376,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
-    from rest, or with thermal noise alone from Boltzmann's law.  If left out, its step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its results are those of
-    each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
+    from rest, or with thermal noise alone from Boltzmann's law.  If left out, its step is a tenth of the shortest time
+    scale, the highest frequency of its free motions.  Its results are those of each mass by its name,
+    ``box_x_mean_square``, in the dataset over the dimension ``point``;
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
     force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
     ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on.  With ``rtol`` the means are not offered that

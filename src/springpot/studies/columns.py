@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from springpot.problem.catalogue import OF_A_WALL, numbers_on_request, possible_results, unit_of_result
+from springpot.problem.catalogue import OF_A_LEVEL, OF_A_WALL, numbers_on_request, possible_results, unit_of_result
 from springpot.problem.system import System
-from springpot.simulation.watch.passage_times import OF_A_LEVEL
 from springpot.theory.result import names_of_results
 
 if TYPE_CHECKING:

@@ -331,7 +331,7 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         title = f"study file {str(source)!r}"
         content = read_toml(source, title)
     asked = content.get("exceedance")
-    if "quantities" not in content and content.get("methods") == ["exceedance"] and isinstance(asked, Mapping):
+    if "quantities" not in content and _only_exceedance(content.get("methods")) and isinstance(asked, Mapping):
         content = {**content, "quantities": [f"{name}_return_period" for name in asked.get("levels") or ["x"]]}
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
@@ -343,9 +343,13 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
         _check_keys(content)
         return Study.model_validate(content)
     except ValidationError as error:
-        raise FileError(f"{title} is not right: {sentence(error)}") from None
+        raise FileError(f"{title} is not right: {' '.join(sentence(error).split())}") from None
     except FileError as fault:
         raise FileError(f"{title} is not right: {fault}") from None
+
+
+def _only_exceedance(methods: object) -> bool:
+    return isinstance(methods, list) and methods == ["exceedance"]
 
 
 def _read_system(given: object, folder: Path, title: str) -> System:

@@ -21,9 +21,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from springpot.machine.arguments import check_called, checked_path
 from springpot.machine.crew import work_together
 from springpot.machine.extras import need
-from springpot.machine.faults import Stopped
+from springpot.machine.faults import Stopped, shown
 from springpot.machine.interrupt import sigterm_as_ctrl_c
 from springpot.machine.processors import threads_available
 from springpot.studies.labelled import finish, take_away_labelled
@@ -161,10 +162,13 @@ def run_study(
     if not 1 <= number <= of:
         raise ValueError(f"shard must be i/N with i from 1 to N, not {number}/{of}.")
     threads = checked_threads(threads)
+    check_called(progress, "progress")
+    if scheduler is not None and not isinstance(scheduler, str):
+        raise TypeError(f"scheduler must be the address of a Dask scheduler, not {shown(scheduler)}.")
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
-        raise ValueError(f"workers must be a whole number from 1 to 4096, not {workers!r}.")
+        raise ValueError(f"workers must be a whole number from 1 to 4096, not {shown(workers)}.")
     try:
-        path = Path(path).resolve()
+        path = checked_path(path, "store").resolve()
     except RuntimeError:  # of Python before 3.13
         raise StoreError(f"store {str(path)!r} is a link that leads back to itself: remove it.") from None
     with sigterm_as_ctrl_c():

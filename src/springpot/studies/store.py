@@ -30,8 +30,10 @@ from typing import Any
 
 import numpy as np
 
+from springpot.machine.arguments import checked_path
 from springpot.machine.faults import FileError
 from springpot.machine.files import Damaged, make_room, partial_name, read_file, remove_orphans, write
+from springpot.machine.places import shell_word
 from springpot.machine.versions import __version__, versions
 from springpot.studies.layout import ARRAYS, metadata, open_arrays, place_of, root
 from springpot.studies.question import Study, read_study
@@ -223,17 +225,19 @@ def open_store(path: str | Path, study: Study | None = None) -> Store:
     ...     open_store(f"{folder}/orders.zarr", orders).study.shape
     {'order': 2}
     """
-    path = Path(path)
+    path = checked_path(path, "store")
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         if study is None:
-            raise StoreError(f"there is no store {str(path)!r}: springpot study run FILE --store {path} creates one.")
+            raise StoreError(
+                f"there is no store {str(path)!r}: springpot study run FILE --store {shell_word(path)} creates one."
+            )
         _make(path, study)
     ours = _ours(path)
     if study is None:
         if ours is None:
             raise StoreError(
                 f"the description of store {str(path)!r} (its zarr.json) is damaged: springpot study run FILE --store "
-                f"{path}, with the study's file, writes it again and keeps every result."
+                f"{shell_word(path)}, with the study's file, writes it again and keeps every result."
             )
         return Store(path, read_study(ours["study"]), ours["versions"])
     if ours is None:

@@ -11,50 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
 
 _FAR = 60.0  # standard deviations at which a normal or Rayleigh density is exactly 0 in double precision
-
-
-def real_array(value: ArrayLike, name: str) -> Floats:
-    """Real numbers as an array of floats; ``name`` is the argument's name in the error.
-
-    Raises
-    ------
-    TypeError
-        If a value is not a real number (strings, booleans and complex numbers are not).
-
-    Examples
-    --------
-    >>> real_array([1, 2], "speed")
-    array([1., 2.])
-    """
-    try:
-        array = np.asarray(value)
-    except ValueError:  # a ragged list
-        array = np.asarray("not numbers")
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}.")
-    return np.asarray(array, dtype=float)
-
-
-def finite_array(value: ArrayLike, name: str) -> Floats:
-    """Finite real numbers as an array of floats; ``name`` is the argument's name in the error.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a value is not a real number, or is NaN or infinite.
-
-    Examples
-    --------
-    >>> finite_array(1, "lag")
-    array(1.)
-    """
-    array = real_array(value, name)
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{name} must be finite.")
-    return array
 
 
 def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> Floats:

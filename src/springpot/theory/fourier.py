@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Complexes, Floats
+from springpot.machine.faults import shown
 
 __all__ = [
     "coefficients",
@@ -232,7 +233,7 @@ def sine_integral(
 
 def _count(terms: int) -> int:
     if isinstance(terms, bool) or not isinstance(terms, int | np.integer):
-        raise TypeError(f"terms must be an integer, not {terms!r}.")
+        raise TypeError(f"terms must be an integer, not {shown(terms)}.")
     if terms < 0:
         raise ValueError(f"terms must be at least 0, not {terms}.")
     return int(terms)
@@ -249,7 +250,7 @@ def _phase(wavenumber: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:
 
 def _is_asymptotic(form: str) -> bool:
     if form not in ("exact", "asymptotic"):
-        raise ValueError(f"form must be 'exact' or 'asymptotic', not {form!r}.")
+        raise ValueError(f"form must be 'exact' or 'asymptotic', not {shown(form)}.")
     return form == "asymptotic"
 
 

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import known_word, shown
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.method import Envelope, envelope
 from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
 
+_LEAST_LEVEL = 1e-9  # over the deviation: a level that lies less far off is the mean
 _EVEN = 1e-6  # standard deviations of a mean that counts as 0
 MEASURED = {
     "rice": "Counts every crossing: a bound on the probability. On one side its rate was within 6 % of Monte Carlo at "
@@ -146,14 +147,14 @@ def exceedance(system: System, levels: Mapping[str, Any]) -> dict[str, LevelRate
 def _rates(response: LinearResponse, name: str, given: Any) -> LevelRates:
     place, both = _asked(response.system, name)
     mean, deviation, crossings, bandwidth = _moments(response, place)
-    listed_ = np.asarray(given, dtype=object)
+    listed_ = numbers_in_array(given, f"levels of {name} must be a number or a list of numbers", object)
     if not listed_.size:
         raise ValueError(f"levels of {name} must not be empty.")
     low = 0.0 if both else -LARGEST
     numbers = [finite_number(level, f"level of {name}", low=low, high=LARGEST, open_low=both) for level in listed_.flat]
     levels = np.array(numbers).reshape(listed_.shape)
     sides = np.array([levels - mean, levels + mean]) if both else np.abs(levels - mean)[None]
-    if not (sides > 0.0).all():
+    if not (sides > _LEAST_LEVEL * deviation).all():
         beyond = "beyond the mean on both sides" if both else "off the mean"
         raise ValueError(f"level of {name} must lie {beyond}, {mean:g} m.")
     b = sides / deviation

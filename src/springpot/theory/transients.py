@@ -26,11 +26,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arguments import LARGEST, finite_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.linear import companion_of
 from springpot.theory.methods.systems.linearization import NearestLinear, nearest_in_time
 from springpot.theory.methods.systems.states import States, states_of
@@ -133,9 +133,9 @@ def transient(system: System, time: npt.ArrayLike) -> Transient:
     own = companion_of(system, over=True) if nearest is None else nearest.companion
     if own.temperature > 0.0 or own.harmonics or own.parametric or own.force.any():
         raise NotCoveredError(f"{_REACH}, not constant or harmonic forces, thermal noise or noise that multiplies x.")
-    times = real_array(time, "time")
-    if (times < 0.0).any():
-        raise ValueError("time must not be below 0.")
+    times = finite_array(time, "time")
+    if not times.size or (times < 0.0).any() or times.max() > LARGEST:
+        raise ValueError(f"time must be times from 0 to {LARGEST:g} s, at least one.")
     end = float(times.max(initial=0.0))
     if nearest is not None:
         return _linearized(system, nearest, times, end)
@@ -265,14 +265,15 @@ def _steps(states: States, asked: Floats, most: float = math.inf) -> Iterator[tu
     for noise in noises:
         if getattr(noise, "frequency_rate", 0.0):
             longest = min(longest, _TURN / max(*states.companion.scales, noise.frequency_at(end, "the noise")))
+    longest = max(longest, np.finfo(float).tiny)
     corners = {t for noise in noises if noise.envelope is not None for t in noise.envelope.corners if 0.0 < t < end}
     times = np.unique([0.0, *asked, *corners])
-    counts = np.ceil(np.diff(times) / longest * (1.0 - 1e-9)).astype(int)
-    if counts.sum() > _MOST_STEPS:
+    counts = np.maximum(np.ceil(np.diff(times) / longest * (1.0 - 1e-9)), 1.0)
+    if not counts.sum() <= _MOST_STEPS:
         raise NotCoveredError(f"{_REACH}, over at most {_MOST_STEPS:,} steps in which envelopes change little.")
     if asked[0] == 0.0:
         yield 0.0, 0.0, True
-    for begin, stop, count in zip(times[:-1].tolist(), times[1:].tolist(), counts.tolist(), strict=True):
+    for begin, stop, count in zip(times[:-1].tolist(), times[1:].tolist(), counts.astype(int).tolist(), strict=True):
         length = float(f"{(stop - begin) / count:.12g}")  # equal steps are one
         for n in range(count):
             yield begin + n * length, length, n == count - 1 and stop in asked

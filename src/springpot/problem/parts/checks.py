@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import LARGEST, Free, finite_number, items_of
 from springpot.machine.faults import in_line, is_long, listed, meant, shown
 
 
@@ -122,9 +122,8 @@ def real(value: object, name: str, hint: str) -> float:
 
 def numbers_in(values: object, name: str, hint: str = "") -> tuple[float, ...]:
     """The numbers of a list, one by one."""
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
-    return tuple(real(value, f"{name}[{place}]", hint) for place, value in enumerate(values))
+    given = items_of(values, f"{name} must be a list of numbers")
+    return tuple(real(value, f"{name}[{place}]", hint) for place, value in enumerate(given))
 
 
 def tabulated(time: object, values: object, hint: str = "") -> dict[str, tuple[float, ...]]:
@@ -157,9 +156,8 @@ def coefficients(values: object, most: int, hint: str) -> tuple[float, ...]:
     TypeError, ValueError
         If they are not such numbers, or all of them are 0.
     """
-    if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
-        raise TypeError(f"coefficients must be a tuple of numbers, not {shown(values)}. {hint}")
-    numbers = tuple(real(value, f"coefficients[{place}]", hint) for place, value in enumerate(values))
+    given = items_of(values, "coefficients must be a tuple of numbers")
+    numbers = tuple(real(value, f"coefficients[{place}]", hint) for place, value in enumerate(given))
     if not 1 <= len(numbers) <= most:
         raise ValueError(f"coefficients must be 1 to {most} numbers, not {len(numbers)}. {hint}")
     if not any(numbers):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast, get_args
 
-from springpot.machine.arguments import LARGEST, Free, finite_number
+from springpot.machine.arguments import LARGEST, Free, checked_name, finite_number, items_of
 from springpot.machine.faults import FileError, known_word, shown
 from springpot.problem.parts.checks import numbers_in, put
 from springpot.problem.parts.envelopes import Envelope
@@ -64,8 +64,7 @@ class Excitation(Part, abstract=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(on := getattr(self, "on", "mass"), str) or not on.isidentifier():
-            raise ValueError(f"on must be 'mass' (a force) or 'ground' (its acceleration), not {shown(on)}.")
+        checked_name(getattr(self, "on", "mass"), "on", "be 'mass' (a force) or 'ground' (its acceleration)")
         if not isinstance(self.envelope, Envelope | None):
             raise TypeError(
                 "envelope must be an envelope, such as ExponentialEnvelope(slow=0.2, fast=0.6), not "
@@ -813,6 +812,8 @@ def _in_gravity(acceleration: float) -> str:
 
 def _driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> str:
     """What a density or an rms in a unit drives."""
+    if not isinstance(on, str):
+        raise TypeError(f"on must be 'ground' or the name of a mass, not {shown(on)}.")
     is_force = unit in ("N2/Hz", "N")
     if not is_force and on not in ("", "ground"):
         raise ValueError(f"on must be left out with {what} in {unit}, which is that of the ground.")
@@ -824,14 +825,11 @@ def _driven(unit: DensityUnit | RmsUnit, on: str, what: str = "a density") -> st
 def _positive(values: object, name: str) -> tuple[float, ...]:
     """The numbers of a table, all positive."""
     hint = _A_DENSITY if name == "psd" else "It is in Hz, above 0 on a logarithmic scale."
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be a list of numbers, not {shown(values)}.")
     found = []
-    for place, value in enumerate(values):
+    for place, value in enumerate(items_of(values, f"{name} must be a list of numbers")):
         if isinstance(value, Free):
             raise ValueError(f"{name}[{place}] must not be the free number {value.name}: mark the scale instead.")
-        number: Any = value.item() if hasattr(value, "item") else value  # of NumPy
-        found.append(finite_number(number, f"{name}[{place}]", low=0.0, high=LARGEST, open_low=True, hint=hint))
+        found.append(finite_number(value, f"{name}[{place}]", low=0.0, high=LARGEST, open_low=True, hint=hint))
     return tuple(found)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from springpot.machine.arguments import checked_name, items_of
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import put, real, signed
 from springpot.problem.parts.registration import Element, Names, Number, Part, PointName
@@ -53,7 +54,7 @@ class Mass(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.at != "":
+        if not isinstance(self.at, str) or self.at:
             _check_name(self.at, "mass")
 
     @property
@@ -157,16 +158,12 @@ class Point(Part):
 
 
 def _check_name(at: object, kind: str) -> None:
-    if not isinstance(at, str) or not at.isidentifier() or at in ("ground", "mass"):
-        raise ValueError(
-            f"at must be a name for the {kind}, of letters, digits and _, other than 'ground' and 'mass', "
-            f"not {shown(at)}."
-        )
+    wanted = f"be a name for the {kind}, of letters, digits and _, other than 'ground' and 'mass'"
+    if checked_name(at, "at", wanted) in ("ground", "mass"):
+        raise ValueError(f"at must {wanted}, not {at!r}.")
 
 
 def _all(name: str, given: Any, words: str) -> tuple[Any, ...]:
-    if isinstance(given, str) or not hasattr(given, "__len__") or not hasattr(given, "__iter__"):
-        raise TypeError(f"{name} must be a tuple of {words}, not {shown(given)}.")
-    if not len(given):
+    if not (items := items_of(given, f"{name} must be a tuple of {words}")):
         raise ValueError(f"{name} must be a tuple of {words}, at least one.")
-    return tuple(given)
+    return items

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from springpot.machine.faults import FileError, listed, shown
+from springpot.machine.arguments import checked_path, items_of, one_of
+from springpot.machine.faults import FileError, listed
 from springpot.machine.files import open_text
 from springpot.problem.parts.checks import put, tabulated
 from springpot.problem.parts.excitations import Excitation, On, Units
@@ -89,10 +90,8 @@ class RecordedExcitation(Excitation):
     interpolation: Interpolation = field(default="linear", repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        if self.taken not in ("in turn", "at random"):
-            raise ValueError(f"taken must be 'in turn' or 'at random', not {shown(self.taken)}.")
-        if self.interpolation not in ("linear", "band-limited"):
-            raise ValueError(f"interpolation must be 'linear' or 'band-limited', not {shown(self.interpolation)}.")
+        one_of(self.taken, "taken", get_args(Taken))
+        one_of(self.interpolation, "interpolation", get_args(Interpolation))
         if _is_nested(self.values):
             own: list[Any] = [*self.values]
             times = _times(self.time, len(own))
@@ -161,9 +160,10 @@ class RecordedExcitation(Excitation):
         >>> RecordedExcitation.from_csv(place, rate=100.0)
         RecordedExcitation(time=(0.0, 0.01, 0.02), values=((0.0, 0.5, 0.0), (0.0, -0.2, 0.1)), on='ground', scale=1.0)
         """
-        places = [path] if isinstance(path, str | Path) else [*path]
         from springpot.machine.sampling import checked_rate
 
+        given = (path,) if isinstance(path, str | Path) else items_of(path, "path must be a file, or a list of them")
+        places = [checked_path(place, "path") for place in given]
         rate = checked_rate(rate)
         if not places:
             raise ValueError("path must be a file, or a list of at least one.")
@@ -220,8 +220,13 @@ class RecordedExcitation(Excitation):
 
 
 def _is_nested(columns: Any) -> bool:
-    first = next(iter(columns), None) if hasattr(columns, "__iter__") and not isinstance(columns, str) else None
-    return hasattr(first, "__iter__") and not isinstance(first, str)
+    first = next(iter(columns), None) if _is_iterable(columns) else None
+    return first is not None and _is_iterable(first)
+
+
+def _is_iterable(value: Any) -> bool:
+    """Whether it has items, as an array without a dimension has none, though it seems so."""
+    return hasattr(value, "__iter__") and not isinstance(value, str) and getattr(value, "ndim", 1) != 0
 
 
 def _times(time: Any, count: int) -> list[Any]:

@@ -15,7 +15,7 @@ from sys import modules
 from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args, get_origin, get_type_hints
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, checked_name, finite_number
 from springpot.machine.faults import listed, shown
 from springpot.problem.parts.checks import Checked, as_call, put
 
@@ -493,8 +493,8 @@ class Element(Part, abstract=True):
             raise ValueError(f"count must be a whole number from 1 to {MOST_EQUAL}, not {shown(self.count)}.")
         if self.count > 1 and ("input" in self.powers or self.together == replace(self, count=1)):
             raise ValueError(f"count must be left out of a {type(self).__name__}: it says nothing of several of them.")
-        if not isinstance(self.group, str) or (self.group and not self.group.isidentifier()):
-            raise ValueError(f"group must be a word of letters, digits and _, not {shown(self.group)}.")
+        if not isinstance(self.group, str) or self.group:
+            checked_name(self.group, "group")
 
     @property
     def together(self) -> Self:

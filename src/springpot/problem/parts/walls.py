@@ -338,7 +338,9 @@ def _check_law(law: RestitutionLaw) -> None:
     try:
         value = law(1.0)
     except Exception as fault:
-        raise ValueError(f"restitution must be a function of the speed, but at 1 m/s it failed: {fault!r}.") from fault
+        raise ValueError(
+            f"restitution must be a function of the speed, but at 1 m/s it failed: {shown(fault)}."
+        ) from fault
     finite_number(value, "restitution of an impact at 1 m/s", hint="A law of restitution returns r.")
 
 

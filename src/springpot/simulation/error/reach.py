@@ -23,9 +23,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import MOST_LETTERS, finite_number, items_of
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import few, meant, per_cent
+from springpot.machine.faults import few, meant, per_cent, shown
 from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.catalogue import is_controlled, possible_results
 from springpot.problem.system import System
@@ -276,11 +276,14 @@ def reach(
 
 def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, ...]:
     """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this motion."""
-    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    must = "quantities must be names of quantities"
+    names = (quantities,) if isinstance(quantities, str) else items_of(quantities, must)
+    if not all(isinstance(name, str) for name in names):
+        raise TypeError(f"{must}, not {shown(quantities)}.")
     allowed = controllable(motion)
     if not names or not set(names) <= set(allowed):
-        given = few(map(str, names)) or "nothing"
-        wrong = next((str(name) for name in names if name not in allowed), "")
+        given = few(name if len(name) < MOST_LETTERS else shown(name) for name in names) or "nothing"
+        wrong = next((name for name in names if name not in allowed), "")
         hint = _why_not(motion, wrong) or meant(wrong, allowed) or "."
         raise ValueError(f"quantities must be among {few(allowed)}, not {given}{hint}")
     return names

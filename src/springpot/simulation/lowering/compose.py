@@ -173,7 +173,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
     units = _units(motion, position, velocity)
     step = settings.step / units.time
-    parts_by_name = {name: lower(part, name, units, step) for name, part in unit.named()}
+    parts_by_name = {name: lower(part, name, units, step).over(settings.steps) for name, part in unit.named()}
     total = reduce(add, parts_by_name.values(), Lowered())
     frequency = scales.flight_frequency * units.time
     steady = total.white + total.poisson

@@ -19,7 +19,11 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.settings import Settings
 
+_MOST_LAGS = (
+    20_000  # steps over which means over steps are compared with values; with more, rounding is all that is left
+)
 EXCEEDED_BY_NOISE = 0.771  # by which colored noise exceeds its means over steps, per root of its variance's rate
 
 
@@ -95,7 +99,8 @@ def lowered_felt(
         Of each noise with an envelope its part of ``jumps``, and by which factor that differs from it in each step.
     """
     felt, excitations = plan.motion.felt, dict(plan.system.named())
-    lags = math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step))
+    # of a run that is far shorter than any time of the motion there would be as many as memory holds
+    lags = min(math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step)), _MOST_LAGS)
     yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
     sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
     begin, row, numbers, lacking, in_steps, over = [0], list[int](), list[Floats](), {}, {}, {}
@@ -146,11 +151,7 @@ def lowered_felt(
         exceeded *= length**2
         in_steps[name] = lacking[name] + sum((lacks(own) * (factor - 1.0) for own, factor in modulated), np.zeros(1))
         for n, share in smooth.items():
-            own = (
-                share**2
-                * _lack_of(excitations[n], plan.settings.step)
-                * excitations[n].square_at(plan.settings.middles)
-            )
+            own = share**2 * _lack_of(excitations[n], plan.settings.step) * _squares(excitations[n], plan.settings)
             lacks_of_it = float(np.mean(own if np.ndim(own) == 0 else own[low:high]))
             lacking[name] += lacks_of_it
             exceeded += EXCEEDED_BY_NOISE**2 * 6.0 * lacks_of_it
@@ -159,6 +160,11 @@ def lowered_felt(
     whole, scale = np.concatenate([np.zeros(0), *numbers]), 2.0 ** -round(math.log2(unit))
     rows_of_terms = np.array(row, np.int64)
     return FeltInKernel(np.array(begin), rows_of_terms, whole, lacking, in_steps, over, scale, unit * length, length)
+
+
+def _squares(part: Excitation, settings: Settings) -> Any:
+    """Of its envelope in the middle of each step; 1 without one."""
+    return 1.0 if part.envelope is None else part.square_at(settings.middles)
 
 
 def _exceeded(order: float, step: float) -> float:

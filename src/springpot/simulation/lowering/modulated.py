@@ -22,6 +22,8 @@ from springpot.simulation.kernel import sources
 from springpot.simulation.lowering.kernel_units import Units
 
 _SILENT = 1e-24  # of the largest variance of an impulse
+MOST_TABULATED = 100_000_000  # numbers of tables over the steps, 0.8 GB
+_BESIDE = 3  # numbers of each step while a table is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +56,15 @@ class Modulation:
     make: Callable[[int, int, int], Any] | None = None
     states: int = 0
 
+    @property
+    def kept(self) -> int:
+        """Numbers of each step in its table, and beside it while it is made."""
+        changing = self.states * (self.states + 3) // 2 if callable(self.filter) else 0
+        return _BESIDE + self.states + changing
+
     def values(self, units: Units, step: float, steps: int) -> Floats:
         """e at time 0, then in the middle of each step."""
+        check_table(self.name, self.kept, steps)
         if self.envelope is None:
             return np.ones(steps + 1)
         middles = step * units.time * (np.arange(steps) + 0.5)
@@ -64,6 +73,25 @@ class Modulation:
     def squares(self, units: Units, step: float, steps: int) -> Floats:
         """e^2 in the middle of each step."""
         return self.values(units, step, steps)[1:] ** 2
+
+
+def check_table(name: str, kept: int, steps: int) -> None:
+    """That a table of so many numbers for each step of a run fits into memory, before it is made.
+
+    Raises
+    ------
+    ValueError
+        If it does not.
+
+    Examples
+    --------
+    >>> check_table("ground", 4, 1_000_000)
+    """
+    if kept * steps > MOST_TABULATED:
+        raise ValueError(
+            f"duration takes {steps:,} steps, and {name} needs a table of {kept} numbers for each of them: at most "
+            f"{MOST_TABULATED // kept:,} steps are possible. Use a longer step, or a shorter duration."
+        )
 
 
 def mean_squares(noise: Modulation, units: Units, step: float, edges: Sequence[int]) -> list[float]:

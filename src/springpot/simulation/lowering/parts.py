@@ -49,7 +49,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.simulation.kernel import forces, hysteresis, sources
-from springpot.simulation.kernel.lanes import MOST_CONTACTS, MOST_FORCES, MOST_STATES
+from springpot.simulation.kernel.lanes import GROUP, MOST_CONTACTS, MOST_FORCES, MOST_STATES
 from springpot.simulation.kernel.no_wall import NoWall
 from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.rigid_wall import Rigid
@@ -58,7 +58,8 @@ from springpot.simulation.kernel.two_walls import Pair
 from springpot.simulation.kernel.user_forces import user_force
 from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.modulated import Modulation, law_of, mean_squares
+from springpot.simulation.lowering.modulated import Modulation, check_table, law_of, mean_squares
+from springpot.simulation.plan.settings import MOST_STEPS
 
 _FAR = 1e30  # place of a contact that is not there
 _SUBSTEPS = 24  # of the shortest contact
@@ -115,6 +116,8 @@ class Named:
         As ``make``, with the variance of the impulses of white noise last: a part that is both.
     place : int
         Of its first number among those of all forces.
+    tabulated : callable, optional
+        Of a table over the steps: as ``make``, with the number of steps last.
     """
 
     name: str
@@ -123,6 +126,13 @@ class Named:
     does: str
     join: Callable[[int, int, int, float], Any] | None = None
     place: int = 0
+    tabulated: Callable[[int, int, int, int], Any] | None = None
+
+    def over(self, steps: int) -> Named:
+        """With a table no longer than a run of so many steps."""
+        if (tabulated := self.tabulated) is None:
+            return self
+        return replace(self, make=lambda word, place, parts: tabulated(word, place, parts, steps))
 
 
 @dataclass(frozen=True)
@@ -169,6 +179,10 @@ class Lowered:
     def dashpots(self) -> float:
         """The coefficient of all dashpots together."""
         return sum(c for order, c in self.springpots if order == 1.0)
+
+    def over(self, steps: int) -> Lowered:
+        """With tables no longer than a run of so many steps."""
+        return replace(self, forces=tuple(each.over(steps) for each in self.forces)) if self.forces else self
 
     def __add__(self, other: Lowered) -> Lowered:
         size = max(len(self.springs), len(other.springs))
@@ -261,16 +275,19 @@ def _(part: Force, name: str, units: Units, step: float) -> Lowered:
 def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered:
     """Impulses are exact integrals of the straight lines between the points, or between points that are denser."""
     factor = part.scale / units.length * units.time**2
-    records = [((np.array(t) - t[0]) / units.time, factor * np.array(a)) for t, a in part.records]
-    if part.interpolation == "band-limited":
-        records = [_denser(t, a, step) for t, a in records]
-    rows = [_impulses(t, a, step) for t, a in records]
-    impulses = np.array([np.pad(row, (0, max(map(len, rows)) - len(row))) for row in rows])
 
-    def make(word: int, place: int, parts: int) -> Any:
+    def make(word: int, place: int, parts: int, steps: int = MOST_STEPS) -> Any:
+        longest = math.ceil(min(part.duration / units.time / step, steps))
+        most = -(-longest // GROUP) * GROUP  # the kernel takes four at once
+        check_table(name, 2 * part.count, most)
+        records = [((np.array(t) - t[0]) / units.time, factor * np.array(a)) for t, a in part.records]
+        if part.interpolation == "band-limited":
+            records = [_denser(t, a, step) for t, a in records]
+        rows = [_impulses(t, a, step, most) for t, a in records]
+        impulses = np.array([np.pad(row, (0, max(map(len, rows)) - len(row))) for row in rows])
         return sources.Table(word, place, part.is_drawn, impulses)
 
-    return Lowered(forces=(Named(name, make, int(part.count > 1), "feeds"),))
+    return Lowered(forces=(Named(name, make, int(part.count > 1), "feeds", tabulated=make),))
 
 
 def _denser(times: Floats, values: Floats, step: float) -> tuple[Floats, Floats]:
@@ -280,10 +297,10 @@ def _denser(times: Floats, values: Floats, step: float) -> tuple[Floats, Floats]
     return np.linspace(0.0, times[-1], len(dense)), dense
 
 
-def _impulses(times: Floats, values: Floats, step: float) -> Floats:
-    """Integrals over the steps of straight lines between points."""
+def _impulses(times: Floats, values: Floats, step: float, most: int) -> Floats:
+    """Integrals over the steps, at most so many, of straight lines between points."""
     whole = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
-    ends = step * np.arange(math.ceil(times[-1] / step) + 1)
+    ends = step * np.arange(math.ceil(min(times[-1] / step, most)) + 1)
     place = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
     since = np.minimum(ends, times[-1]) - times[place]
     slope = np.diff(values) / np.diff(times)

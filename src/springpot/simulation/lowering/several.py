@@ -556,7 +556,8 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
     for name, row in plan.system.coordinates.forces.items():
         part = parts[name]
         row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
-        more = lower(part.per_mass(1.0 if part.of_ground else unit_mass), name, frame.units, step)
+        own = part.per_mass(1.0 if part.of_ground else unit_mass)
+        more = lower(own, name, frame.units, step).over(plan.settings.steps)
         if more.white > 0.0:
             white.append(math.sqrt(more.white) * row)
         constant -= sum(more.springs[:1]) * row

@@ -41,11 +41,12 @@ def standard_error(samples: Floats, fitted: int = 0, strata: int = 1) -> float:
     ``fitted``: the number of control variates.  Each counts twice: their regression takes out spread by chance, and its
     slopes have errors.
     """
-    if strata > 1 and samples.size >= 2 * strata:
-        own = [samples[n::strata] for n in range(strata)]
-        return math.sqrt(math.fsum(each.size * each.var(ddof=1) for each in own)) / samples.size
-    lost = 1 + 2 * fitted
-    return float(samples.std(ddof=lost) / math.sqrt(samples.size)) if samples.size > lost else math.nan
+    with np.errstate(invalid="ignore", over="ignore"):  # of a user's function that is infinite the error is NaN
+        if strata > 1 and samples.size >= 2 * strata:
+            own = [samples[n::strata] for n in range(strata)]
+            return math.sqrt(math.fsum(each.size * each.var(ddof=1) for each in own)) / samples.size
+        lost = 1 + 2 * fitted
+        return float(samples.std(ddof=lost) / math.sqrt(samples.size)) if samples.size > lost else math.nan
 
 
 def controlled(samples: Floats, controls: Floats) -> Floats:

@@ -14,6 +14,7 @@ import numpy as np
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, few, meant, shown
+from springpot.problem.catalogue import LEVELS
 from springpot.problem.felt import Felt, felt_in
 from springpot.problem.parts import (
     Barrier,
@@ -39,7 +40,7 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.scales import Scales
-from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.mckean import COLLAPSE_BELOW
 
@@ -229,7 +230,8 @@ class Motion:
                 )
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
-            if isinstance(self.touched.get(wall := str(name).removesuffix("_force")), Barrier) and name != wall:
+            wall = name.removesuffix("_force") if isinstance(name, str) else ""
+            if isinstance(self.touched.get(wall), Barrier) and name != wall:
                 raise NotCoveredError(f"{name} cannot be seen: a rigid wall gives impulses, which last no time; "
                                       f"{wall}_force_mean, their momentum per time, is in every run.")  # fmt: skip
             what = "force or acceleration" if forces_only else "displacement, force or acceleration"
@@ -240,11 +242,13 @@ class Motion:
 
     def near(self, name: Any, known: Sequence[str]) -> str:
         """What an unknown name may have meant, or which there are; of two masses, that nothing acts between them."""
+        if not isinstance(name, str):
+            return f"; there are {few(known)}."
         for a, b in permutations(self.system.points, 2):
             pairs = (f"{one}_{end}" for one in (f"{a}_{b}", f"{b}_{a}") for end in ("elongation", "distance"))
             if name in (f"{a}_{b}_elongation", f"{a}_{b}_distance") and not {*pairs} & {*known}:
                 return f": no part acts between {a} and {b}."
-        return meant(str(name), known) or f"; there are {few(known)}."
+        return meant(name, known) or f"; there are {few(known)}."
 
     @property
     def displacements_shown(self) -> int:

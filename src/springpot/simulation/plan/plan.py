@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Unpack, cast, get_args
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, one_of
 from springpot.machine.faults import shown
 from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
@@ -25,6 +25,8 @@ from springpot.simulation.plan.settings import (
 )
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 
+_OF_A_START = "initial_position", "initial_velocity", "derivative"
+SHORTEST = 1e-30  # duration, over the shortest time of the motion
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_RECORDED = 50_000_000
@@ -108,8 +110,8 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     """
     motion = motion_of(system)
     options = cast(Options, {**DEFAULTS, **given})
-    _one_of(options["scheme"], "scheme", get_args(Scheme))
-    _one_of(options["derivative"], "derivative", get_args(Derivative))
+    one_of(options["scheme"], "scheme", get_args(Scheme))
+    one_of(options["derivative"], "derivative", get_args(Derivative))
     scheme = scheme_of(options["scheme"])
     for name, only_paper in (("scheme", scheme.only_paper), ("derivative", options["derivative"] != "caputo")):
         if only_paper and motion.beyond_paper:
@@ -118,7 +120,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     start = options["start"]
     if start is None:
         start, _ = default_start(motion, options)
-    _one_of(start, "start", get_args(StartKind))
+    one_of(start, "start", get_args(StartKind))
     paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
     if motion.different_paths and (motion.recorded or "paths" not in given):
         paths = min(paths, motion.different_paths)
@@ -177,13 +179,20 @@ def default_start(motion: Motion, given: Options = DEFAULTS, *, settled: bool = 
     ('rest', 'nothing dissipates energy, so it grows without limit')
     """
     options = {**DEFAULTS, **given}
-    if any(options[name] != DEFAULTS[name] for name in ("initial_position", "initial_velocity", "derivative")):
+    chosen: dict[str, Any] = {**options}
+    usual: dict[str, Any] = {**DEFAULTS}
+    if not all(_is_default(chosen[name], usual[name]) for name in _OF_A_START):
         return "rest", ""
     if motion.recorded:
         return "rest", ""
     if motion.not_stationary:
         return "rest", motion.not_stationary
     return ("stationary" if settled or motion.settles_at_start else "rest"), ""
+
+
+def _is_default(value: Any, default: Any) -> bool:
+    """Of whatever was given: what cannot be compared is not."""
+    return value is default or (isinstance(value, str | int | float) and value == default)
 
 
 def check_stationary(system: System, who: str) -> None:
@@ -228,6 +237,11 @@ def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Sc
     fastest = motion.scales.fastest_rate
     if not 0.0 < fastest < math.inf:
         raise ValueError(TOO_FAR_APART)
+    if duration is not None and duration * fastest < SHORTEST:
+        raise ValueError(
+            f"duration is {duration:g} s, too short for a system whose fastest rate is {fastest:g} per s: use at least "
+            f"{SHORTEST / fastest:.3g} s."
+        )
     if step is None:
         step = min(scheme_of(scheme).default_step / motion.resolved_rate, math.inf if duration is None else duration)
     else:
@@ -307,8 +321,3 @@ def _initial_position(motion: Motion, given: Any, start: StartKind, derivative: 
         check_motion(motion, "start='stationary'")
         return None
     return motion.placed(given)
-
-
-def _one_of(value: object, name: str, words: tuple[str, ...]) -> None:
-    if not isinstance(value, str) or value not in words:
-        raise ValueError(f"{name} must be {' or '.join(map(repr, words))}, not {shown(value)}.")

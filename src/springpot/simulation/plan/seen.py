@@ -12,9 +12,6 @@ from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 
-LEVELS = {"x": "m", "distance": "m", "v": "m s-1", "speed": "m s-1", "amplitude": "m", "energy": "m2 s-2"}
-"""Quantities that can pass a level, and the units of the levels."""
-
 
 @dataclass(frozen=True, eq=False)
 class Seen:

@@ -18,6 +18,7 @@ import numpy as np
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
+from springpot.problem.catalogue import owner_of
 from springpot.problem.coordinates import product_of
 from springpot.problem.parts import (
     Barrier,
@@ -393,12 +394,12 @@ class MotionOfSeveral(Motion):
 
     def mean_square_of(self, name: str) -> str:
         """The mean square displacement with which a result changes: its own, or that of the nearest row."""
-        if own := next((begin for begin in self.displacements if name.startswith(f"{begin}_")), ""):
+        if own := owner_of(name, self.displacements):
             return f"{own}_mean_square"
         rows = self.system.coordinates.elongations
-        row = next((rows[stop] for stop in self.touched if name.startswith(f"{stop}_")), None)
-        if row is None:
+        if not (stop := owner_of(name, self.touched)):
             return next(f"{begin}_mean_square" for begin in self.displacements)
+        row = rows[stop]
         alike = {begin: abs(float(own @ row)) / float(np.linalg.norm(own)) for begin, own in self.displacements.items()}
         return f"{max(alike, key=alike.__getitem__)}_mean_square"
 
@@ -479,8 +480,8 @@ class MotionOfSeveral(Motion):
 
     def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
         """The wall whose result it is."""
-        return [(part, self.struck_alone[own].intensity) for own, part in self.system.named()
-                if isinstance(part, Barrier) and name.startswith(f"{own}_")]  # fmt: skip
+        part = self.touched.get(own := owner_of(name, self.touched))
+        return [(part, self.struck_alone[own].intensity)] if isinstance(part, Barrier) else []
 
     def velocity_biases(self, step: float) -> dict[str, float]:
         """Of noise that is not matched to the dampers, which take a share of each kick within its step."""

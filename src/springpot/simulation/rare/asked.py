@@ -25,7 +25,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
-from springpot.problem.catalogue import unit_of_result
+from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.kernel.branches import MARKS
@@ -36,7 +36,7 @@ from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.first_passage import SHIFT
 from springpot.simulation.watch.observables import is_taken, mean_of

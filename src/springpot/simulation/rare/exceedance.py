@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import name_results, shown
 from springpot.machine.progress import Clock, FractionDone
@@ -231,8 +231,7 @@ def exceeded(
     watch: Callable[[ExceedanceCurve], None] | None = None, **settings: Any,
 ) -> Exceedance:  # fmt: skip
     """As `exceedance`, but its warnings are only in the result, and ``watch`` is called with curves as they grow."""
-    if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
+    check_called(progress, "progress")
     plan, wanted = stated(system, levels, rtol=rtol, max_time=max_time, **settings)
     path = _checked_place(save, [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")])
     clock = Clock(max_time)
@@ -295,7 +294,7 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
         function, given = given
     quantity = quantity_of(motion, name, function)
     words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
-    listed = np.asarray(given, object)
+    listed = numbers_in_array(given, f"levels of {name} must be a number or a list of numbers", object)
     if not listed.size:
         raise ValueError(f"levels of {name} must not be empty.")
     low = -LARGEST if least else 0.0
@@ -320,8 +319,7 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
 def _checked_place(save: object, functions: list[str]) -> Path | None:
     if save is None:
         return None
-    if not isinstance(save, str | Path):
-        raise TypeError(f"save must be the place of a file, not {shown(save)}.")
+    save = checked_path(save, "save")
     if functions:
         raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
     if not Path(save).resolve().parent.is_dir():

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arguments import checked_path
 from springpot.machine.extras import need
 from springpot.problem.file import read_system
 from springpot.problem.messages import MESSAGES, Message
@@ -70,7 +71,7 @@ def load_run(path: str | Path) -> Run:
     >>> float(again.distributions["x"].quantile(0.5)[0]) == float(run.distributions["x"].quantile(0.5)[0])
     True
     """
-    place = Path(path)
+    place = checked_path(path, "path")
     if place.suffix == ".csv":
         raise ValueError(f"{str(path)!r} is a table for spreadsheets: only .nc and .json can be read back.")
     if place.suffix not in SUFFIXES:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, bits_of, f32, i32, stack_array
@@ -200,7 +201,7 @@ class Distribution:
         """
         p = np.asarray(probability, dtype=float)
         if np.any(~((p >= 0.0) & (p <= 1.0))):
-            raise ValueError(f"probability must be in [0, 1], not {probability!r}.")
+            raise ValueError(f"probability must be in [0, 1], not {shown(probability)}.")
         if not self.size > 0.0:
             return np.full(p.shape, np.nan), np.full(p.shape, np.nan)
         below = np.concatenate([np.zeros((len(self.counts), 1)), np.cumsum(self.counts, axis=1)], axis=1)

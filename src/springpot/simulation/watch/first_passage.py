@@ -20,7 +20,6 @@ States are observed at the ends of steps.  Passages between two of them are dete
 from __future__ import annotations
 
 import inspect
-import keyword
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,16 +30,16 @@ import numpy as np
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, checked_name, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
-from springpot.problem.catalogue import unit_of_result
+from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import LEVELS, Seen
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.observables import is_taken
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
@@ -131,7 +130,7 @@ def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
         function, given = _observable(plan, name, given)
     else:
         given, reference = _levels_and_reference(name, quantity, given)
-    listed = isinstance(given, list | np.ndarray)
+    listed = isinstance(given, list) or (isinstance(given, np.ndarray) and given.ndim > 0)
     each = [*given] if listed else [given]
     if not 0 < len(each) <= MOST_LEVELS:
         raise ValueError(f"first_passage of {name} must have 1 to {MOST_LEVELS} levels, not {len(each)}.")
@@ -286,8 +285,7 @@ def _passage_times(simulation: Simulation, passage: Passage, level: float, passe
 def _observable(plan: Plan, name: object, given: Any) -> tuple[Callable[..., float], Any]:
     """The function and the level of an observable."""
     known = ", ".join(LEVELS)
-    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
-        raise ValueError(f"first_passage must name {known} or an observable in one word, not {shown(name)}.")
+    name = checked_name(name, "first_passage", f"name {known} or an observable in one word")
     if not isinstance(given, tuple | list) or len(given) != 2:
         raise ValueError(
             f"first_passage must name {known}; for an observable such as {name!r} give a pair: a function of (t, x, "

@@ -7,7 +7,6 @@ Each observer is compiled separately, and the kernel calls it through its addres
 from __future__ import annotations
 
 import inspect
-import keyword
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
@@ -17,7 +16,7 @@ import numpy as np
 from numba import cfunc, njit
 from numba.core.errors import NumbaError
 
-from springpot.machine.arguments import named_arguments
+from springpot.machine.arguments import checked_name, named_arguments
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR, possible_results, results_on_request
@@ -64,8 +63,7 @@ def mean_of(
         If the name is not valid, an argument is unknown, or the function cannot be compiled.
     """
     wanted = ("(t, x, v)" if kind == "state" else "(speed)") if not motion.arguments else "what it observes"
-    if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name):
-        raise ValueError(f"an observable's name must be a word (letters, digits, underscores), not {shown(name)}.")
+    checked_name(name, "an observable's name")
     if not callable(function) or not inspect.isfunction(getattr(function, "py_func", function)):
         given = shown(function)
         raise TypeError(f"observable {name!r} must be a function of {wanted}, not {given}: wrap it in a lambda.")

@@ -17,7 +17,8 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import per_cent
+from springpot.machine.faults import per_cent, shown
+from springpot.problem.catalogue import OF_A_LEVEL
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import binomial_interval
 from springpot.simulation.watch.passage_rates import Bounded, PassageRate, rate_of
@@ -29,18 +30,7 @@ FEWEST_AT_ALL = 5  # the same if censored paths add less than a standard error t
 MOST_DRIFT = 3.0  # largest difference between the rates in the two halves of it, in standard errors
 POINTS = 101  # of the survival curve in files
 
-_BOUNDED = ("", "_se", "_low", "_high")
 _SAID = {"_se": "standard error of"} | {f"_{end}": f"{end} end of the 95 % interval of" for end in ("low", "high")}
-OF_A_LEVEL = {
-    "probability": ("1", "share of the paths that have passed by the end of the run", _BOUNDED),
-    "mean": ("s", "mean time of the first passage", _BOUNDED[:2]),
-    "restricted_mean": ("s", "mean of the time of the first passage, cut off at the end of the run", _BOUNDED[:2]),
-    "censored": ("1", "share of the paths that have not passed by the end of the run", _BOUNDED[:2]),
-    "at_start": ("1", "share of the paths beyond the level when the clock starts", _BOUNDED[:2]),
-    "rate": ("s-1", "rate of passages from when it is constant", _BOUNDED),
-    "return_period": ("s", "one over the rate of passages", _BOUNDED),
-}
-"""The single numbers of each level: unit, meaning, and the endings of value, error and interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +252,7 @@ class PassageTimes:
         """
         p = np.asarray(probability, dtype=float)
         if np.any(~((p >= 0.0) & (p <= 1.0))):
-            raise ValueError(f"probability must be in [0, 1], not {probability!r}.")
+            raise ValueError(f"probability must be in [0, 1], not {shown(probability)}.")
         away = np.sqrt(p * (1.0 - p) / self.paths)
         ordered = np.sort(self.times)
         low, at, high = (

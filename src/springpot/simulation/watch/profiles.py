@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import finite_number, items_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import possible_results
@@ -94,15 +95,18 @@ def checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.ND
         If it is neither, or a bin would be shorter than four steps.
     """
     low, high = settings.window_steps
-    if isinstance(wanted, bool | str | dict):
-        raise TypeError(f"profile must be a number of bins, or times in s between them, not {shown(wanted)}.")
-    if np.ndim(wanted) == 0:
+    must = "profile must be a number of bins, or times in s between them"
+    if isinstance(wanted, bool):
+        raise TypeError(f"{must}, not {shown(wanted)}.")
+    if isinstance(wanted, Real):
         count = finite_number(wanted, "profile", low=1.0, high=1e6, hint="It is a number of bins, or times in s.")
         if count != int(count):
             raise ValueError(f"profile must be a whole number of bins, not {count:g}.")
         times = settings.step * np.linspace(low, high, int(count) + 1)
     else:
-        times = np.array([finite_number(t, "profile time", low=0.0, hint="It is in s.") for t in wanted])
+        times = np.array(
+            [finite_number(t, "profile time", low=0.0, hint="It is in s.") for t in items_of(wanted, must)]
+        )
         if times.size < 2 or (np.diff(times) <= 0.0).any():
             raise ValueError("profile must be two or more times that increase, or a number of bins.")
         begin, end = settings.window

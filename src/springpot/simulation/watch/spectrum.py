@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, items_of
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES, stack_array
@@ -58,10 +58,10 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     TypeError, ValueError
         If they are not positive numbers, too many, too high for the step or too low for the window.
     """
-    try:
-        given = [finite_number(w, "spectrum frequency", low=0.0, high=LARGEST, open_low=True) for w in frequencies]  # type: ignore[union-attr]
-    except TypeError as reason:
-        raise TypeError(f"spectrum must be a sequence of frequencies in rad/s: {reason}") from reason
+    given = [
+        finite_number(w, "spectrum frequency", low=0.0, high=LARGEST, open_low=True)
+        for w in items_of(frequencies, "spectrum must be a sequence of frequencies in rad/s")
+    ]
     if not given:
         raise ValueError("spectrum must hold at least one frequency.")
     values = np.array(given)

@@ -10,20 +10,22 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import finite_array, finite_number, real_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError
+from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
 from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_sum
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array, modulus_correlation, real_array, times
+from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Units, at_rest, endless
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of
 
+_NOTHING = 1e-200  # m^2, of a motion that has not begun
+_MOST_HARMONICS = 10_000  # of lines in a spectrum, which takes some tenths of a second
 _METHODS = {"corrected": "averaging", "printed": "averaging_printed", "shifted": "averaging_shifted"}
 _LIGHT = 0.1  # the largest c at which <A^2> without a wall is within 2 % of the exact one, at every order
 _CHECKED = 1.0  # the largest c at which it was compared with the exact one at several orders
@@ -58,6 +60,7 @@ class Averaging(DensitiesOfAmplitude[Normals]):
     decay_rate: float
     frequency: float
 
+    @np.errstate(all="ignore")  # at the ends of double precision
     def drift(self, amplitude: ArrayLike) -> Floats:
         """Ito drift of the amplitude a = sqrt(x^2 + v^2 / w^2), -beta a + q / (4 w^2 a), in m/s.
 
@@ -159,6 +162,7 @@ class Averaging(DensitiesOfAmplitude[Normals]):
             rho = modulus_correlation(rho)
         return np.asarray(variance * rho)
 
+    @np.errstate(all="ignore")  # at the ends of double precision
     def spectrum(self, frequency: ArrayLike) -> Floats:
         """Two-sided spectral density of x, in m^2 s per rad, of the motion described at `correlation`.
 
@@ -191,6 +195,8 @@ class Averaging(DensitiesOfAmplitude[Normals]):
         w = np.abs(finite_array(frequency, "frequency"))
         if self.paper.barrier is None:
             return np.asarray(variance * _lines(w, self.frequency, np.array([self.decay_rate]), np.ones(1)))
+        if (most := float(np.max(w, initial=0.0))) > (highest := _MOST_HARMONICS * 2.0 * self.frequency):
+            raise ValueError(f"frequency must be at most {highest:.3g} rad/s behind a wall, not {most:g}.")
         power, count = _power_rule()
         total = np.zeros(w.shape)
         highest = math.ceil(float(np.max(w, initial=0.0)) / (2.0 * self.frequency))
@@ -205,9 +211,9 @@ class Averaging(DensitiesOfAmplitude[Normals]):
 
     def _at(self, time: float | None) -> Normals:
         if time is not None and real_array(time, "time").ndim:
-            raise TypeError(f"time must be one number, not {time!r}.")
+            raise TypeError(f"time must be one number, not {shown(time)}.")
         mu = 2.0 * self.x_mean_square if time is None else float(self.mean_square(time))
-        if mu == 0.0:
+        if mu < _NOTHING:
             raise ValueError("there is no density: the amplitude is always zero (at rest, or without noise).")
         # x = a cos p and v = w a sin p with a uniform phase p and a Rayleigh amplitude a
         omega, side, spread = self.paper.natural_frequency, self.paper.direction, math.sqrt(mu / 2.0)
@@ -257,7 +263,7 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     3.519
     """
     if not isinstance(form, str) or form not in _METHODS:
-        raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {form!r}.")
+        raise ValueError(f"form must be 'shifted', 'corrected' or 'printed', not {shown(form)}.")
     system = checked_system(system)
     paper = check_covered(system, form)
     frequency = _shifted_frequency(paper) if form == "shifted" else paper.natural_frequency

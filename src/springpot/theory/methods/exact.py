@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import modulus_correlation, real_array, times
+from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.forms import form_of
 from springpot.theory.methods.systems.boltzmann import ExactOfPoints, check_points_covered, exact_of_points
 from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law

@@ -18,12 +18,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import finite_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, per_cent
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.distributions import finite_array
 from springpot.theory.methods.exact import exact_of_paper, exact_state
 from springpot.theory.methods.memory_closure.correlation import (
     folded_correlation,
@@ -69,6 +69,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
     iterations: int
     residual: float
 
+    @np.errstate(all="ignore")  # at the ends of double precision
     def correlation(self, lag: ArrayLike) -> Floats:
         """<x(t) x(t + lag)> in the stationary state, in m^2: <x^2> at lag 0, the squared mean far away.
 
@@ -100,6 +101,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
         shape = folded_correlation(unfolded_correlation(law.loop, time.ravel()).reshape(time.shape))
         return np.asarray(self.x_mean**2 + self._variance * shape)
 
+    @np.errstate(all="ignore")  # at the ends of double precision
     def spectrum(self, frequency: ArrayLike) -> Floats:
         """Two-sided spectral density of x - <x>, in m^2 s per rad.
 

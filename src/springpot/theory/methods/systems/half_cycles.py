@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError, known_word
+from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.parts import (
     Barrier,
     Dashpot,
@@ -23,7 +24,6 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import WithLaw
-from springpot.theory.distributions import real_array
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 from springpot.theory.methods.envelope.impacts import Impacts, with_short_returns
 from springpot.theory.methods.systems.coverage import check_kinds
@@ -128,7 +128,7 @@ class HalfCycles(WithLaw[tuple[Chain, _Scales]]):
         walls = dict(zip(self.system.stops, self.system.of(Barrier), strict=True))
         found = _impacts(chain, walls[known_word(wall, walls, "wall")], scales)
         if found is None or not found.speeds.size:
-            raise ValueError(f"wall {wall!r} has no density of speeds: it is struck never, or infinitely often.")
+            raise ValueError(f"wall {shown(wall)} has no density of speeds: it is struck never, or infinitely often.")
         return np.asarray(np.interp(u, found.speeds, found.density, left=0.0, right=0.0) / scales.speed)
 
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, items_of, one_of, real_array, text
 from springpot.machine.arrays import Complexes, Floats
 from springpot.machine.faults import NotCoveredError, listed, shown
 from springpot.problem.coordinates import Coordinates
@@ -45,7 +45,6 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.registration import Element
 from springpot.problem.parts.springpots import order_at_rest, springpot_in
 from springpot.problem.system import System, checked_system
-from springpot.theory.distributions import real_array
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
@@ -310,6 +309,7 @@ class LinearResponse(Result):
 
     companion: Companion = field(compare=False)
 
+    @np.errstate(all="ignore")  # of what is not finite
     def frequency_response(self, frequency: ArrayLike, of: str = "", on: str = "") -> Complexes:
         """Displacement over force, in m/N (s^2 in a system without a `Mass`).
 
@@ -339,6 +339,7 @@ class LinearResponse(Result):
         row, push = self._row(of), self._push(on)
         return np.asarray(self.companion.response(w) @ push @ row)
 
+    @np.errstate(all="ignore")  # of what is not finite
     def spectrum(self, frequency: ArrayLike, of: str = "") -> Floats:
         """Two-sided spectral density of x, in m^2 s per rad, without the lines of harmonic forces.
 
@@ -373,7 +374,7 @@ class LinearResponse(Result):
     def _spectrum(self, of: str) -> Callable[[Floats], Floats]:
         """The spectral density at frequencies w >= 0: what an integral asks many times."""
         _ = self.moments
-        if of in felt_in(self.system):
+        if text(of, "of") in felt_in(self.system):
             return felt_spectrum(self.system, self.companion, of)
         row = self._row(of, *felt_in(self.system))[None, :]
         return lambda w: np.asarray(_quadratic(self.companion, w, row)[..., 0, 0].real)
@@ -413,7 +414,7 @@ class LinearResponse(Result):
         (0.9629, 9.6609)
         """
         _ = self.moments
-        return felt_mean_square(self.system, self.companion, of)
+        return felt_mean_square(self.system, self.companion, text(of, "of"))
 
     def spectral_moments(self, orders: Sequence[float], of: str = "") -> dict[float, float]:
         """Integrals of the spectral density times w to some powers, over all frequencies; infinite where they are.
@@ -439,6 +440,9 @@ class LinearResponse(Result):
         >>> {order: round(moment, 6) for order, moment in sp.theory.linear(device).spectral_moments((0, 2, 4)).items()}
         {0: 0.25, 2: 1.0, 4: inf}
         """
+        orders = items_of(orders, "orders must be a list of powers")
+        for order in orders:
+            finite_number(order, "order", low=0.0)
         if rough := self.system.of(Harmonic, ParametricNoise, PoissonImpulses):
             names = listed([name for name, part in self.system.named() if part in rough])
             raise NotCoveredError(f"Only Gaussian responses are covered, which that to {names} is not.")
@@ -491,6 +495,7 @@ class LinearResponse(Result):
         apart = level - self.mean(of)
         return math.sqrt(speed / variance) / (2.0 * math.pi) * math.exp(-0.5 * apart**2 / variance)
 
+    @np.errstate(all="ignore")  # of what is not finite
     def density(self, values: ArrayLike, of: str = "") -> Floats:
         """The probability density, which is Gaussian, in one over the unit.
 
@@ -544,11 +549,12 @@ class LinearResponse(Result):
         >>> sp.theory.linear(hung).mean(), sp.theory.linear(hung).mean("spring_force")
         (-0.5, -4.0)
         """
-        if of in felt_in(self.system):
+        if text(of, "of") in felt_in(self.system):
             return felt_mean(self.system, self.companion, of)
         row = self._row(of, *felt_in(self.system))
         return float(row @ self.companion.at_rest)
 
+    @np.errstate(all="ignore")  # of what is not finite
     def spectral_matrix(self, frequency: ArrayLike) -> Complexes:
         """Two-sided spectral and cross-spectral densities of the displacements of all points, in m^2 s per rad.
 
@@ -609,8 +615,7 @@ class LinearResponse(Result):
         >>> sp.theory.linear(chain).covariance().round(9).tolist()
         [[1.0, 1.0], [1.0, 2.0]]
         """
-        if of not in ("x", "v"):
-            raise ValueError(f"of must be 'x' or 'v', not {shown(of)}.")
+        one_of(of, "of", ("x", "v"))
         moments, points = self.moments, self.system.points
         names = ["x_mean", f"{of}_mean_square"]
         both = [[moments[name if len(points) == 1 else f"{point}_{name}"] for name in names] for point in points]
@@ -629,7 +634,7 @@ class LinearResponse(Result):
     def _row(self, of: str, *felt: str) -> Floats:
         """The row of a displacement or an elongation; ``felt``: what else the caller takes."""
         coordinates, known = self.system.coordinates, self.system.points
-        if of in known or (not of and len(known) == 1):
+        if text(of, "of") in known or (not of and len(known) == 1):
             return coordinates.push(of or known[0])
         if of in coordinates.elongations:
             return coordinates.elongations[of]
@@ -637,7 +642,7 @@ class LinearResponse(Result):
 
     def _push(self, on: str) -> Floats:
         known = self.system.points
-        if on in (*known, "ground") or (not on and len(known) == 1):
+        if text(on, "on") in (*known, "ground") or (not on and len(known) == 1):
             return self.system.coordinates.push(on or known[0])
         raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}{_not_one(on)}.")
 
