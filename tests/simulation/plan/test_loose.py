@@ -120,3 +120,17 @@ def test_held_masses_keep_behind_their_own_walls() -> None:
     x, _ = motion_of(damper(3.0, stop)).law.drawn(np.random.Generator(np.random.Philox(3)), 2000)
     assert x[:, 0].min() >= -0.5
     assert np.abs(x[:, 0] - x[:, 1]).max() <= 3.0
+
+
+@pytest.mark.validation
+def test_the_start_holds_where_the_neighbour_has_memory() -> None:
+    """The held masses are then drawn by their velocities alone; right is what a start from rest has from 6000 s on."""
+    cage = ("main", "ball")
+    system = sp.System(
+        sp.Mass(1.0, at="main"), sp.Mass(0.1, at="ball"), sp.Spring(1.0, between=("ground", "main")),
+        sp.Springpot(0.5, 0.03, between=("ground", "main")), sp.WhiteNoise(0.04, on="main"),
+        left=sp.Barrier(-2.5, 0.6, between=cage), right=sp.Barrier(2.5, 0.6, side="below", between=cage),
+    )  # fmt: skip
+    run = simulated(system, paths=1000)
+    check(run, "main_x_mean_square", (0.23337, 0.0006))
+    check(run, "left_impact_rate", (0.09185, 0.0002))
