@@ -132,8 +132,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "transient_in_window": Kind(
         _STATIONARY,
-        "window starts at {begin:g} s, when about {left} of the transient is left: start it after {later:.3g} s for "
-        "stationary values.",
+        "window starts at {begin:g} s, when about {left} of the transient is left{cause}: start it after {later:.3g} s "
+        "for stationary values.",
         "Use a longer run and a later window, or rtol=.",
     ),
     "window_from_rest": Kind(
@@ -163,11 +163,11 @@ MESSAGES: dict[str, Kind] = {
         "t^-{order:.2g}: other results are off with it.",
         "Use start='stationary', or more paths.",
     ),
-    "energy_drifts": Kind(
+    "still_changes": Kind(
         _STATIONARY,
-        "the mean energy still changed by {share} over the window, so it is not stationary yet: use a longer run and a "
-        "later window.",
-        "Use a longer run and a later window.",
+        "not stationary: {name} still changes by {share} {compared}; a run with a window from {later:.3g} s on is "
+        "needed.",
+        "Give a longer run and a later window=, at least from the time that the sentence names.",
     ),
     "memory_of_start": Kind(
         _STATIONARY,

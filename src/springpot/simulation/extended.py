@@ -18,6 +18,7 @@ from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels, levels_of
 from springpot.simulation.error.reach import checked_quantities
 from springpot.simulation.estimate.samples import estimates_of, samples_of, watched
+from springpot.simulation.estimate.settled import change_in_window
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.monte_carlo import diagnostics_of, warned
@@ -198,6 +199,8 @@ def _extended_to(
     pairs = levels_of(Plan(motion, run.settings, run.adapted))
     targets = (run.settings.paths, FIRST_PAIRS)
     while True:
+        if change := change_in_window(pairs.pair_coarse.simulation, run.path_sums, rtol / 3.0, wanted):
+            raise ValueError(f"run must be stationary if it is extended to an rtol. {change.said}")
         if targets[0] > run.settings.paths:
             run = _with_paths(run, targets[0], threads, None)
         pairs = pairs.extended(0, targets[1], None)

@@ -190,6 +190,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
         *doubts(reached.simulation, reached.values, reached.errors, rows, seen, bounded=True),
         *about_uncontrolled_impacts(reached, rtol),
         *([say("rtol_not_reached", sentence=reached.shortfall)] if reached.shortfall else []),
+        *([reached.change.said] if reached.change else []),
     ]
     return Run(
         system=system,
@@ -200,7 +201,7 @@ def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[st
             "pairs": reached.pairs,
             "path_steps": reached.path_steps,
             "held_up_by": reached.reason,
-            "reached": not reached.shortfall,
+            "reached": not (reached.shortfall or reached.change),
         },
         warnings=tuple(warned),
         time=np.zeros(0),
@@ -376,9 +377,15 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
+<<<<<<< HEAD
     from rest, or with thermal noise alone from Boltzmann's law.  If left out, its step is a tenth of the shortest time
     scale, the highest frequency of its free motions.  Its results are those of each mass by its name,
     ``box_x_mean_square``, in the dataset over the dimension ``point``;
+=======
+    from rest, or with thermal noise alone from Boltzmann's law; masses that walls alone hold are on their way between
+    them.  If left out, its step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its
+    results are those of each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
+>>>>>>> h-length
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
     force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
     ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on.  With ``rtol`` the means are not offered that

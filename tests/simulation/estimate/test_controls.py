@@ -87,3 +87,14 @@ def test_regression_on_many_controls_is_paid_for_in_the_standard_error() -> None
         kept = controlled(draw.normal(size=40), draw.normal(size=(40, 8)))
         z.append(kept.mean() / standard_error(kept, 8))
     assert 0.9 < np.std(z) < 1.05
+
+
+@pytest.mark.parametrize(("noise", "count"), [((), 0), ((sp.WhiteNoise(0.1),), 2)])
+def test_without_noise_the_gain_of_energy_is_no_control(noise: tuple[sp.WhiteNoise, ...], count: int) -> None:
+    """Its scatter is then that of the transient alone."""
+    shaken = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.Harmonic(1.0, 1.0), *noise)
+    plan = plan_of(shaken, paths=100, duration=60.0, window=(30.0, 60.0), start="rest")
+    simulation = simulation_of(plan)
+    rows = simulation.advance().rows
+    residual = samples_of(simulation, rows).get("energy_residual")
+    assert controls_of(simulation, rows, None if residual is None else residual[1]).shape == (100, count)

@@ -15,8 +15,9 @@ from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.estimate.samples import errors_of_the_start, watched
 from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error
+from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error, without_doubtful
 from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.parts import beat
 from springpot.simulation.plan.transient import shares_missing
 
 BALANCE = "energy_residual"
@@ -162,8 +163,9 @@ def _samples(levels: Levels) -> dict[str, _Samples]:
     of_pairs = np.concatenate([levels.pair_coarse.controls(coarse), levels.pair_fine.controls(fine)], axis=1)
     paired = levels.best is levels.pair_fine
     many = fine if paired else levels.many.samples()
-    of_many = of_pairs if paired else levels.many.controls(many)
-    number = of_pairs.shape[1] // 2
+    of_pairs = without_doubtful(of_pairs)
+    of_many = of_pairs if paired else without_doubtful(levels.many.controls(many))
+    number = -(-max(of_pairs.shape[1], 2 * of_many.shape[1]) // 2)
     samples = {
         name: _Samples(controlled(many[name], of_many), controlled(fine[name] - coarse[name], of_pairs), paired, number)
         for name in many
@@ -197,4 +199,7 @@ def _energy_transient(simulation: Simulation) -> float:
     if simulation.motion.is_thermal:
         return 0.0
     relaxation, (begin, end) = simulation.motion.scales.settling_time, simulation.settings.window
-    return float(relaxation / (end - begin) * math.exp(-begin / relaxation))
+    share = beat(simulation.motion.system) * relaxation / (end - begin) * math.exp(-begin / relaxation)
+    if (waiting := simulation.motion.waiting_time(simulation.settings.start)) > 0.0:
+        share += waiting / (end - begin) * math.exp(-begin / waiting)
+    return float(share)

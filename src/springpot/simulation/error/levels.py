@@ -13,6 +13,7 @@ from springpot.simulation.error.decision import FEWEST_PATHS
 from springpot.simulation.estimate.completed_rate import counts_of_fast_impacts, with_completed_rate
 from springpot.simulation.estimate.controls import controls_of
 from springpot.simulation.estimate.samples import samples_of
+from springpot.simulation.estimate.settled import Change, change_in_window
 from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
@@ -23,7 +24,7 @@ from springpot.simulation.plan.options import DEFAULTS
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
-from springpot.simulation.plan.transient import shares_missing
+from springpot.simulation.plan.transient import MOST_TRANSIENT, shares_missing
 from springpot.simulation.plan.unsprung import CreepAlone
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
@@ -89,6 +90,10 @@ class Level:
     def controls(self, samples: dict[str, Floats]) -> Floats:
         """The control variates of each path, from its samples, shape (paths, controls)."""
         return controls_of(self.simulation, self.rows, samples.get("energy_residual"))
+
+    def unsettled(self, rtol: float, wanted: Sequence[str]) -> Change | None:
+        """What still changes in the window by more than a third of a tolerance; None if nothing does."""
+        return change_in_window(self.simulation, self.rows, rtol / 3.0, wanted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,19 +167,23 @@ def _without_paths(simulation: Simulation, stream: int) -> Level:
     )
 
 
-def level_plan(motion: Motion, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int) -> Plan:
+def level_plan(
+    motion: Motion, step: float, rtol: float, wanted: Sequence[str], *, seed: int, threads: int, later: float = 1.0
+) -> Plan:
     """The plan of the coarser members of the pairs.
 
     The window begins after the transient; its length is ten to twenty relaxation times, or half the time before it if
-    that is longer.
+    that is longer.  Both are ``later`` times as long where runs have shown that this was not enough.
     """
     relaxation = motion.scales.forgetting_time
+    waiting = -math.log(MOST_TRANSIENT) * motion.waiting_time("rest")
     slow = (_slow_time(creep, motion, rtol, wanted) for creep in motion.slow)
-    begin = max([relaxation * math.log(max(3.0 / rtol, FORGET)), *slow])
+    begin = max([relaxation * math.log(max(3.0 / rtol, FORGET)), waiting, *slow])
     if motion.is_thermal:
         begin = 0.0  # it starts from the stationary law
     fewest, most = RELAXATIONS
-    length = max(min(max(MANY_RELAXATIONS / rtol, fewest), most) * relaxation, 0.5 * begin)
+    length = later * max(min(max(MANY_RELAXATIONS / rtol, fewest), most) * relaxation, 0.5 * begin)
+    begin *= later
     if begin + length > LONGEST * step:
         raise ValueError(
             f"rtol cannot be reached: the motion forgets its start only after {relaxation:.2g} s, and a path has at "

@@ -41,6 +41,7 @@ from springpot.simulation.error.levels import (
     levels_of,
 )
 from springpot.simulation.estimate.samples import has_damping, watched
+from springpot.simulation.estimate.settled import Change, change_of_start
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion
@@ -52,6 +53,7 @@ FINEST_STEP = 1e-3  # in units of the shortest time scale
 PILOT_PATHS = (2048, 262_144)
 PILOTS_DO, KEPT_PILOTS_DO = 2e-3, 2e-2  # smallest rtol for which the fewest do; where the error of x(0) does not fade
 MOST_PATH_STEPS = 3e11
+LATEST = 32.0  # times the time that was planned, after which a window may begin at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +80,8 @@ class Reached:
     path_steps : float
         Steps of all paths in whole rounds.  The sizes of the rounds depend on elapsed time only with ``max_time``,
         which may make the first round smaller, and ends the run.
+    change : Change or None
+        What is not stationary in spite of a longer and later window; there are then no budgets.
     """
 
     wanted: tuple[str, ...]
@@ -91,6 +95,7 @@ class Reached:
     shortfall: str
     reason: str
     path_steps: float
+    change: Change | None
 
 
 @dataclass(frozen=True)
@@ -103,10 +108,13 @@ class _Request:
     seed: int
     threads: int
     most_path_steps: float
+    later: float = 1.0
 
     def plan(self, step: float) -> Plan:
         """The plan of the coarser members of the pairs at this step, without x(0)."""
-        return level_plan(self.motion, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads)
+        return level_plan(
+            self.motion, step, self.rtol, self.wanted, seed=self.seed, threads=self.threads, later=self.later
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,10 +223,10 @@ def reach(
     shortest = FINEST_STEP / motion.scales.fastest_rate
     step = max(first_step(motion, rtol, wanted), shortest)
     spent, reason = 0.0, ""
-    halved, best = False, None
+    halved, stale, best = False, False, None
     try:
         report.block(0.0)
-        plan = adapt(request.plan(step), paths=_pilots(motion, rtol), progress=report.block)
+        request, plan, differs = _with_start(request, step, report)
         levels = levels_of(plan)
         first = levels.pair_coarse
         report.clock.measure(*first.simulation.timed(stream=first.stream, halved=True, progress=report.block))
@@ -235,42 +243,48 @@ def reach(
             outcome = _outcome(request, levels, spent, shortest)
             move = outcome.move
             same_step = best is not None and best.simulation is outcome.simulation
-            if best is None or same_step or move.kind == "done" or outcome.off <= best.off:
-                best = outcome
+            if best is None or same_step or move.kind == "done" or outcome.off <= best.off or stale:
+                best, stale = outcome, False
             reason = _reason(outcome, halved)
             report.say(min(1.0, (rtol / best.off) ** 2), spent, move.path_steps, reason, move.aim, move.worst)
-            if move.kind in ("done", "stop"):
-                break
             if move.kind == "more":
                 levels, paths, pairs = levels.with_step(move.finer), move.paths, move.pairs
                 continue
-            plan = replace(request.plan(0.5 * step), adapted=plan.adapted).but(
+            if move.kind == "halve":
+                step, halved = 0.5 * step, True
+            elif move.kind == "stop" or request.later >= LATEST or not levels.best.unsettled(rtol, wanted):
+                break
+            else:  # done, but in a window that was too early
+                request, stale = replace(request, later=2.0 * request.later), True
+            plan = replace(request.plan(step), adapted=plan.adapted).but(
                 initial_position=plan.settings.initial_position
             )
-            finer = levels_of(plan)
-            paths, pairs = 0, first_pairs(finer.pair_coarse.simulation, rtol)
-            if spent + finer.work(paths, pairs) > most_path_steps:
+            anew = levels_of(plan)
+            paths, pairs = 0, first_pairs(anew.pair_coarse.simulation, rtol)
+            if spent + anew.work(paths, pairs) > most_path_steps:
                 outcome = replace(outcome, move=replace(move, kind="stop"))
                 break
-            step, levels, halved = 0.5 * step, finer, True
+            levels = anew
         why = _why_no_better(request, outcome, spent)
     except OutOfTimeError:
         if best is None:
             raise TimeoutError(_too_short(report)) from None
         why = f"max_time of {report.clock.limit:g} s is over (about {report.time_left} more would be needed)"
     paths, pairs = best.levels.many.paths, best.levels.pair_coarse.paths
+    change = differs or best.levels.best.unsettled(rtol, wanted)
     return Reached(
         wanted=wanted,
         settings=replace(best.simulation.settings, paths=paths + 2 * pairs),
         values=best.estimates.values,
         errors=best.estimates.errors,
-        budgets=best.estimates.budgets,
+        budgets={} if change else best.estimates.budgets,
         simulation=best.simulation,
         rows=best.levels.best.rows,
         pairs=pairs,
-        shortfall=_shortfall(best, rtol, why),
+        shortfall="" if change else _shortfall(best, rtol, why),
         reason=reason,
         path_steps=spent,
+        change=change,
     )
 
 
@@ -326,6 +340,22 @@ def _pilots(motion: Motion, rtol: float) -> int:
     enough = KEPT_PILOTS_DO if motion.left_of_start(1.0, 0.0) is None else PILOTS_DO
     wanted = fewest * max(1.0, (enough / rtol) ** 2) * longest / motion.pilot_time
     return int(min(max(wanted, 256.0), most))
+
+
+def _with_start(request: _Request, step: float, report: _Report) -> tuple[_Request, Plan, Change | None]:
+    """The plan with its start.
+
+    Where masses wait for impacts, the window begins so late that it makes no difference whether they start on their
+    way or at rest; what still differs then is the last of the results.
+    """
+    pilots = _pilots(request.motion, request.rtol)
+    while True:
+        plan, differs = adapt(request.plan(step), paths=pilots, progress=report.block), None
+        if request.motion.waiting_time("rest") > 0.0:
+            differs = change_of_start(plan, request.rtol / 3.0, report.block)
+        if differs is None or request.later >= LATEST:
+            return request, plan, differs
+        request = replace(request, later=2.0 * request.later)
 
 
 def _round(levels: Levels, paths: int, pairs: int, report: _Report, patience: float) -> Levels:

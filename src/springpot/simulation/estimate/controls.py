@@ -3,7 +3,8 @@
 energy
     Dissipated power plus gain of energy less expected input power: zero at every step of the default scheme.
 gain
-    The gain of energy over the window: zero in a stationary state.
+    The gain of energy over the window: zero in a stationary state.  Under a harmonic force alone it is no control: all
+    its scatter is that of the transient, however small, which the regression would take for the whole.
 momentum
     The mean of all forces.
 virial
@@ -45,12 +46,12 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -
         The samples of ``energy_residual``; None if there are none.
     """
     column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    found = [column["energy_last"] - column["energy_first"]]
+    found = [column["energy_last"] - column["energy_first"]] if simulation.motion.is_noisy else []
     if residual is not None and np.isfinite(residual).all():
         found.append(residual)
     if _are_summed(simulation):
         found.extend(_balances(simulation, column))
-    return np.stack(found, axis=1)
+    return np.stack([np.zeros(len(rows)), *found], axis=1)[:, 1:]
 
 
 def _are_summed(simulation: Simulation) -> bool:

@@ -32,6 +32,7 @@ from springpot.simulation.kernel.lanes import (
     f32,
     f64,
     lesser,
+    middle,
     no,
     stack_array,
     u32,
@@ -44,11 +45,12 @@ from springpot.simulation.kernel.turning import NUMBERS, turn
 from springpot.simulation.kernel.watching import Accumulators, is_seen, show_steps
 
 # Output of a block for every path: sums over the steps of the window, then values at instants.  After them come the
-# works of the named forces and the sums that the wall keeps beside these.
+# works of the named forces and the sums that the wall keeps beside these.  The early ones are sums to the middle of the
+# window.
 COLUMNS = (
     "x", "x_square", "v_square", "force", "power", "virial",
     "impacts", "impact_speeds", "impact_speed_squares", "collapses",
-    "energy_first", "energy_last", "x_end", "v_end",
+    "energy_first", "energy_last", "x_end", "v_end", "x_square_early", "v_square_early",
 )  # fmt: skip
 STOP_EVERY = 256  # groups between two checks of the stop flag
 # Lanes with impacts in a group from which on the next group has them in its sweep, and below which no longer.
@@ -175,6 +177,7 @@ def block(
     forcing = Forcing(_by_force(quick), _by_force(quick), _by_force_and_step(quick), _states(quick), _four(f32(0)), g)
     works, tapped = _by_force(0.0), _by_force(0.0)
     energy_first, energy_last, x_end, v_end = _state(0.0), _state(0.0), _state(0.0), _state(0.0)
+    early_xx, early_vv = _state(0.0), _state(0.0)
     who, risen, last = lane_numbers(u32(0)), _state(0.0), _state(0.0)
     lanes = (1, 1, now, begun, d, h, z, modes, forcing, risen, last)
     for number in range(blocks):
@@ -200,7 +203,7 @@ def block(
             now.x[lane], now.v[lane] = begin(scheme, wall, x, v, start.early, accumulators, lane, _counts(0, low, high))
             begun.x[lane], begun.v[lane] = now.x[lane], now.v[lane]
             d[lane], d[LANES + lane] = zero, now.x[lane] - x
-            sums.x[lane] = sums.xx[lane] = sums.vv[lane] = 0.0
+            sums.x[lane] = sums.xx[lane] = sums.vv[lane] = early_xx[lane] = early_vv[lane] = 0.0
             sums.force[lane] = sums.power[lane] = sums.virial[lane] = 0.0
             energy_first[lane] = energy_last[lane] = energy
             x_end[lane] = v_end[lane] = np.nan
@@ -210,6 +213,8 @@ def block(
             births = birth(branches, n, births, row, steps, lanes)
             if n % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
+            for lane in range(LANES if n == middle(low, high) else 0):
+                early_xx[lane], early_vv[lane] = sums.xx[lane], sums.vv[lane]
             draw_for_steps(group, who, stream, 0, k0, k1, halved, g, fine)
             supply(load, 0, group, who, stream, k0, k1, forcing)
             if drive.size > 0:
@@ -317,7 +322,8 @@ def block(
                 energy_last[lane],
             )
             out[row, 12], out[row, 13] = x_end[lane], v_end[lane]
-            column = 14
+            out[row, 14], out[row, 15] = early_xx[lane], early_vv[lane]
+            column = 16
             for k in range(slots(load)):
                 out[row, column] = works[k * LANES + lane]
                 column += 1

@@ -32,6 +32,7 @@ from springpot.simulation.kernel.lanes import (
     beyond,
     f64,
     lesser,
+    middle,
     no,
     stack_array,
     typed,
@@ -541,7 +542,7 @@ def several(
     the coordinates; of u and u^2 of the gauged elongations, and w^2 of the shown; of the power of linear dampers and
     memory, and of the works of sources, nonlinear dampers and noise that multiplies elongations; HITS sums of each wall
     and contact; the squares of tapped modes; energies at the ends of the window; x and v at the end; twice the limits
-    on events.
+    on events; and the sums of x^2 and v^2 to the middle of the window.
     """
     n, zero = size.points, q.zero
     z, h, d = _modes(zero), _by_step(zero), _increments(zero)
@@ -560,6 +561,7 @@ def several(
         _of_points(0.0), _of_points(0.0), _of_points(0.0), _of_rows(0.0), _of_rows(0.0), _of_rows(0.0), _lane(0.0),
         _of_sources(0.0),
     )  # fmt: skip
+    early_xx, early_vv = _of_points(0.0), _of_points(0.0)
     peaks = HITS * MOST_WALLS * LANES if observers.on_impacts.size > 0 else 0  # where they begin in the hits
     hits, limits, total = _hits(0.0), _two_lanes(0.0), _lane(0.0)
     energy_first, energy_last, x_end, v_end = _lane(0.0), _lane(0.0), _of_points(0.0), _of_points(0.0)
@@ -590,6 +592,8 @@ def several(
             for i in range(n):
                 x[i], v[i] = start[path, i], start[path, n + i]
             energy_first[lane] = energy_last[lane] = energy_of(size, exact, x, v)
+        _set(early_xx, n, 0.0)
+        _set(early_vv, n, 0.0)
         _set(x_end, n, np.nan)
         _set(v_end, n, np.nan)
         _wake_sources(size, sources, who, stream, k0, k1, forcing)
@@ -598,6 +602,8 @@ def several(
             births = birth(branches, t, births, row, steps, lanes)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
+            for i in range(n * LANES if t == middle(low, high) else 0):
+                early_xx[i], early_vv[i] = sums.xx[i], sums.vv[i]
             for r in range(size.noises + size.shaken):
                 own = beyond(g, r * GROUP * LANES)
                 draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, own, forcing.normals)
@@ -722,6 +728,8 @@ def several(
             column = _write(out, row, column, x_end, n, lane)
             column = _write(out, row, column, v_end, n, lane)
             column = _write(out, row, column, limits, 2, lane)
+            column = _write(out, row, column, early_xx, n, lane)
+            column = _write(out, row, column, early_vv, n, lane)
 
 
 @njit(**INLINE)

@@ -137,6 +137,11 @@ class Parts(Composed):
         return self.wall.position if isinstance(self.wall, Rigid) else 0.0
 
     @property
+    def halved(self) -> dict[str, tuple[str, str]]:
+        """Of x and v."""
+        return {f"{name}_mean_square": (f"{name}_square", f"{name}_square_early") for name in "xv"}
+
+    @property
     def columns(self) -> dict[str, float]:
         """The numbers of a row by name, each with the factor from the kernel's units."""
         units = self.units

@@ -86,6 +86,11 @@ class Composed:
     felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
+    def halved(self) -> dict[str, tuple[str, str]]:
+        """Mean squares of each mass: the columns of the sum over the window, and of that to its middle."""
+        raise NotImplementedError
+
+    @property
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """Of coordinates, of rows and of memory modes, with their precision, and of states of sources, with theirs."""
         raise NotImplementedError

@@ -53,5 +53,6 @@ class Units:
             "x": x, "x_square": self.length**2, "v_square": square, "force": force, "power": power, "virial": square,
             "impacts": 1.0, "impact_speeds": self.speed, "impact_speed_squares": square, "collapses": 1.0,
             "energy_first": square, "energy_last": square, "x_end": x, "v_end": v,
+            "x_square_early": self.length**2, "v_square_early": square,
         }  # fmt: skip
         return [units[name] for name in COLUMNS]

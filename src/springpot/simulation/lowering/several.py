@@ -104,6 +104,17 @@ class PartsOfSeveral(Composed):
             **{f"v_end of {point}": speed for point in self.points},
             "collapses": 1.0,
             "halts": 1.0,
+            **{f"early x^2 of {point}": length**2 for point in self.points},
+            **{f"early v^2 of {point}": speed**2 for point in self.points},
+        }
+
+    @property
+    def halved(self) -> dict[str, tuple[str, str]]:
+        """Of x and v of every coordinate."""
+        return {
+            f"{point}_{name}_mean_square": (f"{name}^2 of {point}", f"early {name}^2 of {point}")
+            for point in self.points
+            for name in "xv"
         }
 
     @property
@@ -259,7 +270,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         history=history,
         expected_power=frame.power * fed,
         taken_at_once=frame.power * (fed - kept),
-        law=plan.motion.law if settings.start == "stationary" else None,
+        law=plan.motion.drawn_about(x0) if settings.start == "stationary" else None,
         named=(*(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)),
         moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={

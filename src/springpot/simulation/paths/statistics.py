@@ -14,6 +14,8 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 
 NORMAL = 1.959964  # half-width of a 95 % interval, in standard errors
+DOUBTFUL = 4.0  # standard errors from 0 at which the mean of a control variate is not 0
+PATHS_A_CONTROL = 10
 UPPER = 3.0  # events that are expected at most, with a probability of 95 %, if none is seen: exp(-3) = 0.05
 
 
@@ -73,6 +75,26 @@ def controlled(samples: Floats, controls: Floats) -> Floats:
     squares = np.einsum("ij,ik->jk", apart, apart)
     slopes = np.linalg.lstsq(squares, np.einsum("ij,i->j", apart, samples - samples.mean()), rcond=1e-12)[0]
     return np.asarray(samples - np.einsum("ij,j->i", kept, slopes))
+
+
+def without_doubtful(controls: Floats) -> Floats:
+    """Those of some control variates whose mean is 0 as far as the paths tell; none of so few paths that none does.
+
+    Parameters
+    ----------
+    controls : ndarray, shape (paths, controls)
+
+    Examples
+    --------
+    >>> gains = np.random.default_rng(0).normal([0.0, 1.0], 1.0, (100, 2))
+    >>> without_doubtful(gains).shape, without_doubtful(gains[:15]).shape
+    ((100, 1), (15, 0))
+    """
+    paths, count = controls.shape
+    if paths < PATHS_A_CONTROL * count:
+        return controls[:, :0]
+    error = controls.std(axis=0, ddof=1) / math.sqrt(paths) if paths > 1 else np.full(count, np.nan)
+    return controls[:, ~(np.abs(controls.mean(axis=0)) > DOUBTFUL * error)]
 
 
 def poisson_interval(count: int) -> tuple[float, float]:

@@ -40,6 +40,7 @@ from springpot.problem.parts.walls import SoftStop, Stop, restitution_at
 from springpot.problem.potential import Potential
 from springpot.problem.system import System
 from springpot.simulation.plan.parts import (
+    beat,
     fed_at,
     rate_of_its_own,
     slow_dashpot,
@@ -275,7 +276,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
     taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
-    energy_time = theta / taken if taken > 0.0 else math.inf
+    energy_time = beat(unit) * theta / taken if taken > 0.0 else math.inf
     # the dashpots that the fast motion makes of parts that yield, for slow displacements
     yielded = sum(slow_dashpot(part, theta, law.frequency**2) for part in unit.of(Yielding))
     own_time, yielding = max(map(time_of_its_own, unit.parts)), _overdamped_time(yielded, law.frequency)

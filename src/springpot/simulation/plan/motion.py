@@ -339,23 +339,39 @@ class Motion:
 
         From E[x] the mean does not creep.  What is left then are the slow displacements of the noise before the start.
         """
+        waiting = self.waiting_time(start)
+        waited = math.exp(-time / waiting) if waiting > 0.0 else 0.0
         if not self._creeps_less(start):
-            return math.exp(-time / self.scales.relaxation_time)
+            return max(math.exp(-time / self.scales.relaxation_time), waited)
         slow = max((creep.left(time) for creep in self.slow), default=0.0) if time > 0.0 else 1.0
-        return max(math.exp(-time / self.scales.energy_time), min(slow, math.exp(-time / self.scales.relaxation_time)))
+        slow = min(slow, math.exp(-time / self.scales.relaxation_time))
+        return max(math.exp(-time / self.scales.energy_time), slow, waited)
 
     def settled_after(self, start: str, times: float) -> float:
         """The time in s at which no more of the transient is left than after so many relaxation times."""
-        latest = times * self.scales.relaxation_time
+        latest = times * max(self.scales.relaxation_time, self.waiting_time(start))
         if not self._creeps_less(start):
             return latest
-        time = times * self.scales.energy_time
+        time = times * max(self.scales.energy_time, self.waiting_time(start))
         while time < latest and self.transient_left(start, time) > math.exp(-times):
             time *= _LATER
         return min(time, latest)
 
     def _creeps_less(self, start: str) -> bool:
         return start == "stationary" and self.searched and self.scales.creep_time > self.scales.energy_time
+
+    def drawn_about(self, places: Floats) -> Any:
+        """The law from which a start about these places is drawn; None where it is not."""
+        return self.law
+
+    @property
+    def loose_points(self) -> tuple[str, ...]:
+        """The masses that only walls hold, and that may wait long for their impacts."""
+        return ()
+
+    def waiting_time(self, start: str) -> float:
+        """In which what a start does to masses that only walls hold falls by a factor of e, in s; 0 without any."""
+        return 0.0
 
     def scheme_for(self, word: Scheme) -> SchemeOfRun:
         """The name of the scheme that a run has, from the one chosen."""

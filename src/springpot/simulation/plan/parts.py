@@ -11,6 +11,7 @@ from springpot.problem.parts import (
     ColoredNoise,
     Dashpot,
     FractionalMaxwell,
+    Harmonic,
     KanaiTajimiNoise,
     Maxwell,
     PoissonImpulses,
@@ -21,8 +22,23 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.hysteresis import Yielding
+from springpot.problem.system import System
 
 _HARDLY = 0.01  # of the power of dry friction: a part that takes less of the motion is a spring
+
+
+def beat(system: System) -> float:
+    """How much longer than without a harmonic force the start is felt, and how much more of it is in a mean square.
+
+    What the start leaves beats with the forced motion, 2 exp(-b t) of the square, where without that force only its
+    own square is left, exp(-2 b t).
+
+    Examples
+    --------
+    >>> beat(System(Harmonic(1.0, 2.0))), beat(System(WhiteNoise(1.0)))
+    (2.0, 1.0)
+    """
+    return 2.0 if any(force.amplitude for force in system.of(Harmonic)) else 1.0
 
 
 def fed_at(part: Any, frequency: float) -> float:

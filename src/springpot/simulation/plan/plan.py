@@ -65,6 +65,11 @@ class Plan:
         return replace(self.but(initial_position=adapted.position), adapted=adapted)
 
     @property
+    def from_rest(self) -> Plan:
+        """The same from rest."""
+        return self.but(start="rest", initial_position=self.motion.placed(None))
+
+    @property
     def keeps_the_law(self) -> bool:
         """Whether the scheme leaves the stationary law of this motion as it is, however long the step.
 
@@ -129,7 +134,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     whole = motion.recorded
     wanted = whole if options["duration"] is None and whole else options["duration"]
     scheme_of_run = motion.scheme_for(options["scheme"])
-    duration, step, steps = _grid(motion, wanted, options["step"], scheme_of_run)
+    duration, step, steps = _grid(motion, wanted, options["step"], scheme_of_run, start)
     window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
     record, record_every = _record(options["record"], options["record_every"], paths, steps, len(system.points))
     settings = Settings(
@@ -219,19 +224,22 @@ def check_motion(motion: Motion, who: str) -> None:
         raise NoStationaryStateError(f"{who} needs a stationary state, and there is none: {motion.not_stationary}.")
 
 
-def default_duration(motion: Motion, step: float) -> float:
-    """100 over the frequency (as in the paper), or 20 relaxation times if that is longer; at most 1e4 over the
-    frequency and 2 million steps.
+def default_duration(motion: Motion, step: float, start: StartKind) -> float:
+    """100 over the frequency (as in the paper), or 20 relaxation times if that is longer, or twice the time for which
+    loose masses wait; at most 1e4 over the frequency and 2 million steps.
 
     A slower motion needs an explicit ``duration``.
     """
     frequency = motion.scales.frequency
-    long_enough = 20.0 * motion.scales.relaxation_time
+    waiting = -2.02 * math.log(MOST_TRANSIENT) * motion.waiting_time(start)  # with room for whole steps
+    long_enough = max(20.0 * motion.scales.relaxation_time, waiting)
     wanted = 100.0 / frequency if math.isinf(long_enough) else max(100.0 / frequency, long_enough)
     return min(wanted, 1e4 / frequency, LONGEST_DEFAULT * step)
 
 
-def _grid(motion: Motion, duration: float | None, step: float | None, scheme: SchemeOfRun) -> tuple[float, float, int]:
+def _grid(
+    motion: Motion, duration: float | None, step: float | None, scheme: SchemeOfRun, start: StartKind
+) -> tuple[float, float, int]:
     if duration is not None:
         duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is the time simulated, in s.")
     fastest = motion.scales.fastest_rate
@@ -247,7 +255,7 @@ def _grid(motion: Motion, duration: float | None, step: float | None, scheme: Sc
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:
-        duration = default_duration(motion, step)
+        duration = default_duration(motion, step, start)
         if not duration > 0.0:
             raise ValueError(TOO_FAR_APART)
     if step > duration:

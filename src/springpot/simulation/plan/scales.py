@@ -26,7 +26,7 @@ class Scales:
         The largest rate that the step must follow, in 1/s: of the springs, of the springpot alone,
         C^(1 / (2 - alpha)), and of what else is there.
     energy_time : float
-        In which the energy relaxes, in s; infinite without any loss.
+        In which the energy relaxes, in s: its beat where a force is harmonic; infinite without any loss.
     creep_time : float
         (C / Omega^2)^(1 / alpha), in s, if a springpot is stronger than the spring, otherwise 0: the time of creep
         back to the equilibrium.

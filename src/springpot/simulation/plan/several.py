@@ -39,11 +39,13 @@ from springpot.problem.parts import (
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
-from springpot.simulation.plan.boltzmann import boltzmann_of_several
+from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
+from springpot.simulation.plan.loose import Loose, loose_masses
 from springpot.simulation.plan.motion import KeptMean, Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.parts import (
+    beat,
     fed_at,
     rate_of_its_own,
     slow_dashpot,
@@ -97,6 +99,13 @@ class Modes:
     excited: bool
     stiffness: Mapping[str, float]
     damping: Mapping[str, float]
+
+    @property
+    def held(self) -> tuple[Floats, Floats]:
+        """Displacements and velocities of the modes that stretch springs, per normal; shape (coordinates, modes)."""
+        held = self.frequency > _RIGID * max(float(self.frequency.max()), 1e-300)
+        speeds = self.shapes[:, held] * np.sqrt(self.temperature[held])
+        return speeds / self.frequency[held], speeds
 
     def speed(self, row: Floats) -> float:
         """Standard deviation of an elongation's velocity, about."""
@@ -309,7 +318,7 @@ class MotionOfSeveral(Motion):
     @property
     def settles_at_start(self) -> bool:
         """Where memory keeps a mean, or the start is drawn."""
-        return self.searched or self.is_thermal
+        return self.searched or self.law is not None
 
     @property
     def mean_names(self) -> tuple[str, ...]:
@@ -365,8 +374,28 @@ class MotionOfSeveral(Motion):
 
     @cached_property
     def law(self) -> Any:
-        """Boltzmann's, from which the start is drawn; None where it is not."""
-        return boltzmann_of_several(self.system)
+        """From which the start is drawn, Boltzmann's or that of loose masses; None where it is not."""
+        return boltzmann_of_several(self.system) or self.loose
+
+    @cached_property
+    def loose(self) -> Loose | None:
+        """The masses that only walls hold; None without any."""
+        if self.not_stationary:
+            return None
+        return loose_masses(self.system, *self.modes.held, self.scales.frequency, self._nearest_to_rest())
+
+    @property
+    def loose_points(self) -> tuple[str, ...]:
+        """The masses that only walls hold, and that may wait long for their impacts."""
+        return () if self.loose is None else self.loose.points
+
+    def waiting_time(self, start: str) -> float:
+        """In which what a start does to masses that only walls hold falls by a factor of e, in s; 0 without any."""
+        return 0.0 if self.loose is None else self.loose.waiting_time(start)
+
+    def drawn_about(self, places: Floats) -> Any:
+        """The law from which a start about these places is drawn; None where it is not."""
+        return replace(self.law, rest=places) if isinstance(self.law, Loose) else self.law
 
     @property
     def springpots(self) -> tuple[Springpot, ...]:
@@ -455,7 +484,7 @@ class MotionOfSeveral(Motion):
     @property
     def is_thermal(self) -> bool:
         """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
-        return self.law is not None
+        return isinstance(self.law, BoltzmannOfSeveral)
 
     @cached_property
     def resolved_rate(self) -> float:
@@ -787,11 +816,13 @@ def _scales(system: System, modes: Modes) -> Scales:
     fastest += _hops(system, modes)
     largest = float(max(fastest)) or 1.0  # straight flights between walls alone have no time of their own
     damped = modes.rate[modes.rate > _UNDAMPED * np.maximum(modes.frequency, 1e-300)]
-    energy = [1.0 / float(damped.min())] if damped.size else []
+    energy = [beat(system) / float(damped.min())] if damped.size else []
     if lossy := [(part, modes.speed(row)) for part, row in elements if isinstance(part, Barrier) and part.dissipates]:
         usual = (restitution_at(wall, math.sqrt(2.0) * speed) for wall, speed in lossy)
         loss = max(1.0 - min(max(share, 0.0), 1.0) ** 2 for share in usual)
-        energy = energy or [2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))]
+        energy = energy or [
+            beat(system) * 2.0 * math.pi / (max(loss, 1e-6) * float(held.min() if held.size else largest))
+        ]
     spreads = [modes.spread(row) for row in at.rows]
     frequency = float(held.min()) if held.size else largest
     settled = max([*energy, *filter(None, map(time_of_its_own, system.elements.values()))], default=math.inf)

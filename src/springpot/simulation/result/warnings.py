@@ -17,6 +17,7 @@ from springpot.problem.messages import Message, say
 from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Springpot
 from springpot.problem.parts.records import FEWEST_SAMPLES
 from springpot.simulation.estimate.few_events import Watched, about_few
+from springpot.simulation.estimate.settled import change_in_window, rounded_up
 from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
     quantile_step_bias,
@@ -26,7 +27,7 @@ from springpot.simulation.estimate.slow_impacts import (
 from springpot.simulation.estimate.start_left import left_of_start
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.paths.statistics import NORMAL, standard_error
+from springpot.simulation.paths.statistics import NORMAL
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
@@ -49,7 +50,6 @@ MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 FEW_PATHS = 0.2  # relative error of the standard error of a damage
 MOST_LACKING = 0.02  # of a mean square force: twice that of a quantile
-GUESSED_DRIFT, DRIFT = 0.04, 0.02  # change of the energy over the window that gives a warning, over the energy
 
 
 def doubts(
@@ -83,6 +83,7 @@ def doubts(
         *([] if bounded else _about_springpot_alone(simulation, values)),
         *of_the_step,
         *_about_start(simulation, values, errors),
+        *([] if bounded else _about_change(simulation, rows)),
         *_about_energy(simulation, values, errors, rows),
         *_about_memory(simulation, values, errors),
         *([] if bounded else _about_slow_impacts(simulation, values)),
@@ -171,8 +172,11 @@ def _about_window(simulation: Simulation) -> Iterator[Message]:
     if reason := plan.motion.not_stationary:
         yield say("no_stationary_state", reason=reason)
     else:
-        later = plan.motion.settled_after(plan.settings.start, 4.6)
-        yield say("transient_in_window", begin=plan.settings.window[0], left=per_cent(left), later=later)
+        start, times = plan.settings.start, -math.log(MOST_TRANSIENT)
+        waiting = plan.motion.waiting_time(start) > plan.motion.scales.relaxation_time
+        cause = f" (of {listed(plan.motion.loose_points)}, which only walls hold)" if waiting else ""
+        later = rounded_up(plan.motion.settled_after(start, times))
+        yield say("transient_in_window", begin=plan.settings.window[0], left=per_cent(left), cause=cause, later=later)
 
 
 def _about_start(simulation: Simulation, values: Values, errors: Values) -> Iterator[Message]:
@@ -193,20 +197,16 @@ def _about_start(simulation: Simulation, values: Values, errors: Values) -> Iter
         yield say("start_was_off", name=f"{worst.name}_mean", off=off, error=error, order=worst.order)
 
 
+def _about_change(simulation: Simulation, rows: Floats) -> Iterator[Message]:
+    """Of an energy that still changes, where no transient is known that says so."""
+    if simulation.plan.transient_left <= MOST_TRANSIENT and (change := change_in_window(simulation, rows)) is not None:
+        yield change.said
+
+
 def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:
-    """Of an energy that still changes, and of a balance that fails."""
-    plan, scales, mass = simulation.plan, simulation.motion.scales, simulation.parts.mass
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    drift = column["energy_last"] - column["energy_first"]
-    gained, its_error = float(drift.mean()), standard_error(drift)
+    """Of a balance that fails."""
+    plan, mass = simulation.plan, simulation.parts.mass
     energy = simulation.motion.usual_energy(values)
-    settled = not plan.motion.not_stationary and plan.transient_left <= (
-        math.exp(-3.0) if scales.guessed else MOST_TRANSIENT
-    )
-    most = GUESSED_DRIFT if scales.guessed else DRIFT
-    if settled and energy > 0.0 and math.isfinite(its_error) and abs(gained) > max(FAR_OFF * its_error, most * energy):
-        sure = f" ({gained / its_error:.0f} standard errors)" if its_error else ""  # paths without noise are all alike
-        yield say("energy_drifts", share=per_cent(gained / energy) + sure)
     residual, error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
     supplied = values.get("input_power", 0.0) / mass * (plan.settings.window[1] - plan.settings.window[0])
     # with a large energy the rounding of single-precision memory shows, and is accepted
