@@ -99,7 +99,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     chosen = [*about_options(plan, options), *moved]
     names = {message.name for message in chosen}
     said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
-    counted = bool(wanted.counted)
+    counted = wanted.counts_instead(plan.motion)
     doubtful = (
         *chosen,
         *(

@@ -275,8 +275,13 @@ def reach(
 
 
 def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, ...]:
-    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this motion."""
-    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this motion.
+
+    Those of impacts that cannot be counted are NaN, and so left out; where none is left, the usual ones are controlled.
+    """
+    named = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    names = tuple(name for name in named if not (isinstance(name, str) and motion.uncounted_because(name)))
+    names = names or (motion.usual_quantities if named else ())
     allowed = controllable(motion)
     if not names or not set(names) <= set(allowed):
         given = few(map(str, names)) or "nothing"
@@ -293,8 +298,7 @@ def _why_not(motion: Motion, name: str) -> str:
     if name not in possible_results(motion.system):
         is_felt = name.removesuffix("_square").removesuffix("_mean") in motion.felt
         return ": rtol does not see forces, so give paths, duration, step and forces= in its place." if is_felt else ""
-    reason = motion.uncounted_because(name)
-    return f": {reason}." if reason else ""
+    return ""
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:
