@@ -112,9 +112,9 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: simulated(forces=["sprng_force"]),
         "forces has 'sprng_force', which is no force or acceleration; did you mean spring_force?",
     ),
-    "the impulse of a wall whose impacts cannot be counted is not offered": (
+    "the impulse of a wall whose impacts cannot be counted": (
         lambda: sp.simulate(sp.System(*DEVICE.parts, stop=sp.Barrier(-1.0, 0.6)), paths=1, forces=["stop_impuls"]),
-        "which is no force or acceleration; there are spring_force, dashpot_force, force_on_ground",
+        "which is no force or acceleration; did you mean stop_impulse?",
     ),
     "forces as True": (
         lambda: simulated(forces=True),

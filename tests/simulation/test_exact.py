@@ -165,7 +165,7 @@ def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: 
     low, high = settings.window_steps
     per_second = {"impacts", "impact_speeds", "impact_speed_squares", "energy_first", "energy_last"}
     scale = {name: 1 / ((high - low) * (settings.step if name in per_second else 1.0)) for name in COLUMNS}
-    columns = {name: column * scale[name] for name, column in zip(COLUMNS, rows.T, strict=True)}
+    columns = {name: column * scale[name] for name, column in zip(COLUMNS, rows.T[: len(COLUMNS)], strict=True)}
     return columns, simulation.parts.expected_power - simulation.parts.taken_at_once
 
 

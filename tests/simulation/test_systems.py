@@ -21,7 +21,7 @@ from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.restitution import Fixed, Power
-from springpot.simulation.kernel.two_walls import Pair, fly_between
+from springpot.simulation.kernel.two_walls import RULES, Pair, fly_between
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
@@ -397,12 +397,12 @@ def _flown(wall, frequency, x, v, phase, sums, lane, weight):  # type: ignore[no
 
 def test_restitution_that_falls_with_the_speed() -> None:
     """One impact of a flight: at 16 times the speed half the restitution, and the energy that the wall took."""
-    extras, frequency, speed = np.zeros(5 * LANES), 1e-3, 32.0
+    extras, frequency, speed = np.zeros(7 * LANES), 1e-3, 32.0
     sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), extras, NO_OBSERVERS)
     wall = Pair(-1.0, 1.0, Power(0.5, 2.0, 0.25), Fixed(0.9))
     x, v = _flown(wall, frequency, 0.0, -speed, frequency * 1.5 / speed, sums, 0, 1.0)
     assert (x, v) == pytest.approx((-1.0 + 0.5 * 0.25, 0.25 * speed), rel=1e-6)
-    assert extras[3 * LANES] == pytest.approx(0.5 * speed**2 * (1.0 - 0.25**2), rel=1e-6)
+    assert extras[RULES * LANES] == pytest.approx(0.5 * speed**2 * (1.0 - 0.25**2), rel=1e-6)
     assert sums.impacts[0] == 1.0
     assert slow_restitution(sp.Barrier(0.0, sp.PowerRestitution(0.5, 2.0))) == 1.0
 

@@ -354,8 +354,8 @@ CATALOGUE = (
     Quantity("input_power", "W", "power that all excitations feed in"),
     Quantity("<part>_power", "W", "power that the wall or contact takes", r"\langle (1 - r^2) (v^-)^2\rangle m\nu / 2",
              **_STOP),
-    Quantity("<part>_force_mean", "N", "mean force of the wall or contact", r"\langle (1 + r) |v^-|\rangle m\nu",
-             **_STOP),
+    Quantity("<part>_force_mean", "N", "mean force of the wall or contact, by impacts and on a mass at rest",
+             r"\langle (1 + r) |v^-|\rangle m\nu + \langle F\rangle_\text{rest}", **_STOP),
     Quantity("energy_residual", "1", "what white noise and impulses are expected to feed in, less what is taken out "
              "and what the motion gains, over what is fed in: 0 within its error", "",
              "with white noise or impulses, or if nothing is fed in", where=_balances, controlled=False),

@@ -33,7 +33,7 @@ from springpot.problem.parts.walls import restitution_at
 if TYPE_CHECKING:
     from springpot.problem.system import System
 
-_CANONICAL = (
+CANONICAL = (
     "an Oscillator is a linear spring, one springpot or dashpot, at most one rigid wall whose restitution "
     "is a number, and white noise"
 )
@@ -119,24 +119,24 @@ class Dimensionless(Checked):
         for name, part in unit.named():
             linear = isinstance(part, PolynomialSpring | PolynomialDashpot) and part.is_linear
             if not linear and not isinstance(part, Spring | Dashpot | Springpot | Barrier | WhiteNoise):
-                raise NotCoveredError(f"{name} cannot be part of an Oscillator: {_CANONICAL}.")
+                raise NotCoveredError(f"{name} cannot be part of an Oscillator: {CANONICAL}.")
             if isinstance(part, WhiteNoise) and part.envelope is not None:
-                raise NotCoveredError(f"{name} has an envelope: {_CANONICAL}, which is stationary.")
+                raise NotCoveredError(f"{name} has an envelope: {CANONICAL}, which is stationary.")
             if isinstance(part, Barrier) and callable(part.restitution):
-                raise NotCoveredError(f"{name} has a restitution that depends on the speed: {_CANONICAL}.")
+                raise NotCoveredError(f"{name} has a restitution that depends on the speed: {CANONICAL}.")
         if len(unit.of(Barrier)) > 1:
-            raise NotCoveredError(f"{unit.name_of(unit.of(Barrier)[1])} is a second wall: {_CANONICAL}.")
+            raise NotCoveredError(f"{unit.name_of(unit.of(Barrier)[1])} is a second wall: {CANONICAL}.")
         pots = [pot for pot in unit.of(Springpot) if pot.coefficient > 0.0]
         orders = {pot.order for pot in pots} | ({1.0} if unit.damping > 0.0 else set())
         if len(orders) > 1:
             raise NotCoveredError(
                 f"springpots and dashpots of orders {listed(sorted(f'{o:g}' for o in orders))} are more "
-                f"than one: {_CANONICAL}."
+                f"than one: {CANONICAL}."
             )
         order = orders.pop() if orders else 1.0
         coefficient = sum(pot.coefficient for pot in pots) + (unit.damping if order == 1.0 else 0.0)
         if not unit.stiffness > 0.0:
-            raise NotCoveredError(f"the stiffness of the springs is {system.stiffness:g}, not positive: {_CANONICAL}.")
+            raise NotCoveredError(f"the stiffness of the springs is {system.stiffness:g}, not positive: {CANONICAL}.")
         return cls(
             natural_frequency=unit.natural_frequency,
             springpot=Springpot(order, coefficient),

@@ -117,10 +117,26 @@ MESSAGES: dict[str, Kind] = {
         "{size:.2g} m: the response is biased by about their ratio; use at most {most:.1g} m.",
         "Give a smaller contact_tolerance.",
     ),
+    "coarse_hops": Kind(
+        _ACCURACY,
+        "v_mean_square is about {low} too low at a step of {step:g} s: springs or constant forces press the mass on "
+        "{wall} with {press:.3g} m/s2, which changes the velocity in a step by {turned:.2g} of its root mean square of "
+        "{speed:.2g} m/s; use at most {most:.2g} s. The power and the mean force of the wall are right at any step.",
+        "Use the step that the sentence names, or rtol=; the error falls like the step.",
+    ),
+    "struck_at_rest": Kind(
+        _ACCURACY,
+        "{wall}_power is about {power:.2g} W too large at a step of {step:g} s ({share} of it): forces that act in the "
+        "kick of each step, not in the flight between two kicks, move a mass that lies on {wall} and let it strike "
+        "again. The error falls like the step, impacts are counted too often, and so much more is fed in; the mean "
+        "force of the wall is right.",
+        "Use a shorter step. A constant force on one mass that has a linear spring and no other force of x acts in the "
+        "flight, where a mass rests.",
+    ),
     "uncountable_impacts": Kind(
         _PROBLEM,
-        "impact rate and speeds{of} are undefined, but energies are correct: {reason}. "
-        "slowest_counted_impact counts those that are faster.",
+        "impact rate and speeds{of} are undefined, and so are mean impulses: {reason}. Power and mean force of the "
+        "wall are defined; slowest_counted_impact counts those that are faster.",
         "Give slowest_counted_impact=, or a Contact in place of the wall, or ask for powers and forces of the wall, "
         "which are finite.",
     ),
@@ -198,13 +214,13 @@ MESSAGES: dict[str, Kind] = {
         _ACCURACY,
         "impact rate is about {low} too low and the mean impact speed {high} too high at a step of {step:g} s: the "
         "step misses slow impacts behind this lossy wall, and the error decreases only like step^{order:.2g}; "
-        "energies are correct. With rtol= the error is bounded.",
+        "they take hardly any energy. With rtol= the error is bounded.",
         "Use rtol=, or count only impacts that matter with slowest_counted_impact=.",
     ),
     "slow_impacts_of_some_wall": Kind(
         _ACCURACY,
-        "impact rate{of} {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall; energies "
-        "are correct.",
+        "impact rate{of} {low} at a step of {step:g} s: the step misses slow impacts behind a lossy wall, which take "
+        "hardly any energy.",
         "Use a finer step, or slowest_counted_impact=.",
     ),
     "slow_impact_quantiles": Kind(

@@ -100,7 +100,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     chosen = [*about_options(plan, options), *moved]
     names = {message.name for message in chosen}
     said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
-    counted = bool(wanted.counted)
+    counted = wanted.counts_instead(plan.motion)
     doubtful = (
         *chosen,
         *(
@@ -377,15 +377,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
-<<<<<<< HEAD
-    from rest, or with thermal noise alone from Boltzmann's law.  If left out, its step is a tenth of the shortest time
-    scale, the highest frequency of its free motions.  Its results are those of each mass by its name,
-    ``box_x_mean_square``, in the dataset over the dimension ``point``;
-=======
     from rest, or with thermal noise alone from Boltzmann's law; masses that walls alone hold are on their way between
     them.  If left out, its step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its
     results are those of each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
->>>>>>> h-length
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
     force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
     ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on.  With ``rtol`` the means are not offered that

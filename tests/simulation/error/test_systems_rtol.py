@@ -89,7 +89,6 @@ def test_the_coarse_paths_of_a_pair_have_the_excitation_of_the_fine_ones(excitat
     [
         (COLORED, "x_mean"),  # 0 by symmetry
         (COLORED, "impact_rate"),
-        (sp.System(*COLORED.parts, sp.Barrier(0.0, 0.8)), "impact_rate"),  # infinite
         (SLOT, "harvested_power"),
         (SLOT, "damping_force_mean"),
     ],

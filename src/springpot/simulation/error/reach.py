@@ -289,11 +289,16 @@ def reach(
 
 
 def checked_quantities(motion: Motion, quantities: Sequence[str]) -> tuple[str, ...]:
-    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this motion."""
+    """The names of the quantities as a tuple; a ValueError if one cannot be controlled for this motion.
+
+    Those of impacts that cannot be counted are NaN, and so left out; where none is left, the usual ones are controlled.
+    """
     must = "quantities must be names of quantities"
-    names = (quantities,) if isinstance(quantities, str) else items_of(quantities, must)
-    if not all(isinstance(name, str) for name in names):
+    named = (quantities,) if isinstance(quantities, str) else items_of(quantities, must)
+    if not all(isinstance(name, str) for name in named):
         raise TypeError(f"{must}, not {shown(quantities)}.")
+    names = tuple(name for name in named if not motion.uncounted_because(name))
+    names = names or (motion.usual_quantities if named else ())
     allowed = controllable(motion)
     if not names or not set(names) <= set(allowed):
         given = few(name if len(name) < MOST_LETTERS else shown(name) for name in names) or "nothing"
@@ -310,8 +315,7 @@ def _why_not(motion: Motion, name: str) -> str:
     if name not in possible_results(motion.system):
         is_felt = name.removesuffix("_square").removesuffix("_mean") in motion.felt
         return ": rtol does not see forces, so give paths, duration, step and forces= in its place." if is_felt else ""
-    reason = motion.uncounted_because(name)
-    return f": {reason}." if reason else ""
+    return ""
 
 
 def controllable(motion: Motion) -> tuple[str, ...]:

@@ -59,7 +59,7 @@ def _are_summed(simulation: Simulation) -> bool:
     if "virial" not in simulation.parts.columns:
         return False
     stiffness = simulation.motion.unit.stiffness  # a flight has all of it, unless there is none
-    return all(isinstance(part, SUMMED) for part in simulation.motion.system.parts) and math.isclose(
+    return all(isinstance(part, SUMMED) for part in simulation.motion.centred.parts) and math.isclose(
         stiffness, _frequency(simulation) ** 2, rel_tol=1e-9
     )
 
@@ -79,11 +79,11 @@ def _balances(simulation: Simulation, column: dict[str, Floats]) -> tuple[Floats
 
 
 def _jumps(simulation: Simulation, column: dict[str, Floats]) -> list[tuple[float, Floats]]:
-    """The place of each wall, and the sum of the jumps of the velocity there."""
+    """The place of each wall as the kernel has it, and the sum of the jumps of the velocity there."""
     found = []
     for name, (_, momentum) in taken_by_walls(simulation.motion.system, column).items():
         wall = simulation.motion.touched[name]
-        found.append((wall.position, momentum if wall.side == "above" else -momentum))
+        found.append((wall.position - simulation.motion.origin, momentum if wall.side == "above" else -momentum))
     return found
 
 

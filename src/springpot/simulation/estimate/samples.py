@@ -95,16 +95,19 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     steps, time, mass = high - low, (high - low) * settings.step, system.inertia
     column = dict(zip(parts.columns, rows.T, strict=True))
     taken = taken_by_walls(system, column)
+    # the sums are those of x - origin; what an x^2 has more than its square
+    origin = simulation.motion.origin
+    moved = origin * (2.0 * column["x"] / steps + origin)
     found = {
-        "x_mean": column["x"] / steps,
-        "x_mean_square": column["x_square"] / steps,
+        "x_mean": column["x"] / steps + origin,
+        "x_mean_square": column["x_square"] / steps + moved,
         "v_mean_square": column["v_square"] / steps,
     }
     ends = {"x_mean_end": column["x_end"], "x_mean_square_end": column["x_end"] ** 2}
     ends["v_mean_square_end"] = column["v_end"] ** 2
     if system.stiffness > 0.0:
         square = system.natural_frequency**2
-        found["amplitude_mean_square"] = (column["x_square"] + column["v_square"] / square) / steps
+        found["amplitude_mean_square"] = (column["x_square"] + column["v_square"] / square) / steps + moved
         ends["amplitude_mean_square_end"] = column["x_end"] ** 2 + column["v_end"] ** 2 / square
     if taken:
         found["impact_rate"] = column["impacts"] / time
@@ -112,7 +115,7 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     if has_damping(system):
         found["damping_force_mean"] = mass * column["force"] / steps
         found["damping_power"] = mass * damped
-        found["damping_virial"] = mass * column["virial"] / steps
+        found["damping_virial"] = mass * (column["virial"] + origin * column["force"]) / steps
     found |= _balance(parts, column, damped, taken, time, mass)
     found |= {f"{name}_power": mass * energy / time for name, (energy, _) in taken.items()}
     found |= {f"{name}_force_mean": mass * momentum / time for name, (_, momentum) in taken.items()}
@@ -218,17 +221,24 @@ def _sums(column: dict[str, Floats], where: str) -> tuple[Floats, Floats, Floats
 
 
 def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
-    """Energy and momentum that each wall and contact took, by its name."""
+    """Energy and momentum that each wall and contact took, by its name; of a wall also the momentum at rest."""
     contacts, struck = itertools.count(), _at_walls(system, column)
     taken = {}
     for name, part in system.named():
-        if isinstance(part, Barrier) and not callable(part.restitution):
-            _, speeds, squares = struck[name]
-            taken[name] = 0.5 * (1.0 - part.restitution**2) * squares, (1.0 + part.restitution) * speeds
-        elif isinstance(part, Stop):
-            side = "lower" if part.side == "above" else "upper"
-            where = side if isinstance(part, Barrier) else f"contact {next(contacts)}"
+        if not isinstance(part, Stop):
+            continue
+        if not isinstance(part, Barrier):
+            where = f"contact {next(contacts)}"
             taken[name] = column[f"{where} loss"], column[f"{where} momentum"]
+            continue
+        # a lone wall is the lower one in the kernel
+        where = "upper" if part.side == "below" and "upper impacts" in column else "lower"
+        if callable(part.restitution):
+            loss, momentum = column[f"{where} loss"], column[f"{where} momentum"]
+        else:
+            _, speeds, squares = struck[name]
+            loss, momentum = 0.5 * (1.0 - part.restitution**2) * squares, (1.0 + part.restitution) * speeds
+        taken[name] = loss, momentum + column[f"{where} rest momentum"]
     return taken
 
 
@@ -299,10 +309,10 @@ def errors_of_the_start(plan: Plan, values: dict[str, float]) -> dict[str, float
         energy = any(of in name for of in _ENERGIES) or name.startswith(("amplitude", "damping"))
         errors[name] = (0.5 if energy else 1.0) * share * abs(value)
     for name in motion.mean_names:
-        size = math.sqrt(max(values[f"{name}_square"], 0.0))
+        size = math.sqrt(motion.square_about_origin(values, name))
         errors |= dict.fromkeys((name, f"{name}_end"), share * size)
     if "x_mean_square" in values:
-        size = math.sqrt(max(values["x_mean_square"], 0.0))
+        size = math.sqrt(motion.square_about_origin(values))
         errors["damping_force_mean"] = share * plan.system.inertia * motion.scales.frequency**2 * size
     errors["energy_residual"] = 0.0
     return {name: errors[name] for name in values}

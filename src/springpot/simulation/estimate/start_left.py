@@ -51,6 +51,7 @@ def left_of_start(plan: Plan, values: Mapping[str, float], errors: Mapping[str, 
             continue
         later = 1.0 - kept.order
         fading = (end**later - begin**later) / ((end - begin) * later * math.gamma(later))
-        moved = kept.coefficient * fading * (square - mean * mean) / speed / math.sqrt(square)
+        size = math.sqrt(motion.square_about_origin(values, f"{kept.name}_mean"))
+        moved = kept.coefficient * fading * (square - mean * mean) / speed / size
         off, error = abs(mean - float(kept.row @ start)), errors[f"{kept.name}_mean"]
         yield Left(kept.name, moved * off, moved * error, kept.order)

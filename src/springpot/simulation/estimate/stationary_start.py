@@ -132,12 +132,13 @@ def _run(pilot: Plan, start: Floats, stream: int, progress: Progress | None) -> 
     means = [estimates[name][1] for name in motion.mean_names]
     if "energy_residual" in estimates:
         means = [controlled(own, estimates["energy_residual"][1][:, None]) for own in means]
+    values = {name: value for name, (value, _) in estimates.items()}
     return _Pilot(
         start,
         np.array([float(own.mean()) for own in means]),
         np.array([standard_error(own) for own in means]),
-        np.array([estimates[f"{name}_square"][0] ** 0.5 for name in motion.mean_names]),
-        {name: value for name, (value, _) in estimates.items()},
+        np.array([motion.square_about_origin(values, name) ** 0.5 for name in motion.mean_names]),
+        values,
     )
 
 

@@ -140,14 +140,15 @@ class Parts(NamedTuple):
 @cached
 @njit(**ENTRY)
 def block(
-    parts, sweep, memory, drive, start, taps, stiffness,
+    parts, sweep, memory, drive, start, taps, stiffness, origin,
     first, blocks, steps, low, high, k0, k1, stream, halved, observers, record, every, stop, out, branches,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  ``sweep`` is the parts
     in the precision of the sweep.  ``drive`` is the deterministic force of each step (may be empty).  ``taps`` are
-    modes of the memory whose squares are summed, once in every group.  ``halved``: the noise is that of a run with half
+    modes of the memory whose squares are summed, once in every group.  ``origin`` is what observers, record and x_end
+    have added to x: the rest of the spring under a constant force.  ``halved``: the noise is that of a run with half
     the step.  Written: ``record``, x and v of the first paths after every ``every`` steps (may be empty), and ``out``,
     one row per path: COLUMNS, works of the named forces, sums of the wall, sums of the taps.  The block ends early when
     ``stop[0]`` is not 0.  ``branches`` is NO_BRANCHES, or says which paths these are, and from where they start.
@@ -261,6 +262,11 @@ def block(
                     if cut or clear[lane] <= quick:
                         replay(parts, memory, p, n, now, g, forcing, h, d, seen, c, accumulators, terms, lane)
                         change.x[lane] = change.v[lane] = quick
+            if shown and origin != 0.0:
+                for i in range(GROUP * LANES):
+                    seen.x[i] += origin
+                for i in range(GROUP * LANES if observers.feels.size > 0 else 0):
+                    seen.at[i] += origin
             for lane in range(LANES):
                 now.x[lane] += change.x[lane]
                 begun.x[lane] = now.x[lane]
@@ -298,7 +304,8 @@ def block(
                 if n + j == low - 1 or n + j == high - 1 or n + j == steps - 1:
                     for lane in range(LANES):
                         x_end[lane], v_end[lane] = seen.x[j * LANES + lane], seen.v[j * LANES + lane]
-                        energy = 0.5 * (v_end[lane] * v_end[lane] + stiffness * x_end[lane] * x_end[lane])
+                        stretched = x_end[lane] - origin
+                        energy = 0.5 * (v_end[lane] * v_end[lane] + stiffness * stretched * stretched)
                         energy_first[lane] = energy if n + j == low - 1 else energy_first[lane]
                         energy_last[lane] = energy if n + j == high - 1 else energy_last[lane]
             for lane in range(record.shape[0]):

@@ -34,7 +34,11 @@ SHORTEST_ELASTIC_HOP = 1e-12  # elastic flights are counted in one go, down to r
 
 
 class Rigid(NamedTuple):
-    """A rigid wall under x >= position."""
+    """A rigid wall under x >= position.
+
+    The first sum kept is its impulse on a mass at rest.  After it come loss and momentum of the impacts, for rules of
+    restitution that need these sums.
+    """
 
     position: float
     rule: Any  # of restitution
@@ -43,7 +47,7 @@ class Rigid(NamedTuple):
 
 @answers(extras, Rigid)
 def _extras_of_rigid(wall):
-    return takings(wall.rule)
+    return 1 + takings(wall.rule)
 
 
 @answers(begin, Splitting, Rigid)
@@ -166,12 +170,21 @@ def leaves(away, gap, left):
     return away >= 0.0 and gap >= 0.0 and left < 1.5
 
 
+@njit(**INLINE)
+def bear(place, frequency, left, accumulators, number, lane, weight):
+    """Add the impulse of a wall at ``place`` on a mass that rests there over the phase ``left``, to a sum of its own.
+
+    It is that of the spring, which presses the mass against the wall.
+    """
+    accumulators.extras[number * LANES + lane] += weight * frequency * abs(place) * left
+
+
 @njit(**LINKED)
 def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
     """Exact flight of the bare oscillator over ``phase`` = frequency * time above a wall, impacts included.
 
     Returns x and v; impacts are added to the accumulators.  When the flights of a chattering sequence are shorter than
-    ``SHORTEST_HOP`` of ``phase``, the mass rests on the wall until the end.
+    ``SHORTEST_HOP`` of ``phase``, the mass rests on the wall until the end, which then bears the force of the spring.
     """
     u = v / frequency
     left = phase
@@ -183,7 +196,7 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
             add_impacts(accumulators, LOWER, lane, weight, 1.0, frequency * arriving)
             struck = True
             x = position
-            u = rebound(rule, arriving, frequency, accumulators, 0, lane, weight)
+            u = rebound(rule, arriving, frequency, accumulators, 1, lane, weight)
         if position > 0.0 and x == position and u >= 0.0:  # a preload brings the mass back to the wall
             hop = 2.0 * math.atan2(u, position)
             if lossless(rule) and hop > SHORTEST_ELASTIC_HOP * phase:
@@ -193,6 +206,7 @@ def fly(position, rule, frequency, x, v, phase, accumulators, lane, weight):
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
                 accumulators.collapses[lane] += 1.0 if struck else 0.0
+                bear(position, frequency, left, accumulators, 0, lane, weight)
                 return position, 0.0
         if leaves(u, -position, left):
             break
@@ -221,5 +235,5 @@ def _bounce_euler(scheme, wall, x, v, accumulators, lane, before, after):
     xn = x + scheme.step * v
     if clearance(scheme, wall, xn, xn) <= 0.0 and v < 0.0:
         add_impacts(accumulators, LOWER, lane, before, 1.0, -v)
-        v = rebound(wall.rule, -v, 1.0, accumulators, 0, lane, before)
+        v = rebound(wall.rule, -v, 1.0, accumulators, 1, lane, before)
     return xn, v, xn, v

@@ -23,15 +23,26 @@ from springpot.simulation.kernel.questions import (
     meet,
 )  # fmt: skip
 from springpot.simulation.kernel.restitution import lossless, number_of, rebound, takings
-from springpot.simulation.kernel.rigid_wall import SHORTEST_ELASTIC_HOP, SHORTEST_HOP, dip, is_single, leaves, margin
+from springpot.simulation.kernel.rigid_wall import (
+    SHORTEST_ELASTIC_HOP,
+    SHORTEST_HOP,
+    bear,
+    dip,
+    is_single,
+    leaves,
+    margin,
+)  # fmt: skip
 from springpot.simulation.kernel.single_impacts import flight
 from springpot.simulation.kernel.watching import LOWER, UPPER, add_impacts, in_window, show_impacts
+
+AT_REST, RULES = 3, 5  # places of the sums of a pair: impulses at rest, and what rules of restitution need
 
 
 class Pair(NamedTuple):
     """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one.
 
-    After them come loss and momentum, first of the lower wall, for rules of restitution that need these sums.
+    After them come the impulses of the lower and of the upper wall on a mass at rest, and then loss and momentum of the
+    impacts, first of the lower wall, for rules of restitution that need these sums.
     """
 
     low: float
@@ -43,7 +54,7 @@ class Pair(NamedTuple):
 
 @answers(extras, Pair)
 def _extras_of_pair(wall):
-    return 3 + takings(wall.low_rule) + takings(wall.high_rule)
+    return RULES + takings(wall.low_rule) + takings(wall.high_rule)
 
 
 @answers(clearance, Splitting, Pair)
@@ -204,9 +215,9 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
                 add_to(accumulators, 0, lane, weight, 1.0, frequency * arriving)
             x = wall.low if struck < 0 else wall.high
             if struck < 0:
-                u = rebound(wall.low_rule, arriving, frequency, accumulators, 3, lane, weight)
+                u = rebound(wall.low_rule, arriving, frequency, accumulators, RULES, lane, weight)
             else:
-                place = 3 + takings(wall.low_rule)
+                place = RULES + takings(wall.low_rule)
                 u = -rebound(wall.high_rule, arriving, frequency, accumulators, place, lane, weight)
         pressed_down = wall.low > 0.0 and x == wall.low and u >= 0.0
         if pressed_down or (wall.high < 0.0 and x == wall.high and u <= 0.0):
@@ -223,6 +234,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
                 accumulators.collapses[lane] += 1.0 if struck != 0 else 0.0
+                bear(x, frequency, left, accumulators, AT_REST if pressed_down else AT_REST + 1, lane, weight)
                 return x, 0.0
         struck = 0
         reach = (u * u + x * x) * left * left  # square of a distance longer than the flight

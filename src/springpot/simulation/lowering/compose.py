@@ -87,8 +87,8 @@ class Parts(Composed):
             low, high = settings.window_steps
             kernel.block(
                 exact, sweep, self.memory, self.drive, self.start._replace(states=states), self.tapped,
-                self.frequency**2, first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
+                self.frequency**2, self.units.shift, first, blocks, settings.steps, low, high, k0, k1, stream, halved,
+                observers, record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
             )  # fmt: skip
 
         return advance
@@ -111,8 +111,8 @@ class Parts(Composed):
         return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
 
     def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
-        """The same for all observers."""
-        return self.frequency, self.wall_position
+        """The same for all observers, which see x with its shift."""
+        return self.frequency, self.wall_position + self.units.shift
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
@@ -121,7 +121,7 @@ class Parts(Composed):
 
     def start_of_record(self, states: Floats) -> Floats:
         """x and v at time 0 as the record has them."""
-        return states[:, :2]
+        return states[:, :2] + (self.units.shift, 0.0)
 
     @property
     def taken_at_once(self) -> float:
@@ -197,7 +197,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
     memory, history = memory_of(total.springpots, total.arms, scheme, step, settings)
     load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
     x0, v0 = units.into(position, velocity)
-    drives = [_drive(order, c * step**-order, x0, settings) for order, c in total.springpots]
+    drives = [_drive(order, c * step**-order, x0 + units.shift, settings) for order, c in total.springpots]
     early = sum(
         scheme.early_displacement(order, float(drive[0]), step)
         for (order, _), drive in zip(total.springpots, drives, strict=True)
@@ -243,7 +243,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
         states_of_sources=sum(force.states for force in beside.forces),
         felt=lowered_felt(
             plan, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length, step,
-            named, modulated,
+            named, modulated, units.shift,
         ),
     )  # fmt: skip
 
@@ -256,7 +256,7 @@ def _walls_of(total: Lowered) -> tuple[str, ...]:
 
 def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
     """Largest speed for which soft contacts are resolved: that of a rare flight, or of a start with more energy."""
-    energy = motion.unit.potential.energy(np.append(motion.law.places, position))
+    energy = motion.unit.potential.energy(np.append(motion.law.places, position - motion.origin))
     started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
     return math.sqrt(max(_FASTEST_FLIGHT**2 * motion.law.temperature, started))
 
@@ -264,9 +264,10 @@ def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
 def _units(motion: Motion, position: float, velocity: float) -> Units:
     """Powers of two near the largest length and the shortest time of the motion."""
     scales = motion.scales
-    walls = [abs(end) for end in (motion.low, motion.high) if math.isfinite(end)]
+    potential, position = motion.unit.potential, position - motion.origin
+    walls = [abs(end) for end in (potential.low, potential.high) if math.isfinite(end)]
     longest = max(scales.length, abs(position), abs(velocity) / scales.flight_frequency, *walls, 0.0)
-    return Units.near(longest, scales.fastest_rate, motion.sign)
+    return Units.near(longest, scales.fastest_rate, motion.sign, motion.origin)
 
 
 def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:

@@ -77,7 +77,7 @@ def roughness_in_steps(plan: Plan, felt: FeltInKernel, seen: Seen) -> Floats:
 
 def lowered_felt(
     plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
-    step: float, named: Sequence[Named], modulated: Sequence[tuple[Floats, Floats]] = (),
+    step: float, named: Sequence[Named], modulated: Sequence[tuple[Floats, Floats]] = (), shift: float = 0.0,
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -97,6 +97,8 @@ def lowered_felt(
         The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
     modulated : sequence of (ndarray, ndarray)
         Of each noise with an envelope its part of ``jumps``, and by which factor that differs from it in each step.
+    shift : float
+        Of the displacements that observers see, from those of the parts.
     """
     felt, excitations = plan.motion.felt, dict(plan.system.named())
     # of a run that is far shorter than any time of the motion there would be as many as memory holds
@@ -128,6 +130,7 @@ def lowered_felt(
             for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
                 term = new_term(e)
                 term[12], term[15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
+                term[15] += shift
             for n in (n for n in own if n in yields):
                 term = new_term(e)
                 term[13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step

@@ -18,17 +18,20 @@ class Units:
         In m and s.
     sign : float
         -1 if the motion is mirrored, otherwise 1.
+    origin : float
+        In m, from which the kernel measures x: the rest of the springs under a constant force.
     """
 
     length: float
     time: float
     sign: float
+    origin: float = 0.0
 
     @classmethod
-    def near(cls, length: float, fastest: float, sign: float = 1.0) -> Units:
+    def near(cls, length: float, fastest: float, sign: float = 1.0, origin: float = 0.0) -> Units:
         """Powers of two near a length and the time of a rate."""
         near = 2.0 ** round(math.log2(length)) if length > 0.0 else 1.0
-        return cls(near, 2.0 ** round(-math.log2(fastest)), sign)
+        return cls(near, 2.0 ** round(-math.log2(fastest)), sign, origin)
 
     @property
     def speed(self) -> float:
@@ -37,7 +40,12 @@ class Units:
 
     def into(self, x: float, v: float) -> tuple[float, float]:
         """A state in the kernel's units, from one in m and m/s."""
-        return self.sign * x / self.length, self.sign * v / self.length * self.time
+        return self.sign * (x - self.origin) / self.length, self.sign * v / self.length * self.time
+
+    @property
+    def shift(self) -> float:
+        """The origin in the kernel's units: added to its x it gives what observers see."""
+        return self.sign * self.origin / self.length
 
     @property
     def state(self) -> tuple[float, float]:

@@ -203,6 +203,7 @@ def lower(part: object, name: str, units: Units, step: float) -> Lowered:
         Its name in the system.
     units : Units
         Mirrored for the paper's problem with an upper wall only: springs, springpots and white noise are the same then.
+        Places are measured from their origin.
     step : float
         In the kernel's units.
     """
@@ -505,7 +506,7 @@ def _(part: ThermalNoise, name: str, units: Units, step: float) -> Lowered:
 def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
     # a lone upper wall is a lower one in the mirror
     side = part.side if units.sign > 0.0 else "above"
-    return Lowered(barriers=((name, Barrier(units.into(part.position, 0.0)[0], part.restitution, side)),))
+    return Lowered(barriers=((name, Barrier(units.sign * part.position / units.length, part.restitution, side)),))
 
 
 @lower.register

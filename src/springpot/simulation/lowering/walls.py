@@ -11,7 +11,8 @@ from springpot.simulation.kernel.rigid_wall import Rigid
 from springpot.simulation.kernel.soft_contacts import Soft
 from springpot.simulation.kernel.two_walls import Pair
 
-_TAKEN = "loss", "momentum"
+_TAKEN = "loss", "momentum"  # in impacts
+_RESTING = "rest momentum"
 _NEAR = 4.0
 
 
@@ -33,17 +34,21 @@ def sums_of(wall: NoWall | Rigid | Pair | Soft) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> sums_of(Rigid(0.0, Fixed(0.5))), sums_of(Pair(0.0, 1.0, Fixed(0.5), Fixed(0.5)))
-    ((), ('upper impacts', 'upper speeds', 'upper squares'))
+    >>> sums_of(Rigid(0.0, Fixed(0.5)))
+    ('lower rest momentum',)
+    >>> sums_of(Pair(0.0, 1.0, Fixed(0.5), Fixed(0.5)))[3:]
+    ('lower rest momentum', 'upper rest momentum')
     """
     each = "impacts", "speeds", "squares"
     match wall:
         case Rigid():
-            return () if isinstance(wall.rule, Fixed) else ("lower loss", "lower momentum")
+            of_rule = () if isinstance(wall.rule, Fixed) else _TAKEN
+            return f"lower {_RESTING}", *(f"lower {name}" for name in of_rule)
         case Pair():
             rules = ("lower", wall.low_rule), ("upper", wall.high_rule)
             own = (f"{where} {name}" for where, rule in rules if not isinstance(rule, Fixed) for name in _TAKEN)
-            return *(f"upper {name}" for name in each), *own
+            resting = f"lower {_RESTING}", f"upper {_RESTING}"
+            return *(f"upper {name}" for name in each), *resting, *own
         case Soft():
             own = (f"contact {n} {name}" for n in range(wall.contacts.size // 5) for name in (*each, *_TAKEN))
             return *sums_of(wall.rigid), "contacts' work", "contacts' time", "contacts' depth", *own

@@ -33,6 +33,7 @@ from springpot.problem.parts import (
     Springpot,
     ThermalNoise,
     VanDerPol,
+    WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.springpots import resonance
@@ -48,7 +49,9 @@ from springpot.simulation.plan.parts import (
     taken_by_yielding,
     time_of_its_own,
 )
+from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.scales import Scales, creep_time
+from springpot.simulation.plan.schemes import Splitting
 from springpot.simulation.plan.unsprung import held_by_springpots, springpot_alone
 
 _FARTHEST = 25.0  # energy, in kT above the least, that a long run of many paths hardly exceeds
@@ -57,6 +60,8 @@ _LEAST_SHARE = 1e-200
 _CLOSE = {"xtol": 1e-300, "rtol": 1e-14}  # of a root
 _GUESSED = 1.5  # factor on the forgetting time
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
+_ROUGH = WhiteNoise, ParametricNoise, ThermalNoise
+"""Noise under which a mass on a wall never rests."""
 _DRIFTS = "system must have a spring, or a wall on each side: with parts that yield alone the mass drifts without end."
 
 
@@ -258,6 +263,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
     walls: list[Stop] = [*unit.of(Barrier), *unit.of(SoftStop)]
     rates += [_hops(smooth, law, frequency, wall) for wall in walls]
+    rates.append(rate_on_pressed_walls(unit, law))
     for part in unit.parts:
         match part:
             case Springpot() if part.coefficient > 0.0:
@@ -359,10 +365,31 @@ def _hops(potential: Potential, law: BoltzmannLaw, frequency: float, wall: Stop)
 
     With too few, each impact changes the energy at random, which heats a motion with little damping.
     """
-    inwards = 1.0 if wall.side == "above" else -1.0
-    pressing = inwards * (float(potential.force(wall.position)) - frequency**2 * wall.position)
+    pressing = wall.inwards * (float(potential.force(wall.position)) - frequency**2 * wall.position)
+    return max(pressing, 0.0) / math.sqrt(law.temperature) if _is_reached(potential, law, wall) else 0.0
+
+
+def rate_on_pressed_walls(unit: System, law: BoltzmannLaw) -> float:
+    """The rate that a step must follow where white noise lets a pressed mass hop on a lossy wall; 0 without one."""
+    if not unit.of(*_ROUGH):
+        return 0.0
+    theta, smooth = law.temperature, replace(unit.potential, contacts=())
+    others = System(**{name: part for name, part in unit.named() if not isinstance(part, Barrier)})
+    damping = dissipated(others, law) / theta
+    fed = damping * theta if unit.of(ThermalNoise) else _fed(unit, law)
+    rates = [0.0]
+    for wall in unit.of(Barrier):
+        press = wall.inwards * float(smooth.force(wall.position))
+        own = Pressed(press, restitution_at(wall, math.sqrt(2.0 * theta)))
+        if press > 0.0 and own.restitution < 1.0 and fed > 0.0 and _is_reached(smooth, law, wall):
+            rates.append(own.rate(own.speed(fed, damping), Splitting.default_step))
+    return max(rates)
+
+
+def _is_reached(potential: Potential, law: BoltzmannLaw, wall: Stop) -> bool:
+    """Whether the mass is often at a wall: not where it lies high above the least of the potential."""
     depth = float(potential.energy(wall.position) - potential.energy(law.places).min())
-    return max(pressing, 0.0) / math.sqrt(law.temperature) if depth < 5.0 * law.temperature else 0.0
+    return depth < 5.0 * law.temperature
 
 
 def _overdamped_time(damping: float, frequency: float) -> float:

@@ -39,6 +39,9 @@ from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
+from springpot.simulation.plan.origin import origin_of, seen_from
+from springpot.simulation.plan.parts import smooth_square
+from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.unsprung import CreepAlone
@@ -138,6 +141,20 @@ class Motion:
     guess: BoltzmannLaw | None = None
 
     @cached_property
+    def origin(self) -> float:
+        """The place in m from which the kernel measures x; see `springpot.simulation.plan.origin`."""
+        return origin_of(self.system)
+
+    @cached_property
+    def centred(self) -> System:
+        """The system as seen from there: scales, guesses and the kernel have its places."""
+        return seen_from(self.system, self.origin)
+
+    def square_about_origin(self, values: Mapping[str, float], mean: str = "x_mean") -> float:
+        """E[(x - origin)^2] from the results of a run, of one of the means."""
+        return max(values[f"{mean}_square"] - self.origin * (2.0 * values[mean] - self.origin), 0.0)
+
+    @cached_property
     def seen(self) -> tuple[Seen, ...]:
         """The displacements whose distributions and spectra a run can have."""
         names = {name: name for name in ("x", "v", "amplitude", "impact_speed")}
@@ -179,12 +196,11 @@ class Motion:
     @property
     def seen_by_force(self) -> list[str]:
         """What may be asked for as a force: all that is not refused."""
-        counted = (name for name, one in self.of_impacts.items() if not self._refused(one))
-        return [*(name for name, one in self.felt.items() if not one.reason), *counted]
+        return [*(name for name, one in self.felt.items() if not one.reason), *self.of_impacts]
 
-    def _refused(self, seen: Seen) -> str:
-        """Why the impulses of impacts cannot be seen; empty if they can."""
-        return self.uncounted_because(f"{seen.stop}_impact_rate") if seen.impulse else ""
+    def is_undefined(self, seen: Seen) -> bool:
+        """Whether it is of the impulses of impacts that cannot be counted, which have no mean and no distribution."""
+        return bool(seen.impulse and self.uncounted_because(f"{seen.stop}_impact_rate"))
 
     def number_felt(self, name: str) -> int:
         """Of a force or acceleration among all.
@@ -223,11 +239,6 @@ class Motion:
         if isinstance(name, str) and name in moving:
             return replace(moving[name], names={"x": name})
         if isinstance(name, str) and name in touches:
-            if reason := self._refused(touches[name]):
-                raise NotCoveredError(
-                    f"{name} cannot be seen: {reason}. With slowest_counted_impact= there are the speeds of impacts, "
-                    "whose impulses are (1 + restitution) times the mass, of two masses a b / (a + b), times the speed."
-                )
             return touches[name]
         if not isinstance(name, str) or name not in self.felt:
             wall = name.removesuffix("_force") if isinstance(name, str) else ""
@@ -396,7 +407,9 @@ class Motion:
         """An energy of the motion per unit mass, from the results of a run."""
         if self.scales.guessed:
             return 0.5 * values["v_mean_square"]
-        return 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
+        whole = 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
+        moved = self.origin * (2.0 * values["x_mean"] - self.origin) if self.origin else 0.0
+        return whole - 0.5 * self.system.natural_frequency**2 * moved
 
     @property
     def resolved_rate(self) -> float:
@@ -411,7 +424,7 @@ class Motion:
     @property
     def zeros(self) -> tuple[str, ...]:
         """The results that are 0 by symmetry."""
-        return ("x_mean",) if self.is_symmetric else ()
+        return ("x_mean",) if self.is_symmetric and self.origin == 0.0 else ()
 
     def mean_square_of(self, name: str) -> str:
         """The mean square displacement with which a result changes."""
@@ -419,17 +432,18 @@ class Motion:
 
     @property
     def unit(self) -> System:
-        """The system per unit mass."""
-        return self.system.per_unit_mass
+        """The system per unit mass, as seen from the origin."""
+        return self.centred.per_unit_mass
 
     @property
     def law(self) -> BoltzmannLaw:
-        """The law of x at the guessed temperature."""
-        return self.guess or guessed_law(self.system)
+        """The law of x - origin at the guessed temperature."""
+        return self.guess or guessed_law(self.centred)
 
     def size_of(self, seen: Seen) -> tuple[float, float, float]:
         """Mean, deviation and deviation of the velocity of a displacement, about."""
-        return self.law.mean, math.sqrt(self.law.variance), math.sqrt(self.law.temperature)
+        law = self.law
+        return self.origin + law.mean, math.sqrt(law.variance), math.sqrt(law.temperature)
 
     @property
     def low(self) -> float:
@@ -522,7 +536,7 @@ class Motion:
 
     @property
     def is_symmetric(self) -> bool:
-        """Whether E[x] = 0 because x and -x obey the same law.
+        """Whether E[x] is the origin because both directions from there have the same law.
 
         Examples
         --------
@@ -531,9 +545,9 @@ class Motion:
         >>> motion_of(System(Spring(1.0))).is_symmetric, motion_of(System(Spring(1.0), Barrier(-1.0))).is_symmetric
         (True, False)
         """
-        potential = self.system.potential
+        potential = self.centred.potential
         odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
-        contacts = self.system.of(SoftStop)
+        contacts = self.centred.of(SoftStop)
         mirrored = {contact.mirrored() for contact in contacts}
         return odd and len({wall.restitution for wall in self.walls}) <= 1 and mirrored == {*contacts}
 
@@ -603,6 +617,49 @@ class Motion:
         direction = {"above": 1.0, "below": -1.0}[wall.side]
         return direction * float(self.unit.potential.force(wall.position))
 
+    @property
+    def pressed(self) -> dict[str, Pressed]:
+        """The lossy walls that springs and constant forces press the mass on under white noise, by name."""
+        walls = ((name, wall) for name, wall in self.unit.named() if isinstance(wall, Barrier))
+        return {
+            name: Pressed(press, restitution_at(wall, math.sqrt(2.0 * self.law.temperature)))
+            for name, wall in walls
+            if (press := self.press_on(wall)) > 0.0 and self._is_rough_at(wall) and slow_restitution(wall) < 1.0
+        }
+
+    @property
+    def rested_on(self) -> dict[str, float]:
+        """The lossy walls on which a mass can come to rest, by name: no white noise acts on it there.
+
+        Each with the acceleration, in m/s^2, with which a flight itself presses on it; what else presses is in kicks.
+        """
+        walls = ((name, wall) for name, wall in self.unit.named() if isinstance(wall, Barrier))
+        square = self.scales.flight_frequency**2
+        return {
+            name: max(wall.inwards * square * wall.position, 0.0)
+            for name, wall in walls
+            if not self._is_rough_at(wall) and slow_restitution(wall) < 1.0
+        }
+
+    def taken_of_kicks(self, restitution: float) -> float:
+        """Power per unit mass that a wall takes of a steady acceleration a by kicks at rest, over a^2 and the step.
+
+        Each kick a h is one impact, with the speed a h / (1 + r).
+        """
+        return 0.5 * (1.0 - restitution) / (1.0 + restitution)
+
+    def smooth_square_at(self, name: str) -> float:
+        """Mean square of the acceleration along the row of a wall by excitation that is smooth, in m^2 s^-4."""
+        at, parts = self.system.coordinates, dict(self.system.named())
+        turned = at.accelerations(at.elongations[name])
+        return sum(smooth_square(parts[own]) * float(turned @ push) ** 2 for own, push in at.forces.items())
+
+    def _is_rough_at(self, wall: Barrier) -> bool:
+        """Whether noise with independent increments acts on the mass where it is at a wall."""
+        system = self.system
+        thermal = self.is_thermal and system.dashpots > 0.0
+        return self.intensity > 0.0 or thermal or (bool(system.of(ParametricNoise)) and wall.position != 0.0)
+
     @cached_property
     def uncountable(self) -> str:
         """Why the impacts cannot be counted; empty if they can.
@@ -616,12 +673,11 @@ class Motion:
         'barrier is lossy, and no white noise acts '
         """
         system = self.system
-        thermal = self.is_thermal and system.dashpots > 0.0
         smooth = system.of(*_SMOOTH)
         for name, wall in system.named():
             if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
                 continue
-            rough = self.intensity > 0.0 or thermal or (bool(system.of(ParametricNoise)) and wall.position != 0.0)
+            rough = self._is_rough_at(wall)
             if smooth and not rough:
                 return (
                     f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest "

@@ -10,13 +10,20 @@ from dataclasses import replace
 
 from springpot.machine.arguments import LARGEST
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.dimensionless import CANONICAL, Dimensionless
 from springpot.problem.parts import WhiteNoise
 from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.creep import Creep
-from springpot.simulation.plan.guess import BoltzmannLaw, dissipated, guessed_law, guessed_scales
+from springpot.simulation.plan.guess import (
+    BoltzmannLaw,
+    dissipated,
+    guessed_law,
+    guessed_scales,
+    rate_on_pressed_walls,
+)
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.scales import closed_form
+from springpot.simulation.plan.origin import origin_of, seen_from
+from springpot.simulation.plan.scales import Scales, closed_form
 from springpot.simulation.plan.unsprung import creep_of
 
 
@@ -41,11 +48,14 @@ def motion_of(system: System) -> Motion:
         from springpot.simulation.plan.several import motion_of_several  # loaded for several masses only
 
         return motion_of_several(system)
+    origin = origin_of(system)
+    centred = seen_from(system, origin)
     try:
-        paper = Dimensionless.of(system)
+        paper = Dimensionless.of(centred)
     except NotCoveredError as reason:
-        law = guessed_law(system)
-        motion = Motion(system, guessed_scales(system, law), 1.0, (), False, False, str(reason), law)
+        law = guessed_law(centred)
+        scales = guessed_scales(centred, law).seen_from(-origin)
+        motion = Motion(system, scales, 1.0, (), False, False, str(reason), law)
         searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
         alone = creep_of(motion.unit, law.frequency, law.variance)
         return replace(motion, searched=searched, slow=alone or tuple(map(Creep, _alike(motion, law))))
@@ -53,12 +63,22 @@ def motion_of(system: System) -> Motion:
     dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
     return Motion(
         system,
-        closed_form(paper),
+        _scales_of(paper, centred).seen_from(-origin),
         sign=paper.direction or 1.0,
         slow=(Creep(paper),),
         searched=paper.barrier is not None,
         keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
+        beyond_paper=f"a constant force cannot be part of an Oscillator: {CANONICAL}." if origin else "",
     )
+
+
+def _scales_of(paper: Dimensionless, centred: System) -> Scales:
+    """In closed form, but for the rate of hops on a wall that the spring presses on."""
+    scales = closed_form(paper)
+    if paper.barrier is None or paper.direction * paper.barrier.position <= 0.0 or paper.restitution == 1.0:
+        return scales
+    hops = rate_on_pressed_walls(centred.per_unit_mass, guessed_law(centred))
+    return replace(scales, fastest_rate=max(scales.fastest_rate, hops))
 
 
 def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:

@@ -58,6 +58,10 @@ class Scales:
     mean: float
     guessed: bool
 
+    def seen_from(self, origin: float) -> Scales:
+        """The same with E[x] measured from another place."""
+        return replace(self, mean=self.mean - origin)
+
     @property
     def relaxation_time(self) -> float:
         """Relaxation time of the motion, in s: the larger of energy time and creep time."""

@@ -54,6 +54,7 @@ from springpot.simulation.plan.parts import (
     taken_by_yielding,
     time_of_its_own,
 )
+from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.scales import Scales, creep_time
 from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_several
 from springpot.simulation.plan.unsprung import holding_alone
@@ -506,6 +507,21 @@ class MotionOfSeveral(Motion):
             for name, part in self.system.named()
             if isinstance(part, Barrier)
         }  # fmt: skip
+
+    @property
+    def pressed(self) -> dict[str, Pressed]:
+        """None: the default step resolves hops on walls, and flights press nowhere."""
+        return {}
+
+    @property
+    def rested_on(self) -> dict[str, float]:
+        """Flights are straight: all that presses is in kicks."""
+        lossy = (name for name, wall in self.struck_alone.items() if wall.restitution < 1.0)
+        return {name: 0.0 for name in lossy if not self.struck_alone[name].intensity > 0.0}
+
+    def taken_of_kicks(self, restitution: float) -> float:
+        """As of one mass, which here strikes with the speed a h / 2."""
+        return 0.125 * (1.0 - restitution**2)
 
     def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
         """The wall whose result it is."""

@@ -51,8 +51,8 @@ _TERMS = 12  # of the potential beside the quadratic one
 # constants; then arrays with a number for each lane: the marks, and room for what is found in a step
 (
     _PLACED, _SIGN, _COSINE, _SINE, _TURNING, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _RAISED,
-    _STRUCK, _BEGIN, _HALF, _IN_STEPS, _OVER, _COUNT, _COEFFICIENTS,
-) = range(_FIRST, _FIRST + 20)  # fmt: skip
+    _STRUCK, _BEGIN, _HALF, _IN_STEPS, _OVER, _CENTRE, _COUNT, _COEFFICIENTS,
+) = range(_FIRST, _FIRST + 21)  # fmt: skip
 _MARKS = _COEFFICIENTS + _TERMS
 _MOST = _MARKS + LANES
 _BY_HALF = _MOST + LANES
@@ -209,6 +209,7 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
+    put(_CENTRE, 0.0 if kind == "force" else units.shift)
     put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
@@ -403,7 +404,7 @@ def _compiled() -> tuple[Callable[..., None], ...]:
             return
         sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
         cosine, sine, turning, slow = array[_COSINE], array[_SINE], array[_TURNING], 1.0 / array[_FREQUENCY]
-        lowest, highest = array[_LOWEST], array[_HIGHEST]
+        lowest, highest, centre = array[_LOWEST], array[_HIGHEST], array[_CENTRE]
         in_steps = int(array[_IN_STEPS])
         for j in range(GROUP):
             at = j * LANES
@@ -416,8 +417,11 @@ def _compiled() -> tuple[Callable[..., None], ...]:
                     out = abs(here)
                     end = end if sign == 0.0 else highest if sign > 0.0 else -lowest
                     out = out if sign == 0.0 else sign * here
+                    rest = sign * centre if sign != 0.0 else centre if here > 0.0 else -centre
+                    out -= rest
                     far = cosine * out + sine * speed
                     far = math.sqrt(out * out + speed * speed) if turning * out > cosine * speed else far
+                    far += rest
                     far = (far if far < end else end) + over
                     most = array[_MOST + lane]
                     array[_MOST + lane] = far if far > most else most

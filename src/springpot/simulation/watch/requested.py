@@ -18,6 +18,7 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Observable
 from springpot.simulation.plan.plan import MOST_RECORDED, Plan
 from springpot.simulation.plan.seen import Seen
@@ -102,6 +103,10 @@ class Requested:
         names = [*(own.names["x"] for own in seen if own.feels), *(passage.quantity for passage in self.passages)]
         return [*dict.fromkeys(names)]
 
+    def counts_instead(self, motion: Motion) -> bool:
+        """Whether all that is asked of impacts without a rate is of those that are not slow, which have one."""
+        return bool(self.counted) and not any(motion.is_undefined(seen) for seen, _ in self.felt)
+
     def completed(self, simulation: Simulation) -> Requested:
         """With the powers of the profiles, whose factors are those of the kernel's parts."""
         if not self.edges.size:
@@ -129,7 +134,10 @@ class Requested:
         means |= {name: next(left)[:, 0] / time for name in self.impact_observables}
         distributions: dict[str, Distribution] = {}
         for seen, observer in self.sketches:
-            distributions |= distributions_in(simulation, observer, seen, next(left))
+            counts = next(left)
+            if simulation.motion.is_undefined(seen):
+                counts = np.zeros_like(counts)
+            distributions |= distributions_in(simulation, observer, seen, counts)
         largest: dict[str, Floats] = {}
         for seen, _ in self.extremes:
             largest |= extremes_in(seen, next(left))
@@ -163,6 +171,8 @@ def moments_felt(simulation: Simulation, seen: Seen, sums: Floats) -> dict[str, 
     """
     (name,), (low, high) = seen.names.values(), simulation.settings.window_steps
     means = sums / (high - low)
+    if simulation.motion.is_undefined(seen):
+        means = np.full_like(means, np.nan)
     if not seen.feels:
         return {f"{name}_{end}": ratio(means[:, n], means[:, 0]) for n, end in ((1, "mean"), (2, "mean_square"))}
     mean, square = means[:, 0], means[:, 1] + simulation.parts.felt.lacking[name]
