@@ -202,8 +202,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "slow_impact_quantiles": Kind(
         _ACCURACY,
-        "the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are wrong: {quantiles}. "
-        "impact_speed_quantile_step_bias bounds the error; a shorter step reduces it.",
+        "the step of {step:g} s misses slow impacts, so these quantiles of the impact speed{of} are wrong: "
+        "{quantiles}. {name}_quantile_step_bias bounds the error; a shorter step reduces it.",
         "Use a finer step, or read higher quantiles only.",
     ),
     "uncontrolled_impacts": Kind(
@@ -275,14 +275,14 @@ MESSAGES: dict[str, Kind] = {
     ),
     "far_wall": Kind(
         _PROBLEM,
-        "{wall} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check position, "
+        "{wall} is {away:.0f} standard deviations of {x} away from its mean, so no path comes near it: check position, "
         "side and unit.",
         "Check position, side and unit; leave the wall out if it is meant.",
     ),
     "pressed_wall": Kind(
         _PROBLEM,
-        "{wall} is pressed against by the springs all the time, and x has a standard deviation of only {spread:.2g} m: "
-        "check position, side and unit.",
+        "{wall} is pressed against by the springs all the time, and {x} has a standard deviation of only {spread:.2g} "
+        "m: check position, side and unit.",
         "Check position, side and unit: a gap of the wrong sign is a preload.",
     ),
     "chatter": Kind(

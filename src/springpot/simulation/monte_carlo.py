@@ -92,7 +92,6 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     for name, (value, samples) in observed.counted_impacts.items():
         values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
     errors |= _errors_of_own(wanted, values, seen)
-    speeds = observed.distributions.get("impact_speed")
     biases = step_biases(
         plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
     )
@@ -107,7 +106,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
             for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
             if own.name not in said
         ),
-        *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
+        *about_quantiles(simulation, observed.distributions, PROBABILITIES),
         *about_observables(observed.means, values),
         *about_damage(observed.counted_impacts),
         *about_forces(simulation, wanted.seen_in_full(plan.settings), values),

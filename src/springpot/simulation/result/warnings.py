@@ -21,9 +21,8 @@ from springpot.simulation.estimate.slow_impacts import (
     missed_impacts,
     quantile_step_bias,
     slow_impact_order,
-    slow_impacts,
 )
-from springpot.simulation.estimate.step_biases import impact_biases
+from springpot.simulation.estimate.step_biases import impact_biases, missed_in
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.adapted import Adapted
@@ -32,7 +31,7 @@ from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.transient import MOST_TRANSIENT
-from springpot.theory.walls import about_walls
+from springpot.theory.walls import about_each
 
 if TYPE_CHECKING:
     from springpot.simulation.error.reach import Reached
@@ -244,13 +243,11 @@ def _low(bound: float, rate: float) -> str:
 
 def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Iterator[Message]:
     """For each wall that is misplaced, it seems, or of which few impacts were seen."""
-    system = simulation.motion.system
-    rates = {name: values[f"{name}_impact_rate"] for name in simulation.motion.touched}
-    odd = {}
-    if "x_mean" in values:
-        odd = about_walls(system, values["x_mean"], values["x_mean_square"], values["v_mean_square"], rates)
+    motion = simulation.motion
+    rates = {name: values[f"{name}_impact_rate"] for name in motion.touched}
+    odd = about_each(motion.touched, motion.before_walls(values), rates)
     yield from odd.values()
-    if simulation.motion.is_random:
+    if motion.is_random:
         yield from about_few(seen, (name for name, rate in rates.items() if math.isfinite(rate) and name not in odd))
 
 
@@ -343,17 +340,20 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
     return from_rest + [say("no_effect", argument=argument, why=why) for argument, why in useless.items()]
 
 
-def about_quantiles(simulation: Simulation, speeds: Distribution, probability: Sequence[float]) -> list[Message]:
-    """Of quantiles of the impact speed whose step bias is larger than their standard error."""
-    step = simulation.settings.step
-    missed = slow_impacts(simulation.motion.struck, step, speeds)
-    if missed is None:
-        return []
-    at, error = speeds.quantile(probability)
-    bias = quantile_step_bias(missed, speeds, probability)
-    off = (bias > NORMAL * error) & (bias > LEAST_BIAS * at)  # False where there is no error
-    named = [
-        f"{per_cent(p, 3)} (by up to {per_cent(b / x)})"
-        for p, b, x in zip(np.asarray(probability)[off], bias[off], at[off], strict=True)
-    ]
-    return [say("slow_impact_quantiles", step=step, quantiles=", ".join(named))] if named else []
+def about_quantiles(
+    simulation: Simulation, distributions: Mapping[str, Distribution], probability: Sequence[float]
+) -> list[Message]:
+    """Of quantiles of impact speeds whose step bias is larger than their standard error."""
+    step, found = simulation.settings.step, []
+    for name, (speeds, missed) in missed_in(simulation.motion, step, distributions).items():
+        at, error = speeds.quantile(probability)
+        bias = quantile_step_bias(missed, speeds, probability)
+        off = (bias > NORMAL * error) & (bias > LEAST_BIAS * at)  # False where there is no error
+        named = [
+            f"{per_cent(p, 3)} (by up to {per_cent(b / x)})"
+            for p, b, x in zip(np.asarray(probability)[off], bias[off], at[off], strict=True)
+        ]
+        if named:
+            of = _of([name.removesuffix("impact_speed").removesuffix("_")])
+            found.append(say("slow_impact_quantiles", step=step, of=of, name=name, quantiles=", ".join(named)))
+    return found
