@@ -30,7 +30,8 @@ from springpot.cli.flags import (
     written,
 )
 from springpot.cli.tables import gap, is_number, plain, print_estimates
-from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
+from springpot.machine.bar import Bar, say
 from springpot.machine.faults import Stopped, known_word, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 from springpot.machine.places import place_for

@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 from springpot.cli.commands import by_name, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of, written
-from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json
+from springpot.cli.terminal import Json, Whole, check_picture, print_json
+from springpot.machine.bar import Bar
 from springpot.machine.interrupt import leave_at_once
 
 _LEVELS = Parameter(

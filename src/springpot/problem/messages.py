@@ -273,6 +273,11 @@ MESSAGES: dict[str, Kind] = {
         "no path exceeded {name} of {level:g} {unit}: its probability is at most {most:.2g}.",
         "Give a larger max_time, or lower levels.",
     ),
+    "not_saved": Kind(
+        _RARE,
+        "{place!r} could not be written any more ({reason}), so later repetitions are not in it; this result has them.",
+        "Make room, and repeat the call: it goes on from those that are in the file.",
+    ),
     "far_wall": Kind(
         _PROBLEM,
         "{wall} is {away:.0f} standard deviations of {x} away from its mean, so no path comes near it: check position, "

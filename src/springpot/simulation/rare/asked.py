@@ -43,6 +43,7 @@ from springpot.simulation.watch.observables import is_taken, mean_of
 
 SPACING = 0.05  # of kept states, in units of the mean square of v
 FLOOR = 0.25  # share of plain paths below the coordinate under which the first paths keep no states
+_RARE = 0.02  # share of plain paths above the coordinate that tells how many iterations are ahead
 LEAST_RAISED = 0.8  # share of the potential energy beside a lossy wall: measured best for restitutions of 0.4 to 0.9
 
 _FIRST = len(HEADER)
@@ -147,6 +148,8 @@ class Asked:
         No state of the first paths is kept below this coordinate.
     downwards : bool
         Whether levels are exceeded by what is below them.
+    iterations : float
+        Of splitting until the target, about, as plain paths tell; 0 before.
     """
 
     name: str
@@ -159,6 +162,7 @@ class Asked:
     target: float
     floor: float = -math.inf
     downwards: bool = False
+    iterations: float = 0.0
 
     @property
     def marks(self) -> slice:
@@ -180,7 +184,10 @@ class Asked:
             slope = float(((values - values.mean()) * rooted).mean()) / spread if spread > 0.0 else 0.0
             there = float(rooted.mean()) + slope * (float(self.levels[-1]) - float(values.mean())) if own.any() else 0.0
             target = least + max(there, float(rooted.max()) if own.any() else 0.0) ** 2
-        return replace(self, target=target, floor=float(np.quantile(reached, FLOOR)))
+        floor, middle, high = np.quantile(reached, (FLOOR, 0.5, 1.0 - _RARE))
+        # the share of the paths beyond a coordinate falls exponentially with it
+        halvings = math.log2(0.5 / _RARE) * max(target - middle, 0.0) / max(high - middle, 1e-9 * abs(high))
+        return replace(self, target=target, floor=float(floor), iterations=1.0 + float(halvings))
 
 
 def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, sign: float) -> Asked:

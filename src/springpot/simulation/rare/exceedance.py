@@ -16,7 +16,7 @@ from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import name_results, shown
 from springpot.machine.progress import Clock, FractionDone
-from springpot.problem.messages import Message
+from springpot.problem.messages import Message, say
 from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
@@ -25,7 +25,7 @@ from springpot.simulation.plan.options import DEFAULTS, StartKind
 from springpot.simulation.plan.plan import Plan, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
-from springpot.simulation.rare.saved import Saved
+from springpot.simulation.rare.saved import SavedFile
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
 
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
@@ -46,11 +46,14 @@ class Exceedance:
         ``settings.window``.
     curves : dict
         `ExceedanceCurve` of each quantity, by name; ``found["x"]`` is one of them.
+    said : tuple of str
+        Warnings that are of no curve alone.
     """
 
     system: System
     settings: Settings
     curves: dict[str, ExceedanceCurve]
+    said: tuple[Message, ...] = ()
 
     def __post_init__(self) -> None:
         name_results(self, "curves")
@@ -77,7 +80,7 @@ class Exceedance:
     @property
     def warnings(self) -> tuple[Message, ...]:
         """One sentence for each reason to doubt a number."""
-        return tuple(sentence for curve in self.curves.values() for sentence in curve.warnings)
+        return (*(sentence for curve in self.curves.values() for sentence in curve.warnings), *self.said)
 
     def to_dict(self) -> dict[str, Any]:
         """All of it as plain numbers, words, lists and dicts; what is not finite is None."""
@@ -152,9 +155,10 @@ def exceedance(
     max_time : float
         Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
     save : str or Path
-        A file, made if missing, to which each repetition is written when it has ended.  The same call goes on from
-        them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  Repetitions are then
-        advanced one after another, which takes up to a quarter more time.
+        A file, made if missing, to which each repetition is written with a checksum when it has ended.  The same call
+        goes on from them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  What was
+        damaged is computed again.  Repetitions are then advanced one after another, which takes up to a quarter more
+        time.  Where the file cannot be written any more, the run goes on, and a warning says so.
     progress : callable
         Called with the fraction done, about; if it is a `springpot.machine.progress.FractionDone`, its ``estimate`` has
         the seconds that are left.
@@ -171,7 +175,7 @@ def exceedance(
     NotCoveredError
         Of a force or an acceleration that cannot be seen.
     FileError
-        If ``save`` is a file of something else.
+        If ``save`` is a file of something else, no file, too large, or cannot be read or written.
     TimeoutError
         If ``max_time`` is too short for any result.  Where it is too short for some quantities only, their
         probabilities are NaN, and the bound is 1.
@@ -232,7 +236,8 @@ def exceeded(
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a function of the fraction done, not {shown(progress)}.")
     plan, wanted = stated(system, levels, rtol=rtol, max_time=max_time, **settings)
-    path = _checked_place(save, [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")])
+    own_functions = [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")]
+    file = SavedFile(_checked_place(save, own_functions))
     clock = Clock(max_time)
     plan = _settled(plan)
     if plan.settings.start == "stationary":
@@ -243,8 +248,8 @@ def exceeded(
         order = np.argsort(sign * given.ravel())
         asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
-        content = () if path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, quantity.name)
-        saved = Saved(path, [VERSION, *content, asked.given.tolist()])
+        known = () if file.path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, quantity.name)
+        saved = file.of([VERSION, *known, asked.given.tolist()], asked.given.size)
         arranged = _arranged(watch, np.argsort(order), given.shape)
         try:
             found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved, arranged)
@@ -254,7 +259,8 @@ def exceeded(
             found = unknown(asked)  # what is known of the others is kept
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
-    return Exceedance(system, replace(plan.settings, paths=paths), curves)
+    lost = (say("not_saved", place=str(file.path), reason=file.failure),) if file.failure else ()
+    return Exceedance(system, replace(plan.settings, paths=paths), curves, lost)
 
 
 VERSION = 2  # of the numbers that repetitions give
