@@ -421,8 +421,10 @@ def fit(
 app.command(
     "springpot.cli.exceeding:exceedance",
     name="exceedance",
-    help="Rare events: the probability that a quantity exceeds levels within a time, and how often it does.\n\n"
-    "Example: springpot exceedance --order 0.5 --levels x 3.0 --levels x 4.0 --duration 20",
+    help="Rare events: the probability that a quantity exceeds levels within a time, and how often it does; or the "
+    "level that it exceeds with a probability.\n\n"
+    "Example: springpot exceedance --order 0.5 --levels x 3.0 --levels x 4.0 --duration 20\n\n"
+    "Example: springpot exceedance --order 0.5 --probability x 1e-6 --duration 20",
 )
 app.command(
     "springpot.cli.designing:sensitivity",

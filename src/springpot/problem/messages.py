@@ -268,6 +268,11 @@ MESSAGES: dict[str, Kind] = {
         "the probability of {name} above {level:g} {unit} is known to {reached} only, not to {rtol}: {reason}.",
         "Give a larger rtol or max_time.",
     ),
+    "level_not_found": Kind(
+        _RARE,
+        "no level of {name} was found that is exceeded with a probability of {probability:g}: {reason}.",
+        "Ask for the probability of a level instead, or give a larger max_time.",
+    ),
     "level_not_reached": Kind(
         _RARE,
         "no path exceeded {name} of {level:g} {unit}: its probability is at most {most:.2g}.",

@@ -93,8 +93,10 @@ class Quantity:
         return self.kind in ("x", "v", "force")
 
 
-def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None = None) -> Quantity:
-    """The quantity of this name, or a function of the user that has it.
+def quantity_of(
+    motion: Motion, name: Any, function: Callable[..., float] | None = None, argument: str = "levels"
+) -> Quantity:
+    """The quantity of this name, or a function of the user that has it; ``argument`` asks for it.
 
     Raises
     ------
@@ -103,25 +105,25 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
     """
     if function is not None:
         if name in motion.levels or is_taken(motion.system, str(name)):
-            raise ValueError(f"levels cannot call a function {shown(name)}: there is a quantity of that name.")
+            raise ValueError(f"{argument} cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
         return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
     known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
     if name not in known and name in motion.felt:
         return Quantity(
-            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, "levels")
+            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, argument)
         )
     if name not in known:
         near = motion.near(name, [*known, *motion.felt])
         if len(points := motion.system.points) > 1:
             a, b = (f"{point}_x" for point in points[:2])
             near += f' Anything else is a function: {{"difference": (lambda {a}, {b}: {a} - {b}, levels)}}.'
-        raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
+        raise ValueError(f"{argument} has {shown(name)}, which is no quantity that can be asked{near}")
     kind, seen = known[name]
     if kind == "impact_speed" and not motion.touched:
-        raise ValueError("levels of impact_speed need a wall or a contact, and the system has none.")
+        raise ValueError(f"{argument} of impact_speed need a wall or a contact, and the system has none.")
     if kind in ("amplitude", "energy") and not motion.system.natural_frequency > 0.0:
-        raise ValueError(f"levels of {name} need a linear spring: use x, v, speed or distance.")
+        raise ValueError(f"{argument} of {name} need a linear spring: use x, v, speed or distance.")
     return Quantity(name, LEVELS.get(kind, "m s-1"), kind, seen)
 
 

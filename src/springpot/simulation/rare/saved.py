@@ -152,9 +152,7 @@ def _name_of(own: dict[str, Any]) -> Of:
 def _tally(own: dict[str, Any], levels: int) -> Tally | None:
     """The repetition of a line; None if its numbers are none that a repetition can have."""
     try:
-        exceeded, weights, reached, iterations, ends = (
-            _numbers(own[name]) for name in _NUMBERS
-        )
+        exceeded, weights, reached, iterations, ends = (_numbers(own[name]) for name in _NUMBERS)
         steps = float(own["path_steps"])
     except (KeyError, TypeError, ValueError, OverflowError):
         return None

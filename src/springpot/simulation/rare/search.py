@@ -14,7 +14,7 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, with_error
 from springpot.machine.plain import plain
-from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError
+from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError
 from springpot.problem.felt import about_shocks
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.simulation import Simulation
@@ -40,6 +40,7 @@ ADDED_LENGTH = 0.14  # of all paths, in an iteration: measured from 12 to 60 of 
 USUAL_SQUARE = 8.0  # of the spread of repetitions, over iterations per path: measured 4 to 13
 USUAL_RATE = 2e8  # path-steps per second of a thread, until MEASURED of them tell
 MEASURED = 1e8
+_TOO_SHORT = f"max_time is too short for any result: the first paths have not ended. {COMPILATION}"
 UNSETTLED = "not known: the motion has no stationary state"
 _ROUNDING = 1e-12  # of a probability of 1, which splitting has as a sum of shares
 
@@ -196,9 +197,27 @@ def search(
                 break
     except OutOfTimeError:
         if now.count < FEWEST:
-            raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
+            raise TimeoutError(_TOO_SHORT) from None
         reason = "max_time is over"
     return now.curve(reason, time.perf_counter() - begun)
+
+
+def shares_of_plain_paths(simulation: Simulation, asked: Asked, clock: Clock, stream: int) -> Floats:
+    """The shares of the first plain paths that exceed the levels.
+
+    Raises
+    ------
+    TimeoutError
+        If the time is over before they have ended.
+    """
+    try:
+        tally = repetitions(
+            simulation, asked, first=0, count=REPETITIONS, paths=PLAIN_PATHS, stream=stream, splits=False, clock=clock,
+            tell=lambda _: None,
+        )  # fmt: skip
+    except OutOfTimeError:
+        raise TimeoutError(_TOO_SHORT) from None
+    return np.asarray(tally.exceeded[:, 1].mean(axis=0))
 
 
 @dataclass(eq=False)
