@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -430,9 +431,19 @@ def _checked_place(save: object, functions: list[str]) -> Path | None:
         raise TypeError(f"save must be the place of a file, not {shown(save)}.")
     if functions:
         raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
-    if not Path(save).resolve().parent.is_dir():
+    if not _is_name(save):
+        raise ValueError(f"save must be the name of a file, not {str(save)!r}.")
+    if not Path(save).absolute().parent.is_dir():
         raise ValueError(f"save must lie in a folder that exists, but {str(Path(save).parent)!r} does not.")
     return Path(save)
+
+
+def _is_name(save: str | Path) -> bool:
+    """Whether a file can have this name."""
+    try:
+        return b"\0" not in os.fsencode(save)
+    except UnicodeEncodeError:
+        return False
 
 
 def _settled(plan: Plan) -> Plan:

@@ -220,6 +220,26 @@ def shares_of_plain_paths(simulation: Simulation, asked: Asked, clock: Clock, st
     return np.asarray(tally.exceeded[:, 1].mean(axis=0))
 
 
+def factor_of_interval(shares: Floats, splits: bool = True) -> Floats:
+    """By which a probability is divided and multiplied for the ends of its 95 % interval, one of its logarithm.
+
+    Parameters
+    ----------
+    shares : ndarray, shape (repetitions, levels)
+        What each repetition found.
+    splits : bool
+        Whether by splitting, whose repetitions are skew.
+    """
+    from scipy import special  # slow to import
+
+    p, count = shares.mean(axis=0), len(shares)
+    off = _error(shares) / np.where(p > 0.0, p, 1.0)
+    if splits:
+        by_logarithms = np.array([spread_by_logarithms(each) for each in shares.T]) / math.sqrt(count)
+        off = np.clip(by_logarithms, off, MOST_SKEW * off)
+    return np.asarray(np.exp(float(special.stdtrit(count - 1, 0.975)) * off))
+
+
 @dataclass(eq=False)
 class _Repetitions:
     """Those of one kind, so far."""
@@ -370,16 +390,9 @@ class _Repetitions:
 
     def curve(self, reason: str, seconds: float) -> ExceedanceCurve:
         """What they say; ``reason`` is why there are no more."""
-        from scipy import special  # slow to import
-
         half, whole = self.exceeded.transpose(1, 0, 2)
         p, error, count = whole.mean(axis=0), _error(whole), len(whole)
-        # the interval is one of the logarithm
-        off = error / np.where(p > 0.0, p, 1.0)
-        if self.splits:
-            by_logarithms = np.array([spread_by_logarithms(each) for each in whole.T]) / math.sqrt(count)
-            off = np.clip(by_logarithms, off, MOST_SKEW * off)
-        wide = np.exp(float(special.stdtrit(count - 1, 0.975)) * off)
+        wide = factor_of_interval(whole, self.splits)
         high = np.where(p > 0.0, np.minimum(p * wide, 1.0), self._bound())
         all_did = p > 1.0 - _ROUNDING  # and no path was left whose rate could be known
         late = whole - half
