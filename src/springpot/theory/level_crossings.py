@@ -206,7 +206,7 @@ def exceedance_level(system: System, probability: Mapping[str, Any], duration: f
 
 
 def _levels(response: LinearResponse, name: str, given: Any, duration: float) -> LevelsOfProbability:
-    place, both = _asked(response.system, name)
+    place, both = _asked(response.system, name, "probability")
     moments = mean, deviation, crossings, _ = _moments(response, place)
     wanted = np.asarray(given, dtype=object)
     hint = "It is of exceeding the level within the time."
@@ -282,15 +282,15 @@ def _rates_at(
     return LevelRates(name, levels, np.asarray(at_start), rate, crossings, bandwidth)
 
 
-def _asked(system: System, name: object) -> tuple[str, bool]:
-    """The point or part, and whether both sides count."""
+def _asked(system: System, name: object, argument: str = "levels") -> tuple[str, bool]:
+    """The point or part, and whether both sides count; ``argument`` asks for it."""
     many, at = len(system.points) > 1, system.coordinates
     before = [f"{point}_" for point in system.points] if many else [""]
     known = {f"{point}{what}": (point[:-1], what != "x") for point in before for what in ("x", "distance")}
     if many:
         ends = ("elongation", "distance")
         known |= {f"{part}_{what}": (part, what == "distance") for part in at.elongations for what in ends}
-    return known[known_word(name, known, "levels", "must be of")]
+    return known[known_word(name, known, argument, "must be of")]
 
 
 def _moments(response: LinearResponse, place: str) -> tuple[float, float, float, float]:

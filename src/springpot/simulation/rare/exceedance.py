@@ -252,8 +252,7 @@ def hint_of(
         from springpot.theory.level_crossings import covers  # slow to import
 
         names = [name for name in quantities if covers(system, name)]
-        of_theory = f"; {theory} has {listed(names)} in the stationary state at once"
-        return ends + (of_theory if names else "")
+        return f"{ends}; {theory} has {listed(names)} in the stationary state at once" if names else ends
 
     return words
 
