@@ -143,7 +143,8 @@ def test_the_level_of_a_probability_has_it() -> None:
     ("probability", "sentence"),
     [
         ({}, "probability must be a dict"), (1e-6, "probability must be a dict"),
-        ({"x": 0.6}, "probability of x must be in"), ({"y": 0.1}, "probability must be of"), ({"x": "rare"}, "probability of x must be a real number"),
+        ({"x": 0.6}, "probability of x must be in"), ({"y": 0.1}, "probability must be of"),
+        ({"x": "rare"}, "probability of x must be a real number"),
     ],
 )  # fmt: skip
 def test_a_probability_that_is_none_is_said(probability: Any, sentence: str) -> None:
