@@ -86,7 +86,9 @@ def about_walls(
 
 
 def before_walls(system: System, x_mean: float, x_mean_square: float, v_mean_square: float) -> dict[str, Before]:
-    """What one mass does before each of its walls and contacts, from its moments."""
+    """What one mass does before each of its walls and contacts, from its moments; NaN, as of several, is nothing."""
+    if math.isnan(x_mean):
+        return {}
     spread, speed = math.sqrt(max(x_mean_square - x_mean**2, 0.0)), math.sqrt(max(v_mean_square, 0.0))
     press = {name: wall.inwards * float(system.potential.force(wall.position)) for name, wall in system.stops.items()}
     return {name: Before("x", x_mean, spread, speed, system.natural_frequency, own) for name, own in press.items()}

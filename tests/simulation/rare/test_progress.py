@@ -32,7 +32,7 @@ def test_a_long_call_in_python_says_so_first_and_what_has_it_at_once(
     said = capsys.readouterr().err.splitlines()
     assert said[0].startswith("springpot: this takes about ")
     assert said[0].endswith(
-        " (max_time= ends it earlier; springpot.theory.exceedance has x in the stationary state at once)."
+        " (max_time= ends it earlier; springpot.theory.exceedance has x at once, by formulas of the stationary state)."
     )
     sp.exceedance(WALL, {"x": 4.0}, **SHORT, rtol=0.3)
     assert capsys.readouterr().err.splitlines()[0].endswith("(max_time= ends it earlier).")

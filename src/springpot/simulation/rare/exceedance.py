@@ -252,7 +252,7 @@ def hint_of(
         from springpot.theory.level_crossings import covers  # slow to import
 
         names = [name for name in quantities if covers(system, name)]
-        return f"{ends}; {theory} has {listed(names)} in the stationary state at once" if names else ends
+        return f"{ends}; {theory} has {listed(names)} at once, by formulas of the stationary state" if names else ends
 
     return words
 
