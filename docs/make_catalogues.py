@@ -57,7 +57,8 @@ are `run["x_mean"].error`, `.step_bias` and `.budget`:
 | `_error` | with `rtol`: 1.96 `_se` and the three bounds together: half-width of a 95 % interval, printed after `+-` |
 
 The endings that need `rtol` exist for the results that are marked above. Of the distributions those of `impact_speed`
-and the quantiles of `v_largest` have a `_step_bias`.
+and the quantiles of `v_largest` have a `_step_bias`, of several masses those of each wall and each mass, such as
+`gap_impact_speed_quantile_step_bias` and `box_v_largest_quantile_step_bias`.
 
 ## Impacts that have no rate
 

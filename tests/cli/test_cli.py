@@ -20,7 +20,8 @@ import pytest
 
 import springpot
 from springpot import cli
-from springpot.cli import doctor, terminal
+from springpot.cli import doctor
+from springpot.machine import bar as progress_bar
 from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
@@ -441,8 +442,8 @@ def test_the_bar_waits_and_writes_to_stderr_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(terminal, "QUIET_SECONDS", 0.3)
-    with terminal.Bar("working", first="finding its feet") as bar:
+    monkeypatch.setattr(progress_bar, "QUIET_SECONDS", 0.3)
+    with progress_bar.Bar("working", first="finding its feet") as bar:
         assert capsys.readouterr() == ("", "")
         wait_for(lambda: bar._bar)
         assert bar._bar is not None
@@ -459,16 +460,16 @@ def test_the_bar_waits_and_writes_to_stderr_only(
 
 def test_short_work_shows_no_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with terminal.Bar("working") as bar:
+    with progress_bar.Bar("working") as bar:
         bar(0.5)
     assert capsys.readouterr() == ("", "")
     assert not bar._timer.is_alive() or bar._timer.join(5.0) is None
 
 
 def test_no_bar_without_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(terminal, "QUIET_SECONDS", 0.0)
+    monkeypatch.setattr(progress_bar, "QUIET_SECONDS", 0.0)
     before = threading.active_count()
-    with terminal.Bar("working") as bar:
+    with progress_bar.Bar("working") as bar:
         bar(0.5)
         assert threading.active_count() == before
     assert capsys.readouterr() == ("", "")
@@ -493,7 +494,7 @@ def test_what_the_bar_says_first(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     said: list[str] = []
-    bar = terminal.Bar
+    bar = progress_bar.Bar
     monkeypatch.setattr(cli.commands, "Bar", lambda text, first, **more: said.append(first) or bar(text, first))
     assert cli.main(["simulate", *words.split()]) == 0
     assert said == [first]

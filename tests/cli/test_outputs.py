@@ -12,7 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
-from springpot.cli.terminal import Bar
+from springpot.machine.bar import Bar
 from springpot.machine.progress import Estimate, FractionDone
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.warnings import about_options

@@ -9,6 +9,7 @@ import pytest
 
 import springpot as sp
 from springpot import cli
+from springpot.machine import bar
 from springpot.simulation import monte_carlo
 from tests.several import buildings, chain
 
@@ -57,7 +58,7 @@ def test_a_long_run_says_so_first(
     pair: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(monte_carlo, "LONG", 1e4)
-    monkeypatch.setattr(cli.terminal, "LONG_SECONDS", 0.0)
+    monkeypatch.setattr(bar, "LONG_SECONDS", 0.0)
     assert cli.main(["simulate", pair, "--paths", "64", "--duration", "5"]) == 0
     said = capsys.readouterr().err
     assert "path-steps in all; 64 paths of 317 steps (fewer --paths or a shorter --duration take less)." in said

@@ -71,7 +71,8 @@ def test_a_kill_in_a_cell_keeps_its_repetitions_and_the_bits(
     killed(file, store, lines)
     kept = [*store.glob("*/*/numbers/*.repetitions")]
     assert len(kept) == 1
-    before = {tuple(json.loads(line)["of"]) for line in kept[0].read_bytes().rpartition(b"\n")[0].splitlines()}
+    ended = kept[0].read_bytes().rpartition(b"\n")[0].splitlines()
+    before = {tuple(json.loads(line.split(b" ", 2)[2])["of"]) for line in ended}
     added, add = list[tuple[Any, ...]](), Saved.add
 
     def watched(saved: Saved, tally: Tally, *of: Any) -> None:

@@ -124,3 +124,34 @@ def test_what_is_not_gaussian_is_not_covered() -> None:
     for part in (sp.Barrier(0.0), sp.Harmonic(1.0, 2.0), sp.PolynomialSpring((0.0, 0.0, 1.0))):
         with pytest.raises(NotCoveredError):
             sp.theory.exceedance(sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2), part), {"x": 1.0})
+
+
+def test_the_level_of_a_probability_has_it() -> None:
+    """By each formula, above the mean and on both sides, also where the mean is not 0."""
+    pressed = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2), sp.Constant(0.5))
+    for system, both in ((DASHPOT, False), (DASHPOT, True), (pressed, False), (pressed, True)):
+        name = "distance" if both else "x"
+        found = sp.theory.exceedance_level(system, {name: [1e-3, 1e-9]}, 20.0)[name]
+        assert {"rice", "vanmarcke"} <= {*found.level}
+        for formula, levels in found.level.items():
+            back = sp.theory.exceedance(system, {name: levels})[name].probability(20.0)[formula]
+            np.testing.assert_allclose(back, [1e-3, 1e-9], rtol=2e-3, err_msg=formula)
+        assert (found.level["rice"] >= found.level["vanmarcke"]).all()
+
+
+@pytest.mark.parametrize(
+    ("probability", "sentence"),
+    [
+        ({}, "probability must be a dict"), (1e-6, "probability must be a dict"),
+        ({"x": 0.6}, "probability of x must be in"), ({"y": 0.1}, "probability must be of"),
+        ({"x": "rare"}, "probability of x must be a real number"),
+    ],
+)  # fmt: skip
+def test_a_probability_that_is_none_is_said(probability: Any, sentence: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        sp.theory.exceedance_level(DASHPOT, probability, 20.0)
+
+
+def test_where_the_level_would_be_next_to_the_mean_nothing_is_found() -> None:
+    with pytest.raises(ValueError, match="probability of x must be at most that of a level next to the mean"):
+        sp.theory.exceedance_level(DASHPOT, {"x": 0.5}, 1e-3)

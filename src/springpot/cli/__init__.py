@@ -19,7 +19,8 @@ from cyclopts import CycloptsError
 from springpot.cli.commands import app
 from springpot.cli.flags import in_flags
 from springpot.cli.messages import of_the_system, one_sentence, usage
-from springpot.cli.terminal import say, warnings_as_sentences
+from springpot.cli.terminal import warnings_as_sentences
+from springpot.machine.bar import say
 from springpot.machine.extras import MissingExtraError
 from springpot.machine.faults import FileError
 

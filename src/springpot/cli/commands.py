@@ -30,7 +30,8 @@ from springpot.cli.flags import (
     written,
 )
 from springpot.cli.tables import gap, is_number, plain, print_estimates
-from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
+from springpot.machine.bar import Bar, say
 from springpot.machine.faults import Stopped, known_word, with_error
 from springpot.machine.interrupt import asked_to_stop, leave_at_once
 from springpot.machine.places import place_for
@@ -420,8 +421,10 @@ def fit(
 app.command(
     "springpot.cli.exceeding:exceedance",
     name="exceedance",
-    help="Rare events: the probability that a quantity exceeds levels within a time, and how often it does.\n\n"
-    "Example: springpot exceedance --order 0.5 --levels x 3.0 --levels x 4.0 --duration 20",
+    help="Rare events: the probability that a quantity exceeds levels within a time, and how often it does; or the "
+    "level that it exceeds with a probability.\n\n"
+    "Example: springpot exceedance --order 0.5 --levels x 3.0 --levels x 4.0 --duration 20\n\n"
+    "Example: springpot exceedance --order 0.5 --probability x 1e-6 --duration 20",
 )
 app.command(
     "springpot.cli.designing:sensitivity",

@@ -20,7 +20,8 @@ from springpot.cli.flags import (
     problem_of,
     written,
 )
-from springpot.cli.terminal import Bar, Json, Whole, check_picture
+from springpot.cli.terminal import Json, Whole, check_picture
+from springpot.machine.bar import Bar
 from springpot.machine.faults import with_error
 from springpot.machine.interrupt import leave_at_once
 

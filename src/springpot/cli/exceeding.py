@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 from springpot.cli.commands import by_name, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of, written
-from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json
+from springpot.cli.terminal import Json, Whole, check_picture, print_json
+from springpot.machine.bar import Bar
 from springpot.machine.interrupt import leave_at_once
 
 _LEVELS = Parameter(
@@ -21,12 +22,22 @@ _LEVELS = Parameter(
 )
 
 
+_PROBABILITY = Parameter(
+    group=MONTE_CARLO,
+    negative="",
+    metavar="NAME PROBABILITY",
+    help="In place of levels: the level that is exceeded with this probability is found; 'x below' of one that is "
+    "exceeded downwards; can be repeated.",
+)
+
+
 def exceedance(
     file: SystemFile = None,
     /,
     *,
     flags: Flags = STANDARD,
-    levels: Annotated[list[tuple[str, float]], _LEVELS],
+    levels: Annotated[list[tuple[str, float]] | None, _LEVELS] = None,
+    probability: Annotated[list[tuple[str, float]] | None, _PROBABILITY] = None,
     duration: Annotated[float, monte_carlo("The time, in s.")],
     rtol: Annotated[float, monte_carlo("Standard error of each probability, relative to it.")] = 0.1,
     start: Annotated[
@@ -36,7 +47,8 @@ def exceedance(
     seed: Annotated[Whole, monte_carlo("Seed of the random numbers.")] = 1,
     threads: Threads = None,
     max_time: Annotated[
-        float | None, monte_carlo("Seconds after which it ends; levels not reached then have an upper bound.")
+        float | None,
+        monte_carlo("Seconds after which it ends, with those of compilation; levels not reached have an upper bound."),
     ] = None,
     save: Annotated[
         str | None, written("File of the repetitions that have ended; the same command goes on from them.")
@@ -48,18 +60,20 @@ def exceedance(
     problem = problem_of(file, flags)
     check_picture(plot)
     with leave_at_once():
-        from springpot.simulation.rare.exceedance import exceeded
+        from springpot.simulation.rare.exceedance import exceeded, hint_of
 
-    with Bar("splitting paths", first="simulating") as bar:
+    asked, sought = (None if given is None else by_name(given) for given in (levels, probability))
+    hint = hint_of(problem, asked or sought or {}, "--max-time ends it earlier", "springpot theory --levels")
+    with Bar("splitting paths", first="simulating", hint=hint) as bar:
         found = exceeded(
-            problem, by_name(levels), duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
-            max_time=max_time, save=save, progress=bar,
+            problem, asked, probability=sought, duration=duration, rtol=rtol, start=start, step=step, seed=seed,
+            threads=threads, max_time=max_time, save=save, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)
     if json_:
         print_json(found.to_dict())
     else:
-        print("\n".join(map(str, found.curves.values())))
+        print("\n".join(map(str, [*found.level.values(), *found.curves.values()])))
     if plot is not None:
         from springpot.figures import style
         from springpot.figures.passages import plot_return_periods
@@ -68,4 +82,8 @@ def exceedance(
         for curve, ax in zip(found.curves.values(), panels, strict=True):
             plot_return_periods(curve, ax)
         style.save(figure, Path(plot))
-    return 1 if {"rare_not_known", "level_not_reached"} & {sentence.name for sentence in found.warnings} else 0
+    return (
+        1
+        if {"rare_not_known", "level_not_reached", "level_not_found"} & {sentence.name for sentence in found.warnings}
+        else 0
+    )

@@ -219,7 +219,7 @@ RunFlags = _flags_class("RunFlags", (
           "all mean square displacements and velocities.",
           consume_multiple=True, metavar="NAME ..."),
     _flag("max_time", float, MONTE_CARLO,
-          "With --rtol: seconds after which the run stops and keeps what it has reached."),
+          "With --rtol: seconds, with those of compilation, after which the run stops and keeps what it has reached."),
     *(_flag(name, Whole if int in get_args(get_args(hint)[0]) else get_args(hint)[0], MONTE_CARLO, words(name),
             **_STATE if name.startswith("initial_") else {"metavar": "START END" if name == "window" else None})
       for name, hint in hints("record", "record_every").items()),  # these two belong to the file

@@ -10,7 +10,8 @@ from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from springpot.cli.terminal import Bar, Json, Whole, check_picture, print_json, print_table, say
+from springpot.cli.terminal import Json, Whole, check_picture, print_json, print_table
+from springpot.machine.bar import Bar, say
 from springpot.machine.interrupt import leave_at_once
 from springpot.machine.places import shell_word
 from springpot.problem.numbers import label_of

@@ -198,7 +198,9 @@ def _by_monte_carlo(
     base, motion = simulated(numbers.system), motion_of(numbers.system)
     for name in names:
         known_word(name, [*base, *felt], "quantities", "must be among")
-    if motion.struck.crowded and any("impact_" in name for name in names):
+    lossy = [speed.removesuffix("impact_speed") for speed, walls in motion.struck_in(settings.step).items()
+             if walls.restitution < 1.0]  # fmt: skip
+    if any("impact_" in name and name.startswith(before) for before in lossy for name in names):
         said.append("The walls are lossy: impacts slower than the step resolves are not counted, on neither side.")
     for name in names:
         if math.isnan(base[name][0]):

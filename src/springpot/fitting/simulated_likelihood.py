@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from springpot.fitting.simulated_runs import MOST_SHARE
 from springpot.fitting.statistics import MeasuredStatistics
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed
+from springpot.problem.system import System
 
 _MOST_BLUR = 0.8  # of the information that is seen in a direction: where the errors are no longer corrected for it
 
@@ -201,8 +202,7 @@ class MomentsLikelihood(LeastSquares):
             own = dict(zip(case.data.names, expected[at : at + case.data.size].tolist(), strict=True))
             spread = dict(zip(case.data.names, self._spread[at : at + case.data.size].tolist(), strict=True))
             at += case.data.size
-            speed = own.get("impact_speed_mean_square", own.get("impact_speed_mean", 0.0) ** 2 * math.pi / 2.0)
-            values = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": speed, **own}
+            values = _impacts(case.system, own) | own
             for name, bias in step_biases_at(case, named, values).items():
                 if name in own and bias > 0.3 * spread[name]:
                     said.append(
@@ -218,3 +218,14 @@ class MomentsLikelihood(LeastSquares):
             "statistic", "1", np.arange(1.0, self.size + 1.0), np.array(self.measured.names), data, expected,
             (data - expected) / self._spread, self._spread,
         )  # fmt: skip
+
+
+def _impacts(system: System, own: Mapping[str, float]) -> dict[str, float]:
+    """Rate and speeds of the impacts on all walls, and on each, as far as they follow from what was measured."""
+    found = dict[str, float]()
+    for before in ("", *(f"{wall}_" for wall in system.stops)):
+        speed = own.get(f"{before}impact_speed_mean", 0.0)
+        square = own.get(f"{before}impact_speed_mean_square", speed**2 * math.pi / 2.0)
+        found |= {f"{before}impact_rate": 1.0, f"{before}impact_speed_mean": 1.0}
+        found[f"{before}impact_speed_mean_square"] = square
+    return found

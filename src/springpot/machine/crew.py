@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 
-PATIENCE = 0.4  # s for threads to end after Ctrl-C; threads in a long call are not waited for
+PATIENCE = 0.4  # s for threads to end after Ctrl-C, or when nobody waits for them; those in a long call end later
 
 
 def work_together(
@@ -35,7 +35,7 @@ def work_together(
     Raises
     ------
     BaseException
-        The first exception of ``work`` or ``tell``, after all threads have ended.  KeyboardInterrupt within half a
+        The first exception of ``work``, after all threads have ended; of ``tell``, or KeyboardInterrupt, within half a
         second: a thread that is busy for longer, for example compiling, ends by itself later.
 
     Examples
@@ -71,9 +71,9 @@ def work_together(
                     stop()
             if tell is not None and first is None:
                 tell()
-    except BaseException as error:
+    except BaseException:
         stop()
-        until = time.monotonic() + (PATIENCE if isinstance(error, KeyboardInterrupt) else threading.TIMEOUT_MAX / 2)
+        until = time.monotonic() + PATIENCE
         for thread in team:
             if thread.ident is not None:
                 thread.join(max(0.0, until - time.monotonic()))

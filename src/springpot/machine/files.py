@@ -99,8 +99,8 @@ def read_text(path: str | Path, title: str, largest: int) -> str:
 
 
 @contextlib.contextmanager
-def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
-    """The same to be read line by line: no more of it is in memory than is asked for.
+def open_bytes(path: str | Path, title: str, largest: int) -> Iterator[BinaryIO]:
+    """A file to be read line by line: no more of it is in memory than is asked for.
 
     Parameters
     ----------
@@ -110,12 +110,46 @@ def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
     Raises
     ------
     FileNotFoundError, FileError
-        As `read_text`; what is not UTF-8 is found when it is read.
+        As `read_text`, whatever the bytes are.
     """
     with _sentences(path, title), _opened(str(path)) as file:
         if os.fstat(file.fileno()).st_size > largest:
             raise Damaged(_too_large(largest))
+        yield file
+
+
+@contextlib.contextmanager
+def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
+    """The same as text in UTF-8.
+
+    Raises
+    ------
+    FileNotFoundError, FileError
+        As `read_text`; what is not UTF-8 is found when it is read.
+    """
+    with _sentences(path, title), open_bytes(path, title, largest) as file:
         yield io.TextIOWrapper(file, "utf-8-sig")
+
+
+def append_line(path: str | Path, line: bytes) -> None:
+    """Write a line at the end of a file, which is made if missing; a line that a killed process began stays as it is.
+
+    An empty line only makes the file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written: also where a folder, a pipe or a device is in its place, which is never waited for.
+    """
+    with open(path, "ab+", buffering=0, opener=_without_waiting) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "it is not a file, but a pipe or a device", str(path))
+        if not line:
+            return
+        if file.tell():
+            file.seek(-1, os.SEEK_END)
+            line = line if file.read(1) == b"\n" else b"\n" + line
+        file.write(line + b"\n")
 
 
 @contextlib.contextmanager
@@ -134,7 +168,7 @@ def _sentences(path: str | Path, title: str) -> Iterator[None]:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)
 
 
 def make_room(path: str, *, folder: bool = False) -> None:

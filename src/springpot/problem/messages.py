@@ -225,8 +225,8 @@ MESSAGES: dict[str, Kind] = {
     ),
     "slow_impact_quantiles": Kind(
         _ACCURACY,
-        "the step of {step:g} s misses slow impacts, so these quantiles of the impact speed are wrong: {quantiles}. "
-        "impact_speed_quantile_step_bias bounds the error; a shorter step reduces it.",
+        "the step of {step:g} s misses slow impacts, so these quantiles of the impact speed{of} are wrong: "
+        "{quantiles}. {name}_quantile_step_bias bounds the error; a shorter step reduces it.",
         "Use a finer step, or read higher quantiles only.",
     ),
     "uncontrolled_impacts": Kind(
@@ -291,21 +291,31 @@ MESSAGES: dict[str, Kind] = {
         "the probability of {name} above {level:g} {unit} is known to {reached} only, not to {rtol}: {reason}.",
         "Give a larger rtol or max_time.",
     ),
+    "level_not_found": Kind(
+        _RARE,
+        "no level of {name} was found that is exceeded with a probability of {probability:g}: {reason}.",
+        "Ask for the probability of a level instead, or give a larger max_time.",
+    ),
     "level_not_reached": Kind(
         _RARE,
         "no path exceeded {name} of {level:g} {unit}: its probability is at most {most:.2g}.",
         "Give a larger max_time, or lower levels.",
     ),
+    "not_saved": Kind(
+        _RARE,
+        "{place!r} could not be written any more ({reason}), so later repetitions are not in it; this result has them.",
+        "Make room, and repeat the call: it goes on from those that are in the file.",
+    ),
     "far_wall": Kind(
         _PROBLEM,
-        "{wall} is {away:.0f} standard deviations of x away from its mean, so no path comes near it: check position, "
+        "{wall} is {away:.0f} standard deviations of {x} away from its mean, so no path comes near it: check position, "
         "side and unit.",
         "Check position, side and unit; leave the wall out if it is meant.",
     ),
     "pressed_wall": Kind(
         _PROBLEM,
-        "{wall} is pressed against by the springs all the time, and x has a standard deviation of only {spread:.2g} m: "
-        "check position, side and unit.",
+        "{wall} is pressed against by the springs all the time, and {x} has a standard deviation of only {spread:.2g} "
+        "m: check position, side and unit.",
         "Check position, side and unit: a gap of the wrong sign is a preload.",
     ),
     "chatter": Kind(

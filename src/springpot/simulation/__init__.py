@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from springpot.simulation.error.budget import Budget
     from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.rare.exceedance import Exceedance
+    from springpot.simulation.rare.levels import ExceedanceLevel
     from springpot.simulation.rare.search import ExceedanceCurve
     from springpot.simulation.result.load import load_run
     from springpot.simulation.result.results import Estimate, Run
@@ -27,12 +28,13 @@ if TYPE_CHECKING:
     from springpot.simulation.watch.spectrum import Spectrum
 
 __all__ = [
-    "Bounded", "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "PassageRate", "PassageTimes",
-    "PassagesOfLevels", "Profile", "Run", "Spectrum", "load_run", "simulate",
+    "Bounded", "Budget", "Distribution", "Estimate", "Exceedance", "ExceedanceCurve", "ExceedanceLevel", "PassageRate",
+    "PassageTimes", "PassagesOfLevels", "Profile", "Run", "Spectrum", "load_run", "simulate",
 ]  # fmt: skip
 _PLACES = {
     "simulation.error.budget": ("Budget",),
     "simulation.rare.exceedance": ("Exceedance",),
+    "simulation.rare.levels": ("ExceedanceLevel",),
     "simulation.rare.search": ("ExceedanceCurve",),
     "simulation.result.load": ("load_run",),
     "simulation.result.results": ("Estimate", "Run"),

@@ -93,7 +93,6 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     for name, (value, samples) in observed.counted_impacts.items():
         values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
     errors |= _errors_of_own(wanted, values, seen)
-    speeds = observed.distributions.get("impact_speed")
     biases = step_biases(
         plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
     )
@@ -108,7 +107,7 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
             for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
             if own.name not in said
         ),
-        *(about_quantiles(simulation, speeds, PROBABILITIES) if speeds is not None else ()),
+        *about_quantiles(simulation, observed.distributions, PROBABILITIES),
         *about_observables(observed.means, values),
         *about_damage(observed.counted_impacts),
         *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
@@ -224,7 +223,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
-        a whole round of paths; the number of rounds depends on the machine.
+        a whole round of paths; the number of rounds depends on the machine.  The compilation of a new kind of system,
+        up to half a minute, counts too.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.  With several masses the names of the arguments

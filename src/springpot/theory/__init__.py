@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from springpot.machine.faults import NotCoveredError
 
 if TYPE_CHECKING:
-    from springpot.theory.level_crossings import LevelRates, exceedance
+    from springpot.theory.level_crossings import LevelRates, LevelsOfProbability, exceedance, exceedance_level
     from springpot.theory.methods.averaging import Averaging, averaging
     from springpot.theory.methods.envelope.method import Envelope, envelope
     from springpot.theory.methods.exact import Exact, exact
@@ -41,6 +41,7 @@ __all__ = [
     "FokkerPlanck",
     "HalfCycles",
     "LevelRates",
+    "LevelsOfProbability",
     "LinearResponse",
     "Linearization",
     "MemoryClosure",
@@ -56,6 +57,7 @@ __all__ = [
     "envelope",
     "exact",
     "exceedance",
+    "exceedance_level",
     "fatigue",
     "fokker_planck",
     "half_cycles",
@@ -69,7 +71,7 @@ __all__ = [
     "transient",
 ]
 _PLACES = {
-    "level_crossings": ("LevelRates", "exceedance"),
+    "level_crossings": ("LevelRates", "LevelsOfProbability", "exceedance", "exceedance_level"),
     "methods.averaging": ("Averaging", "averaging"),
     "methods.memory_closure.method": ("MemoryClosure", "memory_closure"),
     "methods.envelope.method": ("Envelope", "envelope"),

@@ -8,16 +8,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import special
+from scipy import optimize, special
 
 from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import known_word, shown
+from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.system import System
 from springpot.theory.methods.envelope.method import Envelope, envelope
 from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
 
 _LEAST_LEVEL = 1e-9  # over the deviation: a level that lies less far off is the mean
+_CLOSE, _SURE = 0.02, 1e-5  # of the levels by the envelope, in standard deviations
+_NEAREST = 1e-3  # standard deviations between the mean and a level that is sought, least
 _EVEN = 1e-6  # standard deviations of a mean that counts as 0
 MEASURED = {
     "rice": "Counts every crossing: a bound on the probability. On one side its rate was within 6 % of Monte Carlo at "
@@ -93,6 +95,26 @@ class LevelRates:
         return {**found, "rice": np.minimum(self.at_start + self.rate["rice"] * time, 1.0)}
 
 
+@dataclass(frozen=True, eq=False)
+class LevelsOfProbability:
+    """Levels that a displacement exceeds with given probabilities within a time, by formulas, in the stationary state.
+
+    Attributes
+    ----------
+    name : str
+    probability : ndarray
+    duration : float
+        In s.
+    level : dict of ndarray
+        In m, by each formula, as the rates of `LevelRates`; that of Rice is an upper bound.
+    """
+
+    name: str
+    probability: Floats
+    duration: float
+    level: Mapping[str, Floats]
+
+
 def exceedance(system: System, levels: Mapping[str, Any]) -> dict[str, LevelRates]:
     """How often the displacements of a linear system first exceed levels, by Rice's and Vanmarcke's formulas.
 
@@ -144,6 +166,91 @@ def exceedance(system: System, levels: Mapping[str, Any]) -> dict[str, LevelRate
     return {name: _rates(response, name, given) for name, given in levels.items()}
 
 
+def exceedance_level(system: System, probability: Mapping[str, Any], duration: float) -> dict[str, LevelsOfProbability]:
+    """The levels that displacements of a linear system exceed with given probabilities within a time: the inverse of
+    `exceedance`.
+
+    Parameters
+    ----------
+    system : System
+        A linear one.
+    probability : dict
+        Quantities, as in `exceedance`, and probabilities, one or many, in [1e-15, 0.5]; of ``"x"`` above the mean.
+    duration : float
+        In s.
+
+    Returns
+    -------
+    dict of LevelsOfProbability
+        By quantity.
+
+    Raises
+    ------
+    NotCoveredError, NoStationaryStateError, TypeError, ValueError
+        As `exceedance`; also if a probability is out of its range, or larger than that of a level next to the mean.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> device = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
+    >>> found = exceedance_level(device, {"x": [1e-3, 1e-6]}, 20.0)["x"].level["vanmarcke"]
+    >>> found.round(3), exceedance(device, {"x": found})["x"].probability(20.0)["vanmarcke"].round(9)
+    (array([3.982, 5.462]), array([1.e-03, 1.e-06]))
+    """
+    if not isinstance(probability, Mapping) or not probability:
+        raise TypeError(
+            f"probability must be a dict of names and probabilities, such as {{'x': 1e-6}}, not {shown(probability)}."
+        )
+    time = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
+    response = linear(system)
+    return {name: _levels(response, name, given, time) for name, given in probability.items()}
+
+
+def _levels(response: LinearResponse, name: str, given: Any, duration: float) -> LevelsOfProbability:
+    place, both = _asked(response.system, name, "probability")
+    moments = mean, deviation, crossings, _ = _moments(response, place)
+    wanted = np.asarray(given, dtype=object)
+    hint = "It is of exceeding the level within the time."
+    each = [finite_number(p, f"probability of {name}", low=1e-15, high=0.5, hint=hint) for p in wanted.flat]
+    middle = abs(mean) if both else mean
+
+    solved = _envelope_of(response.system, place)
+
+    def off(level: float, formula: str, p: float) -> float:
+        own = solved if formula == "envelope" else None
+        rates = _rates_at(name, both, moments, np.array([level]), own)
+        return math.log(float(rates.probability(duration)[formula][0]) / p)
+
+    def level_by(formula: str, p: float) -> float:
+        """Rice's rate, which bounds the others, falls to p within these standard deviations."""
+        b = math.sqrt(2.0 * math.log(max(2.0 * crossings * duration, 1.0) / p)) + 1.0
+        near, far = middle + _NEAREST * deviation, middle + b * deviation
+        if formula == "envelope":  # each level takes it a while, and Vanmarcke's is close
+            at = level_by("vanmarcke", p)
+            found = optimize.root_scalar(
+                off, (formula, p), "secant", x0=at, x1=at + _CLOSE * deviation, xtol=_SURE * deviation
+            )  # fmt: skip
+            return float(found.root) if found.converged else math.nan
+        if off(near, formula, p) < 0.0:
+            raise ValueError(f"probability of {name} must be at most that of a level next to the mean, not {p:g}.")
+        return float(optimize.brentq(off, near, far, (formula, p), rtol=1e-12))
+
+    formulas = _rates_at(name, both, moments, np.array([middle + 3.0 * deviation]), solved).rate
+    found = {formula: [level_by(formula, p) for p in each] for formula in formulas}
+    shaped = {formula: np.array(own).reshape(wanted.shape) for formula, own in found.items()}
+    return LevelsOfProbability(name, np.array(each).reshape(wanted.shape), duration, shaped)
+
+
+def covers(system: System, name: object) -> bool:
+    """Whether `exceedance` has the rates of this quantity."""
+    try:
+        response = linear(system)
+        _moments(response, _asked(response.system, name)[0])
+    except (NotCoveredError, TypeError, ValueError):
+        return False
+    return True
+
+
 def _rates(response: LinearResponse, name: str, given: Any) -> LevelRates:
     place, both = _asked(response.system, name)
     mean, deviation, crossings, bandwidth = _moments(response, place)
@@ -157,26 +264,35 @@ def _rates(response: LinearResponse, name: str, given: Any) -> LevelRates:
     if not (sides > _LEAST_LEVEL * deviation).all():
         beyond = "beyond the mean on both sides" if both else "off the mean"
         raise ValueError(f"level of {name} must lie {beyond}, {mean:g} m.")
+    solved = _envelope_of(response.system, place)
+    return _rates_at(name, both, (mean, deviation, crossings, bandwidth), levels, solved)
+
+
+def _rates_at(
+    name: str, both: bool, moments: tuple[float, float, float, float], levels: Floats, solved: Envelope | None
+) -> LevelRates:
+    """The rates at levels beyond the mean, from what `_moments` found and the envelope."""
+    mean, deviation, crossings, bandwidth = moments
+    sides = np.array([levels - mean, levels + mean]) if both else np.abs(levels - mean)[None]
     b = sides / deviation
     rice = crossings * np.exp(-0.5 * b**2)
     even = both and abs(mean) <= _EVEN * deviation
     clumps = math.sqrt((0.5 if even else 2.0) * math.pi) * bandwidth**1.2 * b
     rate = {"rice": rice.sum(axis=0), "vanmarcke": (rice * np.expm1(-clumps) / np.expm1(-0.5 * b**2)).sum(axis=0)}
-    if place in ("", *response.system.points):
-        rate |= _of_the_envelope(response.system, levels, both)
+    rate |= _of_the_envelope(solved, levels, both)
     at_start = 0.5 * special.erfc(b / math.sqrt(2.0)).sum(axis=0)
     return LevelRates(name, levels, np.asarray(at_start), rate, crossings, bandwidth)
 
 
-def _asked(system: System, name: object) -> tuple[str, bool]:
-    """The point or part, and whether both sides count."""
+def _asked(system: System, name: object, argument: str = "levels") -> tuple[str, bool]:
+    """The point or part, and whether both sides count; ``argument`` asks for it."""
     many, at = len(system.points) > 1, system.coordinates
     before = [f"{point}_" for point in system.points] if many else [""]
     known = {f"{point}{what}": (point[:-1], what != "x") for point in before for what in ("x", "distance")}
     if many:
         ends = ("elongation", "distance")
         known |= {f"{part}_{what}": (part, what == "distance") for part in at.elongations for what in ends}
-    return known[known_word(name, known, "levels", "must be of")]
+    return known[known_word(name, known, argument, "must be of")]
 
 
 def _moments(response: LinearResponse, place: str) -> tuple[float, float, float, float]:
@@ -194,14 +310,22 @@ def _moments(response: LinearResponse, place: str) -> tuple[float, float, float,
     return mean, deviation, frequency / (2.0 * math.pi), bandwidth
 
 
-def _of_the_envelope(system: System, levels: Floats, both: bool) -> dict[str, Floats]:
-    """The rate from the diffusion of the amplitude, if it covers this system and these levels."""
-    name = "distance" if both else "x"
+def _envelope_of(system: System, place: str) -> Envelope | None:
+    """The diffusion of the amplitude, if it covers this system and displacement."""
+    if place not in ("", *system.points):
+        return None
     try:
         solved = envelope(system)
-        if not isinstance(solved, Envelope):
-            return {}
-        rates = [solved.first_passage(**{name: float(level)}).rates.min() for level in levels.flat]
+    except ValueError:
+        return None
+    return solved if isinstance(solved, Envelope) else None
+
+
+def _of_the_envelope(solved: Envelope | None, levels: Floats, both: bool) -> dict[str, Floats]:
+    """The rate from the diffusion of the amplitude, if it covers these levels."""
+    name = "distance" if both else "x"
+    try:
+        rates = [] if solved is None else [solved.first_passage(**{name: float(x)}).rates.min() for x in levels.flat]
     except ValueError:
         return {}
-    return {"envelope": np.array(rates).reshape(levels.shape)}
+    return {"envelope": np.array(rates).reshape(levels.shape)} if rates else {}

@@ -268,6 +268,15 @@ def test_damage_of_few_paths_is_doubted() -> None:
     assert "damage_of_few_paths" not in [sentence.name for sentence in many.warnings]
 
 
+def test_damage_that_60_paths_seldom_show_is_doubted_in_every_run() -> None:
+    """With an exponent of 7 intervals held in 91 %, and in 88 % of the runs without a warning, which were most."""
+    for seed in range(12):
+        run = simulated(
+            LIGHT, paths=60, duration=120.0, window=(30.0, 120.0), seed=seed, rainflow={"x": sp.Basquin(7.0)}
+        )
+        assert "damage_of_few_paths" in [sentence.name for sentence in run.warnings], seed
+
+
 def test_the_shares_of_longer_ranges() -> None:
     run = simulated(LIGHT, paths=6400, duration=150.0, window=(50.0, 150.0), step=0.1, rainflow={"x": CURVES[0]})
     ranges = run.distributions["x_range"]

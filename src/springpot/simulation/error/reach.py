@@ -26,7 +26,7 @@ import numpy as np
 from springpot.machine.arguments import MOST_LETTERS, finite_number, items_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, per_cent, shown
-from springpot.machine.progress import Clock, Estimate, FractionDone, OutOfTimeError, in_words
+from springpot.machine.progress import COMPILATION, Clock, Estimate, FractionDone, OutOfTimeError, in_words
 from springpot.problem.catalogue import is_controlled, possible_results
 from springpot.problem.system import System
 from springpot.simulation.error.budget import Budget, Estimates, combine
@@ -440,7 +440,7 @@ def _too_short(report: _Report) -> str:
     needed = "the pilot runs for the stationary start were not finished"
     if report.time_left:
         needed = f"the smallest run takes about {report.time_left}"
-    return f"max_time of {report.clock.limit:g} s is too short for any result: {needed}."
+    return f"max_time of {report.clock.limit:g} s is too short for any result: {needed}. {COMPILATION}"
 
 
 def _shortfall(best: _Outcome, rtol: float, why: str) -> str:

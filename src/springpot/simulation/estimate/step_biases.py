@@ -19,19 +19,18 @@ from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_of_missed
 from springpot.simulation.estimate.slow_impacts import (
     MARGIN,
+    SlowImpacts,
     density_step_bias,
     impact_step_biases,
     quantile_step_bias,
     slow_impacts,
 )
-from springpot.simulation.plan.motion import Motion, StruckWalls
+from springpot.simulation.plan.motion import COUNTABLE, Motion, StruckWalls
 from springpot.simulation.plan.schemes import scheme_of
-from springpot.theory.mckean import COLLAPSE_BELOW
 
 if TYPE_CHECKING:
     from springpot.simulation.watch.distributions import Distribution
 
-_COUNTABLE = 1.0001 * COLLAPSE_BELOW
 OVERSHOOT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
 
 
@@ -61,20 +60,33 @@ def step_biases(
     -------
     dict
         Numbers for ``impact_rate`` and the impact speeds; arrays for ``impact_speed_quantile``, ``v_largest_quantile``
-        and ``impact_speed_density`` (over the bins of `Distribution.density`).
+        and ``impact_speed_density`` (over the bins of `Distribution.density`); of several masses those of each wall and
+        each mass, as ``gap_impact_speed_quantile`` and ``box_v_largest_quantile``.
     """
     biases: dict[str, float | Floats] = dict(impact_biases(motion, step, values))
     biases |= {name: share * values[name] for name, share in motion.velocity_biases(step).items()}
-    if (speeds := distributions.get("impact_speed")) is not None:
-        missed = slow_impacts(motion.struck, step, speeds)
-        if missed is not None:
-            edges, density, _ = speeds.density()
-            biases["impact_speed_quantile"] = quantile_step_bias(missed, speeds, probability)
-            biases["impact_speed_density"] = density_step_bias(missed, edges, density)
-    if "v_largest" in extremes and motion.intensity > 0.0:
-        bias = fastest_speed_step_bias(motion.intensity, step)
-        biases["v_largest_quantile"] = np.full(len(probability), bias)
+    for name, (speeds, missed) in missed_in(motion, step, distributions).items():
+        edges, density, _ = speeds.density()
+        biases[f"{name}_quantile"] = quantile_step_bias(missed, speeds, probability)
+        biases[f"{name}_density"] = density_step_bias(missed, edges, density)
+    for seen in motion.seen:
+        intensity = motion.intensity_of(seen) if f"{seen.names.get('v')}_largest" in extremes else 0.0
+        if intensity > 0.0:
+            bias = fastest_speed_step_bias(intensity, step)
+            biases[f"{seen.names['v']}_largest_quantile"] = np.full(len(probability), bias)
     return biases
+
+
+def missed_in(
+    motion: Motion, step: float, distributions: Mapping[str, Distribution]
+) -> dict[str, tuple[Distribution, SlowImpacts]]:
+    """Each distribution of an impact speed in which slow impacts are missing, by its name, and these impacts."""
+    found = {}
+    for name, walls in motion.struck_in(step).items():
+        speeds = distributions.get(name)
+        if speeds is not None and (missed := slow_impacts(walls, step, speeds)) is not None:
+            found[name] = speeds, missed
+    return found
 
 
 def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict[str, float]:
@@ -87,7 +99,7 @@ def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict
         return biases
     for wall in motion.unit.of(Barrier):
         # a law may be below the limit here and above it for slower impacts, of which most are missed
-        slow = max(restitution_of_missed(wall, motion.intensity, step), _COUNTABLE)
+        slow = max(restitution_of_missed(wall, motion.intensity, step), COUNTABLE)
         alone = StruckWalls(slow, motion.intensity, motion.press_on(wall))
         for name, bias in impact_step_biases(alone, step, values).items():
             biases[name] = max(bias, biases.get(name, 0.0))
@@ -105,7 +117,7 @@ def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict
         powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
         own = {quantity: values.get(f"{name}_{quantity}", math.nan) for quantity in powers}
         seen = restitution_of_missed(dict(motion.system.named())[name], wall.intensity, step)
-        slow = replace(wall, restitution=max(seen, _COUNTABLE))
+        slow = replace(wall, restitution=max(seen, COUNTABLE))
         for quantity, bias in impact_step_biases(slow, step, own).items():
             biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
         for quantity in ("force_mean", "power"):

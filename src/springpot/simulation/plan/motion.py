@@ -46,10 +46,13 @@ from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.unsprung import CreepAlone
 from springpot.theory.mckean import COLLAPSE_BELOW
+from springpot.theory.walls import Before, before_walls
 
 if TYPE_CHECKING:
     from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 
+COUNTABLE = 1.0001 * COLLAPSE_BELOW
+"""The restitution with which a law counts whose slowest impacts would have no rate."""
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _LATER = 1.2  # ratio of the times at which a transient is looked at
 _EVEN = 1e-9  # standard deviations of a mean that counts as 0
@@ -569,6 +572,16 @@ class Motion:
             return StruckWalls()
         return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
 
+    def struck_in(self, step: float) -> dict[str, StruckWalls]:
+        """The rigid walls whose impacts are in each distribution of an impact speed, by its name, as slow impacts see
+        them: of unlike ones that behind which a step misses most of them; a law counts with its value at those.
+        """
+        if self.uncountable or not self.walls or not self.intensity > 0.0:
+            return {}
+        least = min(restitution_of_missed(wall, self.intensity, step) for wall in self.unit.of(Barrier))
+        press = max(self.press_on(wall) for wall in self.unit.of(Barrier))
+        return {"impact_speed": StruckWalls(max(least, COUNTABLE), self.intensity, press)}
+
     def velocity_biases(self, step: float) -> dict[str, float]:
         """Bounds on the relative step biases of mean square velocities that strong dampers leave: of one mass none."""
         return {}
@@ -611,6 +624,10 @@ class Motion:
     def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
         """The walls whose impacts are in a result, and the intensity of the noise that drives the mass to each."""
         return [(wall, self.intensity) for wall in self.walls]
+
+    def motions_before_walls(self, values: Mapping[str, float]) -> dict[str, Before]:
+        """What moves before each wall and contact, from the results of a run."""
+        return before_walls(self.system, *(values[name] for name in ("x_mean", "x_mean_square", "v_mean_square")))
 
     def press_on(self, wall: Barrier) -> float:
         """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""

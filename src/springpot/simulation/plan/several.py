@@ -37,12 +37,12 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
-from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
+from springpot.problem.parts.walls import Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.loose import Loose, loose_masses
-from springpot.simulation.plan.motion import KeptMean, Motion, StruckWalls
+from springpot.simulation.plan.motion import COUNTABLE, KeptMean, Motion, StruckWalls
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.parts import (
     beat,
@@ -60,6 +60,7 @@ from springpot.simulation.plan.seen import Seen, levels_of_several, seen_of_seve
 from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.normal_modes import free_motion
+from springpot.theory.walls import Before
 
 _ROUNDS, _ROUNDS_OF_SIZE = 60, 20  # of frequencies that depend on themselves, and of the size of the motion
 _FAR = 3.0  # standard deviations at which a spring is taken for its fastest motion
@@ -523,10 +524,52 @@ class MotionOfSeveral(Motion):
         """As of one mass, which here strikes with the speed a h / 2."""
         return 0.125 * (1.0 - restitution**2)
 
+    def struck_in(self, step: float) -> dict[str, StruckWalls]:
+        """Each wall has a distribution of its own."""
+        parts = dict(self.system.named())
+        return {
+            f"{name}_impact_speed": replace(
+                alone, restitution=max(restitution_of_missed(parts[name], alone.intensity, step), COUNTABLE)
+            )
+            for name, alone in self.struck_alone.items()
+            if alone.intensity > 0.0 and not self.uncounted_because(f"{name}_impact_rate")
+        }
+
     def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
         """The wall whose result it is."""
         part = self.touched.get(own := owner_of(name, self.touched))
         return [(part, self.struck_alone[own].intensity)] if isinstance(part, Barrier) else []
+
+    def motions_before_walls(self, values: Mapping[str, float]) -> dict[str, Before]:
+        """Where a displacement along the row of a wall is observed; it gives as the springs let it where all else is
+        free.
+        """
+        at, rest = self.system.coordinates, self._equilibrium()
+        stiffness, shapes = np.linalg.eigh(at.sum_of(self.modes.stiffness))
+        held, found = stiffness > _RIGID * stiffness[-1], {}
+        for wall, part in self.touched.items():
+            row = at.elongations[wall]
+            seen = ((name, float(row @ own) / float(own @ own)) for name, own in self.displacements.items()
+                    if np.array_equal(row, own) or np.array_equal(row, -own))  # fmt: skip
+            name, sign = next(seen, ("", 0.0))
+            if f"{name}_mean_square" not in values:
+                continue
+            mean, square = sign * values.get(f"{name}_mean", 0.0), values[f"{name}_mean_square"]  # or 0 by symmetry
+            moved = row @ shapes
+            is_held = held.any() and np.abs(moved[~held]).max(initial=0.0) <= _RIGID * np.abs(moved).max()
+            give = float((moved[held] ** 2 / stiffness[held]).sum()) if is_held else math.inf
+            frequency = 1.0 / math.sqrt(give * at.reduced(row))
+            found[wall] = Before(
+                name, mean, math.sqrt(max(square - mean**2, 0.0)), self._speed_of(name, row, values), frequency,
+                frequency**2 * part.inwards * (part.position - float(row @ rest)),
+            )  # fmt: skip
+        return found
+
+    def _speed_of(self, name: str, row: Floats, values: Mapping[str, float]) -> float:
+        """Of a displacement; of an elongation, whose speed is no result, as if its ends moved independently."""
+        ends = zip(self.system.coordinates.names, row, strict=True)
+        parts = [(name[:-2], 1.0)] if name.endswith("_x") else [(end, share) for end, share in ends if share]
+        return math.hypot(*(share * math.sqrt(values.get(f"{end}_v_mean_square", 0.0)) for end, share in parts))
 
     def velocity_biases(self, step: float) -> dict[str, float]:
         """Of noise that is not matched to the dampers, which take a share of each kick within its step."""

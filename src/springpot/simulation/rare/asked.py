@@ -43,6 +43,7 @@ from springpot.simulation.watch.observables import is_taken, mean_of
 
 SPACING = 0.05  # of kept states, in units of the mean square of v
 FLOOR = 0.25  # share of plain paths below the coordinate under which the first paths keep no states
+_RARE = 0.02  # share of plain paths above the coordinate that tells how many iterations are ahead
 LEAST_RAISED = 0.8  # share of the potential energy beside a lossy wall: measured best for restitutions of 0.4 to 0.9
 
 _FIRST = len(HEADER)
@@ -92,8 +93,10 @@ class Quantity:
         return self.kind in ("x", "v", "force")
 
 
-def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None = None) -> Quantity:
-    """The quantity of this name, or a function of the user that has it.
+def quantity_of(
+    motion: Motion, name: Any, function: Callable[..., float] | None = None, argument: str = "levels"
+) -> Quantity:
+    """The quantity of this name, or a function of the user that has it; ``argument`` asks for it.
 
     Raises
     ------
@@ -102,25 +105,25 @@ def quantity_of(motion: Motion, name: Any, function: Callable[..., float] | None
     """
     if function is not None:
         if name in motion.levels or is_taken(motion.system, str(name)):
-            raise ValueError(f"levels cannot call a function {shown(name)}: there is a quantity of that name.")
+            raise ValueError(f"{argument} cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
         return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
     known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
     if name not in known and name in motion.felt:
         return Quantity(
-            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, "levels")
+            name, unit_of_result(motion.system, f"{name}_mean"), "force", motion.seen_by_name(name, argument)
         )
     if name not in known:
         near = motion.near(name, [*known, *motion.felt])
         if len(points := motion.system.points) > 1:
             a, b = (f"{point}_x" for point in points[:2])
             near += f' Anything else is a function: {{"difference": (lambda {a}, {b}: {a} - {b}, levels)}}.'
-        raise ValueError(f"levels has {shown(name)}, which is no quantity that can be asked{near}")
+        raise ValueError(f"{argument} has {shown(name)}, which is no quantity that can be asked{near}")
     kind, seen = known[name]
     if kind == "impact_speed" and not motion.touched:
-        raise ValueError("levels of impact_speed need a wall or a contact, and the system has none.")
+        raise ValueError(f"{argument} of impact_speed need a wall or a contact, and the system has none.")
     if kind in ("amplitude", "energy") and not motion.system.natural_frequency > 0.0:
-        raise ValueError(f"levels of {name} need a linear spring: use x, v, speed or distance.")
+        raise ValueError(f"{argument} of {name} need a linear spring: use x, v, speed or distance.")
     return Quantity(name, LEVELS.get(kind, "m s-1"), kind, seen)
 
 
@@ -147,6 +150,8 @@ class Asked:
         No state of the first paths is kept below this coordinate.
     downwards : bool
         Whether levels are exceeded by what is below them.
+    iterations : float
+        Of splitting until the target, about, as plain paths tell; 0 before.
     """
 
     name: str
@@ -159,6 +164,7 @@ class Asked:
     target: float
     floor: float = -math.inf
     downwards: bool = False
+    iterations: float = 0.0
 
     @property
     def marks(self) -> slice:
@@ -180,7 +186,10 @@ class Asked:
             slope = float(((values - values.mean()) * rooted).mean()) / spread if spread > 0.0 else 0.0
             there = float(rooted.mean()) + slope * (float(self.levels[-1]) - float(values.mean())) if own.any() else 0.0
             target = least + max(there, float(rooted.max()) if own.any() else 0.0) ** 2
-        return replace(self, target=target, floor=float(np.quantile(reached, FLOOR)))
+        floor, middle, high = np.quantile(reached, (FLOOR, 0.5, 1.0 - _RARE))
+        # the share of the paths beyond a coordinate falls exponentially with it
+        halvings = math.log2(0.5 / _RARE) * max(target - middle, 0.0) / max(high - middle, 1e-9 * abs(high))
+        return replace(self, target=target, floor=float(floor), iterations=1.0 + float(halvings))
 
 
 def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, sign: float) -> Asked:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,9 +15,10 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import name_results, shown
+from springpot.machine.bar import Bar
+from springpot.machine.faults import listed, name_results, shown
 from springpot.machine.progress import Clock, FractionDone
-from springpot.problem.messages import Message
+from springpot.problem.messages import Message, say
 from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
@@ -26,11 +28,15 @@ from springpot.simulation.plan.options import DEFAULTS, Options, StartKind
 from springpot.simulation.plan.plan import Plan, default_start, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
-from springpot.simulation.rare.saved import Saved
+from springpot.simulation.rare.levels import ExceedanceLevel, Sought, sought_curve
+from springpot.simulation.rare.saved import Saved, SavedFile
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
 
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over
+
+RAREST = 1e-15  # probability of which a level is sought
+_BELOW = " below"  # after the name of a quantity whose level is exceeded downwards
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +51,17 @@ class Exceedance:
         ``settings.window``.
     curves : dict
         `ExceedanceCurve` of each quantity, by name; ``found["x"]`` is one of them.
+    level : dict
+        `ExceedanceLevel` of each quantity of which probabilities were asked, by name: the levels that have them.
+    said : tuple of str
+        Warnings that are of no curve alone.
     """
 
     system: System
     settings: Settings
     curves: dict[str, ExceedanceCurve]
+    level: dict[str, ExceedanceLevel] = field(default_factory=dict)
+    said: tuple[Message, ...] = ()
 
     def __post_init__(self) -> None:
         name_results(self, "curves")
@@ -76,12 +88,13 @@ class Exceedance:
     @property
     def warnings(self) -> tuple[Message, ...]:
         """One sentence for each reason to doubt a number."""
-        return tuple(sentence for curve in self.curves.values() for sentence in curve.warnings)
+        return (*(sentence for curve in self.curves.values() for sentence in curve.warnings), *self.said)
 
     def to_dict(self) -> dict[str, Any]:
         """All of it as plain numbers, words, lists and dicts; what is not finite is None."""
         return {
             "curves": {name: curve.to_dict() for name, curve in self.curves.items()},
+            **({"level": {name: found.to_dict() for name, found in self.level.items()}} if self.level else {}),
             "system": self.system.to_dict(),
             "settings": self.settings.to_dict(),
             "warnings": [*map(str, self.warnings)],
@@ -95,15 +108,16 @@ class Exceedance:
 
     def __str__(self) -> str:
         begin, end = self.settings.window
-        lines = [f"in {end - begin:g} s:", *map(str, self.curves.values())]
+        lines = [f"in {end - begin:g} s:", *map(str, self.level.values()), *map(str, self.curves.values())]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
 
 def exceedance(
     system: System,
-    levels: Mapping[str, Any],
+    levels: Mapping[str, Any] | None = None,
     *,
     duration: float,
+    probability: Mapping[str, Any] | None = None,
     rtol: float = 0.1,
     start: StartKind | None = None,
     initial_position: float | None = None,
@@ -116,7 +130,8 @@ def exceedance(
     save: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Exceedance:
-    """The probability that a quantity exceeds a level within a time, however small it is, for many levels at once.
+    """The probability that a quantity exceeds a level within a time, however small it is, for many levels at once; or
+    the level that is exceeded with a given probability.
 
     Rare events are reached by splitting: paths that come near to them are branched, and weighted so that every
     probability is right on average; events that are not rare are counted on plain paths.  Which of the two is cheaper,
@@ -137,6 +152,11 @@ def exceedance(
         observable.
     duration : float
         The time in s.
+    probability : dict
+        In place of ``levels``: quantities and probabilities, one or many, each up to 0.5, such as ``{"x": 1e-6}``, or
+        ``{"x below": 1e-6}`` for a level that is exceeded downwards; of a function ``{"stress": (function, 1e-6)}``.
+        ``found.level["x"]`` has the levels with their errors and intervals, and ``found["x"]`` the probabilities of
+        levels close to them.
     rtol : float
         Standard error of the probability at each level, relative to it, in [0.01, 1].
     start : {"stationary", "rest"}
@@ -150,13 +170,17 @@ def exceedance(
         All available ones if left out.
     max_time : float
         Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
+        The compilation of a new kind of system, up to half a minute, counts too.
     save : str or Path
-        A file, made if missing, to which each repetition is written when it has ended.  The same call goes on from
-        them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  Repetitions are then
-        advanced one after another, which takes up to a quarter more time.
+        A file, made if missing, to which each repetition is written with a checksum when it has ended.  The same call
+        goes on from them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  What was
+        damaged is computed again.  Repetitions are then advanced one after another, which takes up to a quarter more
+        time.  Where the file cannot be written any more, the run goes on, and a warning says so.
     progress : callable
         Called with the fraction done, about; if it is a `springpot.machine.progress.FractionDone`, its ``estimate`` has
-        the seconds that are left.
+        the seconds that are left.  What it raises ends the call.  If left out, a call of more than two seconds shows a
+        bar on a terminal, and one that will take more than ten says so on stderr before it does it, and if
+        `springpot.theory.exceedance` has the same at once.
 
     Returns
     -------
@@ -170,7 +194,7 @@ def exceedance(
     NotCoveredError
         Of a force or an acceleration that cannot be seen.
     FileError
-        If ``save`` is a file of something else.
+        If ``save`` is a file of something else, no file, too large, or cannot be read or written.
     TimeoutError
         If ``max_time`` is too short for any result.  Where it is too short for some quantities only, their
         probabilities are NaN, and the bound is 1.
@@ -196,20 +220,47 @@ def exceedance(
     >>> found = sp.exceedance(oscillator, {"x": [2.6, 3.6]}, duration=20.0, start="rest", step=0.05, rtol=0.2)
     >>> bool(abs(found.probability["x"][1] / 1.5e-6 - 1.0) < 0.8), found["x"].method
     (True, 'splitting')
+
+    The level that is exceeded once in a thousand times:
+
+    >>> found = sp.exceedance(oscillator, probability={"x": 1e-3}, duration=20.0, start="rest", step=0.05, rtol=0.2)
+    >>> bool(abs(found.level["x"].level - 2.68) < 0.2)
+    True
     """
-    result = exceeded(
-        system, levels, duration=duration, rtol=rtol, start=start, initial_position=initial_position,
-        initial_velocity=initial_velocity, step=step, memory_tolerance=memory_tolerance, seed=seed, threads=threads,
-        max_time=max_time, save=save, progress=progress,
-    )  # fmt: skip
+    given: dict[str, Any] = {
+        "duration": duration, "probability": probability, "rtol": rtol, "start": start,
+        "initial_position": initial_position, "initial_velocity": initial_velocity, "step": step,
+        "memory_tolerance": memory_tolerance, "seed": seed, "threads": threads, "max_time": max_time, "save": save,
+    }  # fmt: skip
+    if progress is None:
+        hint = hint_of(system, levels or probability, "max_time= ends it earlier")
+        with Bar("splitting paths", first="simulating", hint=hint) as bar:
+            result = exceeded(system, levels, **given, progress=bar)
+    else:
+        result = exceeded(system, levels, **given, progress=progress)
     for sentence in result.warnings:
         warnings.warn(sentence, sentence.category, stacklevel=2)
     return result
 
 
+def hint_of(
+    system: System, quantities: Any, ends: str, theory: str = "springpot.theory.exceedance"
+) -> Callable[[], str]:
+    """What can be done where a call will take long: how it ends earlier, and whether theory has the same."""
+
+    def words() -> str:
+        from springpot.theory.level_crossings import covers  # slow to import
+
+        names = [name for name in quantities if covers(system, name)]
+        return f"{ends}; {theory} has {listed(names)} at once, by formulas of the stationary state" if names else ends
+
+    return words
+
+
 def stated(
-    system: System, levels: object, *, duration: float, rtol: float = 0.1, max_time: float | None = None, **given: Any
-) -> tuple[Plan, list[tuple[Quantity, Floats, float]]]:
+    system: System, levels: object, *, duration: float, probability: object = None, rtol: float = 0.1,
+    max_time: float | None = None, **given: Any,
+) -> tuple[Plan, list[tuple[Quantity, Floats, float]]]:  # fmt: skip
     """The plan of `exceedance`, and what is asked; raises its errors of arguments, before any work."""
     checked_system(system)
     finite_number(rtol, "rtol", low=0.01, high=1.0)
@@ -222,40 +273,54 @@ def stated(
     plan = plan_of(system, duration=duration, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
-    return plan, _checked(plan, levels)
+    if (levels is None) == (probability is None):
+        raise TypeError("levels or probability must be given, and not both.")
+    return plan, _checked(plan, levels) if probability is None else _checked_probabilities(plan, probability)
 
 
 def exceeded(
-    system: System, levels: object, *, rtol: float = 0.1, max_time: float | None = None,
-    save: str | Path | None = None, progress: Progress | None = None,
+    system: System, levels: object = None, *, probability: object = None, rtol: float = 0.1,
+    max_time: float | None = None, save: str | Path | None = None, progress: Progress | None = None,
     watch: Callable[[ExceedanceCurve], None] | None = None, **settings: Any,
 ) -> Exceedance:  # fmt: skip
     """As `exceedance`, but its warnings are only in the result, and ``watch`` is called with curves as they grow."""
     check_called(progress, "progress")
-    plan, wanted = stated(system, levels, rtol=rtol, max_time=max_time, **settings)
-    path = _checked_place(save, [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")])
+    plan, wanted = stated(system, levels, probability=probability, rtol=rtol, max_time=max_time, **settings)
+    own_functions = [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")]
+    file = SavedFile(_checked_place(save, own_functions))
     clock = Clock(max_time)
     plan = _settled(plan)
     if plan.settings.start == "stationary":
         plan = adapt(plan)
     simulation = simulation_of(_split_early(plan))
-    curves = dict[str, ExceedanceCurve]()
+    curves, level = dict[str, ExceedanceCurve](), dict[str, ExceedanceLevel]()
     for number, (quantity, given, sign) in enumerate(wanted):
-        order = np.argsort(sign * given.ravel())
-        asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
-        content = () if path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, quantity.name)
-        saved = Saved(path, [VERSION, *content, asked.given.tolist()])
-        arranged = _arranged(watch, np.argsort(order), given.shape)
+
+        def saved(levels: Floats, name: str = quantity.name) -> Saved:
+            known = () if file.path is None else (system.to_dict(), {**plan.settings.to_dict(), "threads": 1}, name)
+            return file.of([VERSION, *known, levels.tolist()], levels.size)
+
+        stream = _STREAMS * number
         try:
-            found = search(simulation, asked, rtol, own, told, _STREAMS * number, saved, arranged)
+            if probability is not None:
+                sought = _sought(plan, quantity, given, sign)
+                curves[quantity.name], level[quantity.name] = sought_curve(
+                    simulation, plan, sought, rtol, own, told, stream, saved
+                )
+                continue
+            order = np.argsort(sign * given.ravel())
+            asked = asked_of(plan, simulation.parts, quantity, given.ravel()[order], sign)
+            arranged = _arranged(watch, np.argsort(order), given.shape)
+            found = search(simulation, asked, rtol, own, told, stream, saved(asked.given), arranged)
         except TimeoutError:
-            if not curves:
+            if not curves or probability is not None:
                 raise
             found = unknown(asked)  # what is known of the others is kept
         curves[quantity.name] = found.arranged(np.argsort(order), given.shape)
     paths = sum(curve.repetitions * curve.paths for curve in curves.values())
-    return Exceedance(system, replace(plan.settings, paths=paths), curves)
+    lost = (say("not_saved", place=str(file.path), reason=file.failure),) if file.failure else ()
+    return Exceedance(system, replace(plan.settings, paths=paths), curves, level, lost)
 
 
 VERSION = 2  # of the numbers that repetitions give
@@ -302,11 +367,7 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     numbers = np.array(checked, float).reshape(listed.shape)
     if not quantity.has_sides:
         return quantity, numbers, 1.0
-    start = 0.0
-    if quantity.kind != "force":
-        x, v = motion.start_of(seen, plan.settings.initial_position, plan.settings.initial_velocity)
-        x = motion.stationary_place(seen) if plan.settings.start == "stationary" else x
-        start = x if quantity.kind == "x" else float(v)
+    start = _start_of(plan, quantity)
     sides = {math.copysign(1.0, number - start) for number in numbers.ravel() if number != start}
     if len(sides) != 1 or (numbers == start).any():
         of = "0" if quantity.kind == "force" else f"the start, {start:.3g}"
@@ -316,15 +377,72 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     return quantity, numbers, sides.pop()
 
 
+def _start_of(plan: Plan, quantity: Quantity) -> float:
+    """From which a quantity with sides exceeds its levels; 0 of others."""
+    if quantity.kind not in ("x", "v"):
+        return 0.0
+    motion, seen = plan.motion, quantity.seen
+    x, v = motion.start_of(seen, plan.settings.initial_position, plan.settings.initial_velocity)
+    x = motion.stationary_place(seen) if plan.settings.start == "stationary" else x
+    return x if quantity.kind == "x" else float(v)
+
+
+def _checked_probabilities(plan: Plan, probability: object) -> list[tuple[Quantity, Floats, float]]:
+    """The quantities with their probabilities, and the sign of the direction in which levels are exceeded."""
+    if not isinstance(probability, Mapping) or not probability:
+        raise TypeError(
+            f"probability must be a dict of names and probabilities, such as {{'x': 1e-6}}, not {shown(probability)}."
+        )
+    found = [_checked_probability(plan, name, given) for name, given in probability.items()]
+    if len({quantity.name for quantity, _, _ in found}) < len(found):
+        raise ValueError("probability must have each quantity once: ask for both sides in two calls.")
+    return found
+
+
+def _checked_probability(plan: Plan, name: object, given: Any) -> tuple[Quantity, Floats, float]:
+    function, below = None, isinstance(name, str) and name.endswith(_BELOW)
+    if isinstance(given, tuple) and len(given) == 2 and callable(given[0]):
+        function, given = given
+    quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, "probability")
+    if below and not quantity.has_sides:
+        raise ValueError(f"probability has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
+    listed_ = np.asarray(given, object)
+    if not listed_.size:
+        raise ValueError(f"probability of {quantity.name} must not be empty.")
+    hint = "It is of exceeding the level within the time."
+    numbers = [finite_number(each, f"probability of {quantity.name}", low=RAREST, high=0.5, hint=hint) for each in
+               listed_.ravel()]  # fmt: skip
+    return quantity, np.array(numbers, float).reshape(listed_.shape), -1.0 if below else 1.0
+
+
+def _sought(plan: Plan, quantity: Quantity, probability: Floats, sign: float) -> Sought:
+    """What the search for levels needs: where they begin, and how far a wall lets them be."""
+    start, seen = _start_of(plan, quantity), quantity.seen
+    end = {"x": seen.high if sign > 0.0 else -seen.low, "distance": max(seen.high, -seen.low)}.get(
+        quantity.kind, math.inf
+    )
+    return Sought(quantity, probability, sign, start, min(end - sign * start, LARGEST) * (1.0 - 1e-9))
+
+
 def _checked_place(save: object, functions: list[str]) -> Path | None:
     if save is None:
         return None
     save = checked_path(save, "save")
     if functions:
         raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
-    if not Path(save).resolve().parent.is_dir():
+    if not _is_name(save):
+        raise ValueError(f"save must be the name of a file, not {str(save)!r}.")
+    if not Path(save).absolute().parent.is_dir():
         raise ValueError(f"save must lie in a folder that exists, but {str(Path(save).parent)!r} does not.")
     return Path(save)
+
+
+def _is_name(save: str | Path) -> bool:
+    """Whether a file can have this name."""
+    try:
+        return b"\0" not in os.fsencode(save)
+    except UnicodeEncodeError:
+        return False
 
 
 def _settled(plan: Plan) -> Plan:
