@@ -84,6 +84,11 @@ def recommended(system: System, answers: Mapping[str, Any] | None = None) -> Rec
     -------
     Recommendation
 
+    Raises
+    ------
+    TypeError
+        If ``answers`` is no dict.
+
     Examples
     --------
     >>> import springpot as sp

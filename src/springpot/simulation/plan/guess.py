@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -157,11 +159,11 @@ def _uphill(potential: Potential, start: float, sign: float) -> float:
     return float(min(place, end) if sign > 0.0 else max(place, end))
 
 
-def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) -> float:
+def dissipated(parts: Iterable[Any], law: BoltzmannLaw, frequency: float | None = None) -> float:
     """Power taken out by dampers, memory and walls per unit mass; at the frequency of the law if none is given."""
     theta, w = law.temperature, law.frequency if frequency is None else frequency
     rate, power = 0.0, 0.0
-    for part in unit.parts:
+    for part in parts:
         match part:
             case Dashpot():
                 rate += part.coefficient
@@ -188,10 +190,10 @@ def dissipated(unit: System, law: BoltzmannLaw, frequency: float | None = None) 
     return rate * theta + power
 
 
-def _fed_by_dampers(unit: System, law: BoltzmannLaw) -> float:
+def _fed_by_dampers(parts: Iterable[Any], law: BoltzmannLaw) -> float:
     """What dampers with a negative part feed in: their net power says nothing of how fast the motion changes."""
     theta, power = law.temperature, 0.0
-    for part in unit.parts:
+    for part in parts:
         match part:
             case PolynomialDashpot():
                 c1, c2, _ = (*part.coefficients, 0.0, 0.0)[:3]
@@ -207,11 +209,11 @@ def _fed(unit: System, law: BoltzmannLaw) -> float:
     for part in unit.parts:
         match part:
             case SpectralExcitation():
-                power += part.power_into(w, dissipated(unit, law) / law.temperature)
+                power += part.power_into(w, dissipated(unit.parts, law) / law.temperature)
             case ParametricNoise():
                 power += 0.5 * part.intensity * (law.variance + law.mean**2)
             case Harmonic():
-                rate = max(dissipated(unit, law) / law.temperature, 1e-9 * w)
+                rate = max(dissipated(unit.parts, law) / law.temperature, 1e-9 * w)
                 away = (w * w - part.frequency**2) ** 2 + (rate * part.frequency) ** 2
                 power += 0.5 * part.amplitude**2 * rate * part.frequency**2 / away
             case _:
@@ -271,7 +273,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
             case Dashpot():
                 rates.append(part.coefficient)
             case PolynomialDashpot() | VanDerPol():
-                rates.append((dissipated(System(part), law) + 2.0 * _fed_by_dampers(System(part), law)) / theta)
+                rates.append((dissipated([part], law) + 2.0 * _fed_by_dampers([part], law)) / theta)
             case Harmonic():
                 rates.append(0.5 * part.frequency)
             case SpectralExcitation():  # a motion below the band moves with it
@@ -281,7 +283,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     creep = [_creep_time(part, law.frequency) for part in unit.of(Springpot)]
     # the motion is faster, and loses its energy more slowly, by the stiffness of what has memory
     stiffened = resonance(law.frequency**2, [part for part in unit.parts if part.remembers])
-    taken = dissipated(unit, law, stiffened) + _fed_by_dampers(unit, law)
+    taken = dissipated(unit.parts, law, stiffened) + _fed_by_dampers(unit.parts, law)
     energy_time = beat(unit) * theta / taken if taken > 0.0 else math.inf
     # the dashpots that the fast motion makes of parts that yield, for slow displacements
     yielded = sum(slow_dashpot(part, theta, law.frequency**2) for part in unit.of(Yielding))
@@ -331,7 +333,7 @@ def _temperature(unit: System, potential: Potential) -> float:
 def _surplus(unit: System, potential: Potential, theta: float) -> float:
     """Power fed in and not taken out at a temperature; NaN where double precision shows no motion."""
     law = boltzmann_law(potential, theta)
-    return _fed(unit, law) - dissipated(unit, law) if law.is_resolved else math.nan
+    return _fed(unit, law) - dissipated(unit.parts, law) if law.is_resolved else math.nan
 
 
 def _natural_energy(potential: Potential) -> float:
@@ -374,8 +376,7 @@ def rate_on_pressed_walls(unit: System, law: BoltzmannLaw) -> float:
     if not unit.of(*_ROUGH):
         return 0.0
     theta, smooth = law.temperature, replace(unit.potential, contacts=())
-    others = System(**{name: part for name, part in unit.named() if not isinstance(part, Barrier)})
-    damping = dissipated(others, law) / theta
+    damping = dissipated((part for part in unit.parts if not isinstance(part, Barrier)), law) / theta
     fed = damping * theta if unit.of(ThermalNoise) else _fed(unit, law)
     rates = [0.0]
     for wall in unit.of(Barrier):

@@ -88,5 +88,5 @@ def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
     """
     if motion.is_thermal:
         return ()
-    taken = min(max(2.0 * dissipated(motion.unit, law), 0.0), LARGEST)
+    taken = min(max(2.0 * dissipated(motion.unit.parts, law), 0.0), LARGEST)
     return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in motion.springpots)
