@@ -13,8 +13,7 @@ from numba import njit
 from benchmarks.measure import LIMIT, Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
-from springpot.simulation.kernel.block import COLUMNS, Memory, _remember, block
-from springpot.simulation.kernel.branches import NO_BRANCHES
+from springpot.simulation.kernel.block import COLUMNS, Memory, _remember
 from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array, u32
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing
@@ -24,6 +23,7 @@ from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.settings import Settings
 
 __all__ = ["MODES", "block_cpu", "one_core", "padded", "parts_of", "shares_of_limit"]
 
@@ -42,11 +42,10 @@ _modes = stack_array(MODES * LANES)
 
 
 class Parts(NamedTuple):
-    """What a block consists of, and for how many steps."""
+    """What a block consists of, and how it is run."""
 
     kernel: compose.Parts
-    steps: int
-    stiffness: float
+    settings: Settings
 
 
 # --- the limit ----------------------------------------------------------------------------------------------------
@@ -165,43 +164,39 @@ def padded(memory: Memory, modes: int = MODES) -> Memory:
 def parts_of(
     oscillator: System, steps: int, *, step: float = STEP, modes: int | None = None, precision: str = "float32"
 ) -> Parts:
-    """What `block` needs for ``steps`` steps."""
-    plan = plan_of(oscillator, duration=step * steps, step=step, start="rest")
+    """What a block needs for ``steps`` steps, with averages over the second half."""
+    whole = step * steps
+    plan = plan_of(oscillator, duration=whole, window=(0.5 * whole, whole), step=step, start="rest")
     if precision == "float64":
         plan = plan.but(memory_tolerance=9e-8)
     kernel = simulation_of(plan).parts
     if modes is not None:
         kernel = replace(kernel, memory=padded(kernel.memory, modes))
-    return Parts(kernel, plan.settings.steps, kernel.frequency**2)
+    return Parts(kernel, plan.settings)
 
 
 def block_cpu(parts: Parts, times: int = 5) -> float:
-    """Processor time in s of one block of LANES paths, with averages over the second half."""
+    """Processor time in s of one block of LANES paths."""
     return best_cpu(_block(parts), times)
 
 
 def _block(parts: Parts) -> Callable[[], None]:
-    """One block of LANES paths, compiled."""
-    kernel, steps = parts.kernel, parts.steps
+    """One block of LANES paths as a run advances it, compiled."""
+    kernel, settings, advance = parts.kernel, parts.settings, parts.kernel.kernel()
     k0, k1 = key_words(1)
-    rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, steps + 1, 2)), np.zeros(1, np.uint8)
+    rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, 1, 2)), np.zeros(1, np.uint8)
 
-    exact, sweep = kernel.of_kernel()
+    def run(own: Settings = settings) -> None:
+        advance(kernel.start.states, 0, 1, own, k0, k1, 0, False, NO_OBSERVERS, record, stop, rows)
 
-    def run(count: int = steps) -> None:
-        block(
-            exact, sweep, kernel.memory, kernel.drive, kernel.start, kernel.tapped,
-            parts.stiffness, 0, 1, count, count // 2, count, k0, k1, 0, False, NO_OBSERVERS, record, 1, stop, rows,
-            NO_BRANCHES,
-        )  # fmt: skip
-
-    run(GROUP)
+    few = GROUP * settings.step
+    run(replace(settings, duration=few, window=(0.0, few)))
     return run
 
 
 def _division(parts: Parts) -> dict[str, Callable[[], Any]]:
     """The parts of a block, each alone, compiled."""
-    kernel, groups = parts.kernel, parts.steps // GROUP
+    kernel, groups = parts.kernel, parts.settings.steps // GROUP
     (_, sweep), (x, v) = kernel.of_kernel(), kernel.start.states[0, :2]
     k0, k1 = key_words(1)
     drivers: dict[str, Callable[[int], Any]] = {
