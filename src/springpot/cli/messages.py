@@ -38,6 +38,7 @@ def usage(error: CycloptsError) -> str:
         case UnknownOptionError(token=token):
             word = token.keyword or token.value
             names = [name for argument in error.argument_collection for name in argument.names]
+            word = " ".join(word.split())
             return f"there is no flag {word}{_meant(word, names) or f': {command} --help lists all flags.'}"
         case UnusedCliTokensError(unused_tokens=[word, *_]):
             return _too_many(word, error, command)

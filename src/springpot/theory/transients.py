@@ -84,6 +84,7 @@ class Transient:
             raise AttributeError(f"a transient has no {name!r}.") from None
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of numbers at the ends of double precision
 def transient(system: System, time: npt.ArrayLike) -> Transient:
     """The mean squares in time of a system that starts from rest: exact if it is linear, else by linearization in time.
 

@@ -155,8 +155,10 @@ def _slope(tried: Sequence[_Pilot]) -> float:
     moved = squares > 0.0
     if not moved.any():
         return 0.0
-    each = (after.reached - before.reached)[moved] / (after.start - before.start)[moved]
-    return float(min(max((squares[moved] / squares[moved].sum()) @ each, 0.0), 0.9))
+    with np.errstate(all="ignore"):  # of means at the end of double precision
+        each = (after.reached - before.reached)[moved] / (after.start - before.start)[moved]
+        slope = float((squares[moved] / squares[moved].sum()) @ each)
+    return min(max(slope, 0.0), 0.9) if math.isfinite(slope) else 0.0
 
 
 def _way(tried: Sequence[_Pilot], motion: Motion) -> tuple[Floats, dict[str, float]]:

@@ -414,7 +414,10 @@ def _law(problem: _Problem) -> _Law:
     cycles = problem.cycles(amplitude)
     exponent = problem.slope(cycles) * amplitude  # of the size of the exponent, at least its half
     known = np.isfinite(exponent)
-    last = float(amplitude[known][np.searchsorted(exponent[known], 4.0 * _FAR)])
+    place = int(np.searchsorted(exponent[known], 4.0 * _FAR))
+    if place == np.count_nonzero(known):
+        raise NotCoveredError(f"{_REACH}; here the amplitudes are larger than double precision holds.")
+    last = float(amplitude[known][place])
     labels = Labels(last * np.linspace(0.0, 1.0, _PANELS + 1) ** 2, 0, 0.0)
     cycles = problem.cycles(labels.nodes.ravel())
     exponent = labels.integral(problem.slope(cycles))

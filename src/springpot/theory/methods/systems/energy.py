@@ -31,6 +31,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.densities import Densities
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.panels import on_panels, panel_rule
+from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.problem import Units
 from springpot.theory.result import Moments, NoConvergenceError, moments_of
 
@@ -424,7 +425,7 @@ def _turning_points(potential: Potential) -> list[float]:
         )  # fmt: skip
         places += [start, float(deepest.x)]
     if len(potential.coefficients) > 1:
-        roots = np.polynomial.polynomial.polyroots(potential.coefficients)
+        roots = roots_of(potential.coefficients)
         places += [float(root.real) for root in roots if abs(root.imag) < 1e-9 * (1.0 + abs(root))]
     return [place for place in places if math.isfinite(place) and potential.low <= place <= potential.high]
 

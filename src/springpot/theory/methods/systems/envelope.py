@@ -63,6 +63,7 @@ from springpot.theory.methods.systems.impacts import (
 )
 from springpot.theory.numerics.anderson import Anderson
 from springpot.theory.numerics.energy_diffusion import make_energy_diffusion
+from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.result import Moments, Result, moments_of
 
 _LOWEST, _HIGHEST = -50.0, 40.0  # decades of energy that are searched, in m^2/s^2
@@ -434,7 +435,7 @@ def _bottom(potential: Potential) -> float:
         If there are several.
     """
     low, high = potential.low, potential.high
-    roots = polynomial.polyroots(potential.coefficients).real if len(potential.coefficients) > 1 else np.zeros(0)
+    roots = roots_of(potential.coefficients).real if len(potential.coefficients) > 1 else np.zeros(0)
     starts = [contact.position for contact in potential.contacts]
     walls = [place for place in (low, high) if math.isfinite(place)]
     marks = np.unique([*roots, *starts, *walls, 0.0])

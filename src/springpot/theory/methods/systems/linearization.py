@@ -37,6 +37,7 @@ from springpot.theory.methods.systems.coverage import unheld
 from springpot.theory.methods.systems.energy import exact_law
 from springpot.theory.methods.systems.linear import Companion, companion_of, linear_moments, motions
 from springpot.theory.methods.systems.yielding import with_arms
+from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.result import Moments, NoConvergenceError, NoStationaryStateError, Result
 
 _REACH = "Statistical linearization covers nonlinear springs with one equilibrium and nonlinear dampers, without walls"
@@ -258,7 +259,7 @@ def _condensed(stiffness: Floats, force: Floats, row: Floats) -> tuple[float, fl
 def _wells(forces: Sequence[float]) -> int:
     """How often the force turns from a push to the right to a pull back: between its roots it keeps its sign."""
     coefficients = np.array(forces)
-    places = np.unique(polynomial.polyroots(coefficients).real)
+    places = np.unique(roots_of(coefficients).real)
     if places.size < 2:
         return places.size
     tests = np.concatenate([0.5 * (places[1:] + places[:-1])])
@@ -396,7 +397,7 @@ class NearestLinear:
             forces = sum(np.pad(row.forces, (0, 10 - len(row.forces))) for row in self.rows) - self.force * _FIRST
             if not (springs := np.trim_zeros(forces, "b")).size:
                 raise NoStationaryStateError(unheld(self.companion.elements, "no spring pulls the mass back"))
-            roots = polynomial.polyroots(springs)
+            roots = roots_of(springs)
             mean[0] = float(min(roots, key=lambda root: abs(root.imag)).real) if roots.size else 0.0
         spread, least, most = 1.0, 0.0, math.inf
         shape = np.ones(len(bent))

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial import polynomial
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
@@ -30,6 +29,7 @@ from springpot.theory.methods.systems.chain import Chain, Grid, grid_over, kerne
 from springpot.theory.methods.systems.coverage import check_kinds, unheld
 from springpot.theory.methods.systems.impacts import endless_walls
 from springpot.theory.numerics.anderson import Anderson
+from springpot.theory.numerics.polynomials import roots_of
 from springpot.theory.result import Moments, NoConvergenceError, Result, moments_of
 
 REACH = "Path integration covers one colored noise with springs, contacts without loss, dampers, springpots and walls"
@@ -315,7 +315,7 @@ def _guess(problem: _Problem) -> tuple[float, float, float]:
 
 def _wells(potential: Potential) -> tuple[float, float]:
     """The outermost places where the mass can rest."""
-    roots = polynomial.polyroots(potential.coefficients) if len(potential.coefficients) > 1 else np.zeros(0)
+    roots = roots_of(potential.coefficients) if len(potential.coefficients) > 1 else np.zeros(0)
     marks = [float(root.real) for root in roots if abs(root.imag) < 1e-9 * (1.0 + abs(root))]
     rests = [place for place in marks if potential.low <= place <= potential.high and potential.curvature(place) > 0.0]
     if math.isfinite(potential.low) and float(potential.force(potential.low)) >= 0.0:
