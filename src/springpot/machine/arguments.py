@@ -377,6 +377,10 @@ def checked_path(value: Any, name: str) -> Path:
         raise TypeError(f"{name} must be the place of a file, as a text or a Path, not {shown(value)}.")
     if "\0" in place:
         raise ValueError(f"{name} must be the place of a file, and {shown(place)} has a null character.")
+    try:
+        os.fsencode(place)
+    except UnicodeEncodeError:  # of half a character
+        raise ValueError(f"{name} must be the place of a file, and {place!r} is no text.") from None
     if (longest := max((len(part.encode("utf-8", "replace")) for part in Path(place).parts), default=0)) > MOST_BYTES:
         raise ValueError(f"{name} must be the place of a file: no name has {longest} bytes, but {MOST_BYTES} at most.")
     return Path(place)

@@ -19,6 +19,10 @@ from tests.sizes import validation
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
 WALL = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.Barrier(-0.3, 0.8), sp.WhiteNoise(0.2))
+COUPLED = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(1.0, between=("ground", "a")),
+    sp.Spring(1.0, between=("a", "b")), sp.Dashpot(0.5, between=("ground", "a")), sp.WhiteNoise(1.0, on="a"),
+)  # fmt: skip
 SHORT: dict[str, Any] = {"duration": 20.0, "step": 0.05, "start": "rest"}
 
 
@@ -39,8 +43,8 @@ def test_the_level_has_the_probability_that_was_asked() -> None:
     [
         (WALL, "impact_speed", 1e-5), (WALL, "x", 0.3), (LIGHT, "x below", 1e-5), validation(WALL, "energy", 1e-5),
         validation(WALL, "v", 1e-4), validation(WALL, "distance", 1e-8), validation(LIGHT, "spring_force below", 1e-4),
-        (LIGHT, "amplitude", 1e-4), validation(kernels.PAIR, "a_b_elongation", 1e-4),
-        validation(kernels.PAIR, "b_v", 1e-5),
+        (LIGHT, "amplitude", 1e-4), validation(COUPLED, "a_b_elongation", 1e-4),
+        validation(COUPLED, "b_v", 1e-5),
     ],
 )  # fmt: skip
 def test_so_it_is_of_every_quantity(system: sp.System, name: str, probability: float) -> None:
@@ -83,6 +87,12 @@ def test_what_there_is_not_is_said() -> None:
         found = sp.exceedance(WALL, probability={"x below": 1e-3}, **SHORT, rtol=0.5)
     assert np.isnan(found.level["x"].level)
     assert "no level of x was found for a probability of 0.001" in str(found)
+
+
+def test_what_does_not_move_has_no_level() -> None:
+    with pytest.warns(sp.RareEventWarning, match=r"no level of b_x was found"):
+        found = sp.exceedance(kernels.PAIR, probability={"b_x": 1e-3}, **SHORT, rtol=0.5)
+    assert np.isnan(found.level["b_x"].level)
 
 
 def test_it_goes_on_from_what_was_saved(tmp_path: Path) -> None:

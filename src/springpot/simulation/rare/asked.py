@@ -188,8 +188,8 @@ class Asked:
             target = least + max(there, float(rooted.max()) if own.any() else 0.0) ** 2
         floor, middle, high = np.quantile(reached, (FLOOR, 0.5, 1.0 - _RARE))
         # the share of the paths beyond a coordinate falls exponentially with it
-        halvings = math.log2(0.5 / _RARE) * max(target - middle, 0.0) / max(high - middle, 1e-9 * abs(high))
-        return replace(self, target=target, floor=float(floor), iterations=1.0 + float(halvings))
+        far = min((target - middle) / (high - middle), 1e3) if high > middle else 0.0
+        return replace(self, target=target, floor=float(floor), iterations=1.0 + math.log2(0.5 / _RARE) * max(far, 0.0))
 
 
 def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, sign: float) -> Asked:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -430,19 +429,9 @@ def _checked_place(save: object, functions: list[str]) -> Path | None:
     save = checked_path(save, "save")
     if functions:
         raise ValueError(f"save cannot be given with the function of {functions[0]}: a file does not know it again.")
-    if not _is_name(save):
-        raise ValueError(f"save must be the name of a file, not {str(save)!r}.")
-    if not Path(save).absolute().parent.is_dir():
-        raise ValueError(f"save must lie in a folder that exists, but {str(Path(save).parent)!r} does not.")
-    return Path(save)
-
-
-def _is_name(save: str | Path) -> bool:
-    """Whether a file can have this name."""
-    try:
-        return b"\0" not in os.fsencode(save)
-    except UnicodeEncodeError:
-        return False
+    if not save.absolute().parent.is_dir():
+        raise ValueError(f"save must lie in a folder that exists, but {str(save.parent)!r} does not.")
+    return save
 
 
 def _settled(plan: Plan) -> Plan:

@@ -37,7 +37,9 @@ PATHS_AT_ONCE = 65536
 MOST_UNSEEN = 1_000_000  # plain paths without the event
 FARTHER = 0.25  # power of the paths of a repetition with which the coordinate grows at which it dies out
 ADDED_LENGTH = 0.14  # of all paths, in an iteration: measured from 12 to 60 of them
-USUAL_SQUARE = 8.0  # of the spread of repetitions, over iterations per path: measured 4 to 13
+USUAL_SQUARE = 8.0  # of the spread of repetitions, over iterations per path: measured 4 to 6 of 12 to 28 iterations
+MANY_ITERATIONS = 40.0  # from which on it grows like their third power: measured 13 to 76 of 65
+KNOWN = 1.0  # s of work after which the speed of the machine is that of this work
 USUAL_RATE = 2e8  # path-steps per second of a thread, until MEASURED of them tell
 MEASURED = 1e8
 _TOO_SHORT = f"max_time is too short for any result: the first paths have not ended. {COMPILATION}"
@@ -302,7 +304,10 @@ class _Repetitions:
         later = 0.0 if done else self._later(wanted)
 
         def tell(iterations: float) -> None:
-            ended = done + count * min(1.0, iterations / usual)
+            share = min(1.0, iterations / usual)
+            ended = done + count * share
+            if share > 0.0 and (elapsed := time.perf_counter() - begun) > KNOWN:
+                self.clock.measure(each * count * share, elapsed)
             left, whole = each * (wanted - ended) + later, each * (wanted - done) + later
             estimate = Estimate(self.path_steps + whole, self.clock.seconds(left), reason, self.rtol)
             self.told(FractionDone(ended / wanted * (1.0 - later / whole), estimate))
@@ -328,7 +333,8 @@ class _Repetitions:
         """Steps after so many first repetitions, about: of more of them, or of larger ones."""
         if not self.splits:
             return 0.0
-        paths, square = self.paths, USUAL_SQUARE * self.asked.iterations / self.paths
+        paths, iterations = self.paths, self.asked.iterations
+        square = USUAL_SQUARE * (1.0 + (iterations / MANY_ITERATIONS) ** 3) * iterations / paths
         if square > UNEVEN**2 and paths < MOST_PATHS:
             larger = replace(self, paths=4 * paths)
             return REPETITIONS * self._length(4 * paths) + larger._later(REPETITIONS)
