@@ -225,7 +225,7 @@ def _impacts(system: System, own: Mapping[str, float]) -> dict[str, float]:
     found = dict[str, float]()
     for before in ("", *(f"{wall}_" for wall in system.stops)):
         speed = own.get(f"{before}impact_speed_mean", 0.0)
-        square = own.get(f"{before}impact_speed_mean_square", speed**2 * math.pi / 2.0)
+        square = own.get(f"{before}impact_speed_mean_square", speed**2 * 4.0 / math.pi)  # as Rayleigh has it
         found |= {f"{before}impact_rate": 1.0, f"{before}impact_speed_mean": 1.0}
         found[f"{before}impact_speed_mean_square"] = square
     return found
