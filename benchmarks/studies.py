@@ -74,6 +74,8 @@ def _second_worker(place: Path, quick: bool) -> Row:
 
     long, count = (0.05, 4) if quick else (1.0, 30)
     settings: dict[str, Any] = {"paths": 1024, "duration": 100.0, "step": 0.01}
+    if quick:  # without pilot runs
+        settings |= {"paths": 64, "start": "rest"}
     first = next(tasks(_grid("calibration", ["monte_carlo"], 2, monte_carlo=settings)))
     compute(first)
     settings["duration"] = max(20.0, 100.0 * long / best_wall(lambda: compute(first)))
