@@ -10,13 +10,16 @@ import os
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
-from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, meant, shown
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from springpot.machine.arrays import Floats
+
+# NumPy is loaded where there are arrays: the command's help needs none
 
 MOST_LETTERS = 100  # of a name
 MOST_BYTES = 255  # of the name of a file, on every system of files
@@ -248,6 +251,8 @@ def numbers_in_array(value: Any, must: str, kind: type = float) -> npt.NDArray[A
     >>> numbers_in_array([1, 2], "masses must be numbers")
     array([1., 2.])
     """
+    import numpy as np
+
     try:
         with np.errstate(all="ignore"):
             return np.array(value, dtype=kind)
@@ -288,6 +293,8 @@ def finite_array(value: Any, name: str) -> Floats:
     >>> finite_array(1, "lag")
     array(1.)
     """
+    import numpy as np
+
     array = real_array(value, name)
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name} must be finite.")
@@ -308,7 +315,7 @@ def items_of(value: Any, must: str) -> tuple[Any, ...]:
     """
     if not isinstance(value, str | bytes | dict):
         try:
-            return tuple(value.tolist() if isinstance(value, np.ndarray) else value)
+            return tuple(value.tolist() if type(value).__name__ == "ndarray" else value)
         except TypeError:
             pass
     raise TypeError(f"{must}, not {shown(value)}.")

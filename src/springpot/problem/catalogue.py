@@ -543,6 +543,7 @@ def possible_results(system: System) -> tuple[str, ...]:
     Examples
     --------
     >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
+    >>> from springpot.problem.system import System
     >>> [name for name in possible_results(System(Spring(1.0), WhiteNoise(1.0), stop=Barrier(0.0))) if "stop" in name]
     ['stop_power', 'stop_force_mean', 'stop_impact_rate', 'stop_impact_speed_mean']
     """
@@ -555,6 +556,7 @@ def results_on_request(system: System) -> tuple[str, ...]:
     Examples
     --------
     >>> from springpot.problem.parts import Spring
+    >>> from springpot.problem.system import System
     >>> [name for name in results_on_request(System(Spring(1.0))) if name.endswith("density")][:4]
     ['x_density', 'v_density', 'amplitude_density', 'impact_speed_density']
     """
@@ -567,6 +569,7 @@ def numbers_on_request(system: System, option: str, of: Iterable[str] | None = N
     Examples
     --------
     >>> from springpot.problem.parts import Spring
+    >>> from springpot.problem.system import System
     >>> numbers_on_request(System(Spring(1.0)), "rainflow", ["x", "spring_force"])[1:4]
     ('x_damage_rate', 'x_life', 'spring_force_cycle_rate')
     """
