@@ -17,6 +17,7 @@ import pytest
 import springpot as sp
 from springpot import Barrier, Oscillator, Springpot, WhiteNoise, cli
 from springpot.simulation import simulate
+from springpot.simulation.watch.distributions import Distribution
 from tests.sizes import thinned, validation
 
 PARTS: dict[str, Any] = {
@@ -335,6 +336,7 @@ def given(value: Any) -> Any:
 
 LINEAR = sp.System(sp.Mass(1.0), sp.Spring(1.0), sp.Dashpot(0.3), sp.WhiteNoise(1.0))
 SOLVED = sp.theory.linear(LINEAR)
+SKETCH = Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]]))
 COST = {"subject_to": {"x_mean_square": (None, 5.0)}, "method": "linear", "max_time": 1.0}
 DOORS: dict[str, Callable[[Any], object]] = {
     "at": lambda value: sp.Mass(1.0, at=value),
@@ -368,6 +370,9 @@ DOORS: dict[str, Callable[[Any], object]] = {
     "orders": lambda value: SOLVED.spectral_moments(value),
     "spectrum of": lambda value: SOLVED.spectrum(1.0, of=value),
     "frequency": lambda value: SOLVED.spectrum(value),
+    "probability": lambda value: SKETCH.quantile(value),
+    "value": lambda value: SKETCH.share_above(value),
+    "bins": lambda value: SKETCH.density(value),
     "answers": lambda value: sp.recommended(LINEAR, given(value)),
     "duration": lambda value: simulate(LINEAR, paths=1, duration=1e-300 if value is None else value),
     "first_passage": lambda value: simulate(LINEAR, paths=1, duration=1.0, first_passage=given(value)),

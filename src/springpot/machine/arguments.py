@@ -274,6 +274,8 @@ def real_array(value: Any, name: str) -> Floats:
     array([1., 2.])
     """
     must = f"{name} must be a real number or an array of them"
+    if str(getattr(getattr(value, "dtype", None), "kind", "O")) in "iuf":
+        return numbers_in_array(value, must)
     array = numbers_in_array(value, must, object)
     if isinstance(value, str | bytes) or not all(_is_real(each) for each in array.ravel().tolist()):
         raise TypeError(f"{must}, not {shown(value)}.")

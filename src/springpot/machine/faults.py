@@ -193,9 +193,11 @@ class Named(dict[str, _Value]):
     """
 
     def __missing__(self, name: object) -> _Value:
+        if not isinstance(name, str):
+            raise KeyError(f"{shown(name)} is not among the results, only {listed([*self])}.")
         hint = "; its square is x_mean_square" if name in ("rms", "x_rms", "rms_x") and "x_mean_square" in self else ""
         if not hint:
-            hint = meant(str(name), self).rstrip("?") or f", only {listed([*self])}"
+            hint = meant(name, self).rstrip("?") or f", only {listed([*self])}"
         end = "?" if hint.startswith("; did") else "."
         raise KeyError(f"{name} is not among the results{hint}{end}")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from springpot.machine.arguments import checked_path
+from springpot.machine.arguments import checked_path, switch
 
 
 def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
@@ -35,6 +35,7 @@ def place_for(path: str | Path, *, overwrite: bool = False) -> Path:
     True
     """
     place, name = checked_path(path, "path"), str(path)
+    switch(overwrite, "overwrite")
     if not place.absolute().parent.is_dir():
         raise ValueError(f"{name!r} cannot be written: the folder {str(place.parent)!r} does not exist.")
     if place.exists() and not place.is_file():

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, numbers_in_array
+from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, numbers_in_array, text
 from springpot.machine.arrays import Floats
 from springpot.machine.bar import Bar
 from springpot.machine.faults import listed, name_results, shown
@@ -67,7 +67,7 @@ class Exceedance:
 
     def __getitem__(self, name: str) -> ExceedanceCurve:
         """One curve; of an unknown name the error says which one was probably meant."""
-        return self.curves[name]
+        return self.curves[text(name, "the name of a curve")]
 
     @property
     def probability(self) -> dict[str, Floats]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from springpot.machine.arguments import text
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
@@ -197,10 +198,10 @@ class Run:
 
     def __getitem__(self, name: str) -> Estimate:
         """One estimate; of an unknown name the error says which one was probably meant."""
-        return self.estimates[name]
+        return self.estimates[text(name, "the name of a result")]
 
     def __contains__(self, name: object) -> bool:
-        return name in self.estimates
+        return isinstance(name, str) and name in self.estimates
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.estimates)

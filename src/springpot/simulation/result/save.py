@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from springpot.machine.arguments import checked_path, switch
 from springpot.machine.extras import need
 from springpot.machine.files import netcdf_of, write
 from springpot.machine.places import place_for
@@ -78,7 +79,7 @@ def places(path: str | Path, run_or_paths: Run | int) -> tuple[Path, ...]:
     >>> [place.name for place in places("one.csv", 3)]
     ['one.csv', 'one_paths.csv']
     """
-    place = Path(path)
+    place = checked_path(path, "path")
     if place.suffix not in SUFFIXES:
         raise ValueError(
             f"the file to save to must end in .nc (netCDF), .json or .csv (for spreadsheets), not {place.name!r}."
@@ -123,7 +124,7 @@ def save_run(run: Run, path: str | Path, *, overwrite: bool = False, path_sums: 
     >>> sp.load_run(place).estimates == run.estimates
     True
     """
-    if not path_sums:
+    if not switch(path_sums, "path_sums"):
         run = dataclasses.replace(run, path_sums=np.zeros((0, 0)))
     first, *others = (place_for(place, overwrite=overwrite) for place in places(path, run))
     if first.suffix == ".nc":

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from springpot.machine.arguments import LARGEST, finite_number, real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
@@ -162,6 +163,7 @@ class Distribution:
         >>> Distribution("m", "m-1", np.array([0.0, 1.0, 2.0]), np.array([[3.0, 1.0], [1.0, 3.0]])).density(2)[1]
         array([0.5, 0.5])
         """
+        finite_number(bins, "bins", low=1.0, high=LARGEST)
         if not self.size > 0.0:
             return np.zeros(1), np.zeros(0), np.zeros(0)
         shares = np.cumsum(self.counts.sum(axis=0)) / self.size
@@ -199,7 +201,7 @@ class Distribution:
         >>> float(distribution.quantile(0.5)[0])
         1.0
         """
-        p = np.asarray(probability, dtype=float)
+        p = real_array(probability, "probability")
         if np.any(~((p >= 0.0) & (p <= 1.0))):
             raise ValueError(f"probability must be in [0, 1], not {shown(probability)}.")
         if not self.size > 0.0:
@@ -233,12 +235,13 @@ class Distribution:
         >>> float(distribution.share_above(1.5)[0])
         0.25
         """
-        x = np.asarray(value, dtype=float)
+        x = real_array(value, "value")
         if not self.size > 0.0:
             return np.full(x.shape, np.nan), np.full(x.shape, np.nan)
         above = np.concatenate([np.cumsum(self.counts[:, ::-1], axis=1)[:, ::-1], np.zeros((len(self.counts), 1))], 1)
         at = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, self.edges.size - 2)
-        part = np.clip((x - self.edges[at]) / np.diff(self.edges)[at], 0.0, 1.0)
+        with np.errstate(over="ignore"):  # of a value far beyond the last edge
+            part = np.clip((x - self.edges[at]) / np.diff(self.edges)[at], 0.0, 1.0)
         there = above[:, at] - part * self.counts[:, at]
         return np.asarray(there.sum(axis=0) / self.size), self._error(there)
 

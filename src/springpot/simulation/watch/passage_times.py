@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import finite_number, real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import per_cent, shown
 from springpot.problem.catalogue import OF_A_LEVEL
@@ -101,7 +101,7 @@ class PassageTimes:
         >>> passages.survival([0.0, 2.5])[0]
         array([1. , 0.5])
         """
-        t = np.asarray(time, dtype=float)
+        t = real_array(time, "time")
         if np.any(~((t >= 0.0) & (t <= self.horizon * (1.0 + 1e-12)))):
             raise ValueError(f"time must be in [0, {self.horizon:g}] s, where the paths were watched.")
         share = 1.0 - np.searchsorted(np.sort(self.times), t, side="right") / self.paths
@@ -250,7 +250,7 @@ class PassageTimes:
         >>> passages.quantile([0.5, 0.9])[0]
         array([ 2., nan])
         """
-        p = np.asarray(probability, dtype=float)
+        p = real_array(probability, "probability")
         if np.any(~((p >= 0.0) & (p <= 1.0))):
             raise ValueError(f"probability must be in [0, 1], not {shown(probability)}.")
         away = np.sqrt(p * (1.0 - p) / self.paths)
