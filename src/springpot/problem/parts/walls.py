@@ -184,7 +184,11 @@ class Barrier(Stop):
             _check_law(self.restitution)
         else:
             plastic = "A plastic impact has no rule yet: 0.01 leaves a ten thousandth of the energy."
-            hint = plastic if isinstance(self.restitution, int | float) and self.restitution == 0 else "An elastic wall has 1."
+            hint = (
+                plastic
+                if isinstance(self.restitution, int | float) and self.restitution == 0
+                else "An elastic wall has 1."
+            )
             share = finite_number(self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint=hint)
             put(self, restitution=share)
 
