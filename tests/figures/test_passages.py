@@ -7,7 +7,6 @@ import pytest
 
 import springpot as sp
 from springpot import figures
-from springpot.simulation.paths.statistics import NORMAL
 
 SYSTEM = sp.Oscillator(springpot=sp.Springpot(0.5, 0.3), barrier=None, excitation=sp.WhiteNoise(0.4))
 LEVELS = [2.0, 3.0, 9.0]
@@ -50,8 +49,8 @@ def test_return_periods_of_runs_and_formulas_are_beside_each_other(passages) -> 
     figures.plot_return_periods(curve, axes)
     assert axes.get_lines()[-1].get_label() == f"{curve.method}, 95 %"
     assert axes.get_lines()[-1].get_ydata() == curve.return_period
-    band, share = axes.collections[-1].get_paths()[0].vertices[:, 1], NORMAL * curve.rate_error / curve.rate
-    np.testing.assert_allclose([band.min(), band.max()], curve.return_period * np.exp([-share[0], share[0]]))
+    band = axes.collections[-1].get_paths()[0].vertices[:, 1]
+    np.testing.assert_allclose([band.min(), band.max()], np.ravel(curve.return_interval))
 
 
 def test_other_things_are_refused(passages) -> None:

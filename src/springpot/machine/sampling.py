@@ -64,7 +64,7 @@ def even_times(time: Floats) -> Floats | None:
 
     Examples
     --------
-    >>> even_times(np.array([0.0, 0.5, 1.0])).tolist(), even_times(np.array([0.0, 0.5, 0.9]))
+    >>> even_times(np.array([0.0, 0.5, 1.0])).tolist(), even_times(np.array([0.0, 0.5, 0.6]))
     ([0.0, 0.5, 1.0], None)
     """
     return time if are_even(time) else equal_steps(time)

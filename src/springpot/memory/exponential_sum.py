@@ -108,8 +108,9 @@ def shared_span(steps: int) -> int:
     >>> [shared_span(steps) for steps in (1, 5, 10_000, 11_000, 11_586)]
     [1, 6, 11586, 11586, 11586]
     """
-    halves = math.ceil(2.0 * math.log2(steps) - 1e-9)
-    return max(math.ceil(math.pow(2.0, 0.5 * halves)), steps)
+    halves = math.floor(2.0 * math.log2(steps))
+    spans = (math.ceil(math.pow(2.0, 0.5 * each) - 1e-9) for each in (halves, halves + 1))
+    return next(span for span in spans if span >= steps)
 
 
 def power_law_sum(order: float, shortest: float, longest: float, tolerance: float = 1e-6) -> ExponentialSum:

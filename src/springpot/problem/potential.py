@@ -120,7 +120,7 @@ class Potential:
             return end
         first = int(np.argmax(beyond))
         between = places[first - 1], places[first]
-        return root_between(lambda x: float(self.energy(x)) - energy, *between, xtol=1e-300, rtol=1e-14)
+        return float(root_between(lambda x: float(self.energy(x)) - energy, *between, xtol=1e-300, rtol=1e-14))
 
     def open_ends(self) -> tuple[str, ...]:
         """The sides, "left" or "right", to which the mass can escape: no wall, and a potential that falls for ever."""

@@ -36,7 +36,7 @@ def fields_of(kind: type[Checked]) -> list[Field[Any]]:
     --------
     >>> from springpot.problem.parts import Spring
     >>> [own.name for own in fields_of(Spring)]
-    ['stiffness', 'between', 'count']
+    ['stiffness', 'between', 'count', 'group']
     """
     return sorted(fields(kind), key=lambda own: not own.repr)  # type: ignore[arg-type]
 

@@ -24,7 +24,7 @@ def origin_of(system: System) -> float:
     Examples
     --------
     >>> from springpot.problem.parts import PolynomialSpring, Spring
-    >>> origin_of(System(Spring(4.0), Constant(-9.0))), origin_of(System(PolynomialSpring((4.0, 1.0)), Constant(-9.0)))
+    >>> origin_of(System(Spring(4.0), Constant(-9.0))), origin_of(System(PolynomialSpring((4.0, 0.0, 1.0)), Constant(-9.0)))
     (-2.25, 0.0)
     """
     if len(system.points) > 1 or not system.of(Constant) or system.of(*_PLACED):

@@ -61,7 +61,7 @@ class Pressed:
         Examples
         --------
         >>> round(Pressed(9.81, 0.5).speed(0.25, 0.1), 3)  # it is 0.0624
-        0.067
+        0.068
         """
         taken = 0.5 * (1.0 - self.restitution**2) * self.acceleration
         return 2.0 * fed / (taken + math.sqrt(taken * taken + 4.0 * damping * fed))
