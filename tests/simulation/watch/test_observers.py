@@ -345,7 +345,7 @@ def test_without_impacts_there_is_no_speed_to_sketch() -> None:
             ({"observables": {name: lambda t, x, v: x}}, "the run already has a result of that name")
             for name in ("x_mean", "x_quantile", "time", "settings", "power_se", "v", "x_maximum_quantile")
         ),
-        ({"observables": {"lambda": lambda t, x, v: x}}, "must be a word"),
+        ({"observables": {"lambda": lambda t, x, v: x}}, "must not be .lambda"),
         ({"observables": {1: abs, "b": abs}}, "must be a word"),
         ({"observables": {"root": math.sqrt}}, "wrap it in a lambda"),
         ({"observables": {"power": lambda t, x, v: x.nothing}}, "Unknown attribute 'nothing'"),

@@ -24,8 +24,9 @@ def origin_of(system: System) -> float:
     Examples
     --------
     >>> from springpot.problem.parts import PolynomialSpring, Spring
-    >>> origin_of(System(Spring(4.0), Constant(-9.0))), origin_of(System(PolynomialSpring((4.0, 0.0, 1.0)), Constant(-9.0)))
-    (-2.25, 0.0)
+    >>> springs = Spring(4.0), PolynomialSpring((4.0, 0.0, 1.0))
+    >>> [origin_of(System(spring, Constant(-9.0))) for spring in springs]
+    [-2.25, 0.0]
     """
     if len(system.points) > 1 or not system.of(Constant) or system.of(*_PLACED):
         return 0.0
