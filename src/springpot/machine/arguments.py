@@ -260,6 +260,36 @@ def numbers_in_array(value: Any, must: str, kind: type = float) -> npt.NDArray[A
         raise TypeError(f"{must}, not {shown(value)}.") from None
 
 
+def finite_numbers(value: Any, label: str, each: str, **limits: Any) -> Floats:
+    """One number or a list of them, of any shape, all in the same range, or an error of one sentence.
+
+    Parameters
+    ----------
+    value : object
+        What the caller gave.
+    label, each : str
+        All of them, and one of them, for the message.
+    **limits
+        Of `finite_number`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is none, or one is not such a number.
+
+    Examples
+    --------
+    >>> finite_numbers([1, 2.5], "levels of x", "level of x", low=0.0)
+    array([1. , 2.5])
+    """
+    import numpy as np
+
+    given = numbers_in_array(value, f"{label} must be a number or a list of numbers", object)
+    if not given.size:
+        raise ValueError(f"{label} must not be empty.")
+    return np.array([finite_number(number, each, **limits) for number in given.flat]).reshape(given.shape)
+
+
 def real_array(value: Any, name: str) -> Floats:
     """Real numbers as an array of floats; ``name`` is the argument's name in the error.
 

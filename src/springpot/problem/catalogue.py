@@ -608,7 +608,7 @@ def _stops(system: System) -> list[str]:
     return [name for name, part in system.stated() if "stop" in part.powers]
 
 
-def check_names(system: System) -> None:
+def check_result_names(system: System) -> None:
     """That no two things have results of the same name, for any options of a run.
 
     Raises

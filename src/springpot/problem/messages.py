@@ -128,8 +128,8 @@ MESSAGES: dict[str, Kind] = {
         _ACCURACY,
         "{wall}_power is about {power:.2g} W too large at a step of {step:g} s ({share} of it): forces that act in the "
         "kick of each step, not in the flight between two kicks, move a mass that lies on {wall} and let it strike "
-        "again. The error falls like the step, impacts are counted too often, and so much more is fed in; the mean "
-        "force of the wall is right.",
+        "again. The input power is too large by the same amount, and too many impacts are counted; the mean force of "
+        "the wall is right. The error falls like the step.",
         "Use a shorter step. A constant force on one mass that has a linear spring and no other force of x acts in the "
         "flight, where a mass rests.",
     ),
@@ -174,9 +174,9 @@ MESSAGES: dict[str, Kind] = {
     ),
     "start_was_off": Kind(
         _STATIONARY,
-        "the start was off: by the means over the window {name} is still at least about {off} of the root mean square "
-        "(standard error {error}) away from its stationary value, and the memory of a springpot keeps that like "
-        "t^-{order:.2g}: other results are off with it.",
+        "the start was off: {name} is still about {off} of the root mean square (standard error {error}) or more away "
+        "from its stationary value, as the means over the window show. A springpot forgets this only like "
+        "t^-{order:.2g}, and other results are off too.",
         "Use start='stationary', or more paths.",
     ),
     "still_changes": Kind(

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from springpot.machine.arguments import checked_name
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, listed, meant, nearest, shown
-from springpot.problem.catalogue import check_names
+from springpot.problem.catalogue import check_result_names
 from springpot.problem.coordinates import MOST_PARTS, Coordinates
 from springpot.problem.matrices import parts_of_matrices
 from springpot.problem.modes import parts_of_modes
@@ -532,7 +532,7 @@ def _check_together(system: System) -> None:
         raise ValueError("a system must have parts beside a mass, such as Spring(80.0) and WhiteNoise(0.02).")
     _check_ends(system)
     _check_groups(system)
-    check_names(system)
+    check_result_names(system)
     if len(system.of(ThermalNoise)) > 1:
         raise ValueError("a system must have one ThermalNoise at most: everything has the same temperature.")
     if system.of(ThermalNoise):

@@ -265,12 +265,11 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part or of a
         group of parts, ``"force_on_ground"`` of all, ``"acceleration"`` with that of the ground included, with several
         masses ``"box_acceleration"``; of a soft contact ``"stop_force"``, with which it pushes, and
-        ``"stop_peak_force"``, the largest one of each touch;
-        of a rigid wall ``"stop_impulse"`` of each impact, which is in no force.  They are
-        means over the step; the mean square has what it lacks by that, where noise is white.  What has no finite mean
-        square is refused with the reason: an acceleration with white noise on a mass itself, or a force with the
-        matched noise of its part.  With
-        ``distributions``, ``spectrum``, ``profile`` and ``record`` there are these of them too.
+        ``"stop_peak_force"``, the largest one of each touch; of a rigid wall ``"stop_impulse"`` of each impact, which
+        is in no force.  They are means over the step; the mean square has what it lacks by that, where noise is white.
+        What has no finite mean square is refused with the reason: an acceleration with white noise on a mass itself, or
+        a force with the matched noise of its part.  With ``distributions``, ``spectrum``, ``profile`` and ``record``
+        there are these of them too.
     rainflow : dict
         Names of displacements, elongations, forces and accelerations, each with a `Basquin` curve or a list of them:
         ``{"x": sp.Basquin(5.0, strength=0.01), "mount_force": [...]}``.  Their cycles in the window are counted while

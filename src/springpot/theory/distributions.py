@@ -11,10 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from springpot.machine.arguments import real_array
+from springpot.machine.arguments import finite_numbers, real_array
 from springpot.machine.arrays import Floats
 
+_RAREST = 1e-15  # probability of which a level is sought
 _FAR = 60.0  # standard deviations at which a normal or Rayleigh density is exactly 0 in double precision
+
+
+def level_probabilities(value: ArrayLike, name: str) -> Floats:
+    """Probabilities with which levels of a quantity of this name are exceeded, as an array of floats.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is none, or one is not a number in [1e-15, 0.5].
+
+    Examples
+    --------
+    >>> level_probabilities([1e-3, 1e-6], "x")
+    array([1.e-03, 1.e-06])
+    """
+    word, hint = f"probability of {name}", "It is of exceeding the level within the time."
+    return finite_numbers(value, word, word, low=_RAREST, high=0.5, hint=hint)
 
 
 def times(value: ArrayLike, name: str, *, either_sign: bool = False) -> Floats:

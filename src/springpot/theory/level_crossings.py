@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from scipy import optimize, special
 
-from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
+from springpot.machine.arguments import LARGEST, finite_number, finite_numbers
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.system import System
+from springpot.theory.distributions import level_probabilities
 from springpot.theory.methods.envelope.method import Envelope, envelope
 from springpot.theory.methods.systems.linear import LinearResponse, linear, motions
 
@@ -209,9 +210,7 @@ def exceedance_level(system: System, probability: Mapping[str, Any], duration: f
 def _levels(response: LinearResponse, name: str, given: Any, duration: float) -> LevelsOfProbability:
     place, both = _asked(response.system, name, "probability")
     moments = mean, deviation, crossings, _ = _moments(response, place)
-    wanted = np.asarray(given, dtype=object)
-    hint = "It is of exceeding the level within the time."
-    each = [finite_number(p, f"probability of {name}", low=1e-15, high=0.5, hint=hint) for p in wanted.flat]
+    wanted = level_probabilities(given, name)
     middle = abs(mean) if both else mean
 
     solved = _envelope_of(response.system, place)
@@ -236,9 +235,9 @@ def _levels(response: LinearResponse, name: str, given: Any, duration: float) ->
         return float(optimize.brentq(off, near, far, (formula, p), rtol=1e-12))
 
     formulas = _rates_at(name, both, moments, np.array([middle + 3.0 * deviation]), solved).rate
-    found = {formula: [level_by(formula, p) for p in each] for formula in formulas}
+    found = {formula: [level_by(formula, p) for p in wanted.ravel().tolist()] for formula in formulas}
     shaped = {formula: np.array(own).reshape(wanted.shape) for formula, own in found.items()}
-    return LevelsOfProbability(name, np.array(each).reshape(wanted.shape), duration, shaped)
+    return LevelsOfProbability(name, wanted, duration, shaped)
 
 
 def covers(system: System, name: object) -> bool:
@@ -254,12 +253,8 @@ def covers(system: System, name: object) -> bool:
 def _rates(response: LinearResponse, name: str, given: Any) -> LevelRates:
     place, both = _asked(response.system, name)
     mean, deviation, crossings, bandwidth = _moments(response, place)
-    listed_ = numbers_in_array(given, f"levels of {name} must be a number or a list of numbers", object)
-    if not listed_.size:
-        raise ValueError(f"levels of {name} must not be empty.")
     low = 0.0 if both else -LARGEST
-    numbers = [finite_number(level, f"level of {name}", low=low, high=LARGEST, open_low=both) for level in listed_.flat]
-    levels = np.array(numbers).reshape(listed_.shape)
+    levels = finite_numbers(given, f"levels of {name}", f"level of {name}", low=low, high=LARGEST, open_low=both)
     sides = np.array([levels - mean, levels + mean]) if both else np.abs(levels - mean)[None]
     if not (sides > _LEAST_LEVEL * deviation).all():
         beyond = "beyond the mean on both sides" if both else "off the mean"

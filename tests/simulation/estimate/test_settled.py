@@ -52,7 +52,7 @@ def test_the_sums_to_the_middle_are_those_of_the_first_half(name: str) -> None:
     parts = simulation_of(plan_of(STATIONARY[name], **given)).parts
     column = dict(zip(parts.columns, run.path_sums.T, strict=True))
     x = run.record[..., 0].reshape(3, 801, -1)  # of every mass, after each step
-    early = [early for result, (_, early) in parts.halved.items() if "x_mean_square" in result]
+    early = [early for result, (_, early) in parts.halves.items() if "x_mean_square" in result]
     np.testing.assert_allclose([column[each] for each in early], (x[:, 201:401] ** 2).sum(axis=1).T, rtol=1e-4)
 
 

@@ -106,7 +106,7 @@ def change_in_window(
 
 def _changing_with(simulation: Simulation, wanted: Sequence[str]) -> set[str]:
     """The means that change where a transient changes one of some results."""
-    every = {ENERGY, *simulation.parts.halved}
+    every = {ENERGY, *simulation.parts.halves}
     placed = [name for name in wanted if not name.endswith(("v_mean_square", "_power"))]
     squares = {simulation.motion.mean_square_of(name) for name in placed}
     if not wanted or not squares <= every:
@@ -135,7 +135,7 @@ def _changes(simulation: Simulation, rows: Floats) -> Iterator[Change]:
     )  # fmt: skip
     if not low < middle < high:
         return
-    for name, (whole, early) in simulation.parts.halved.items():
+    for name, (whole, early) in simulation.parts.halves.items():
         before, after = column[early] / (middle - low), (column[whole] - column[early]) / (high - middle)
         one, other = float(before.mean()), float(after.mean())
         later = high * step
@@ -173,15 +173,14 @@ def change_of_start(plan: Plan, matters: float, progress: Progress | None = None
     rows = [each.advance(stream=_STREAM + n, progress=progress).rows for n, each in enumerate(simulations)]
     parts, (low, high) = simulations[0].parts, plan.settings.window_steps
     columns, changes = [*parts.columns], []
-    for name, (whole, _) in parts.halved.items():
+    for name, (whole, _) in parts.halves.items():
         one, other = (each[:, columns.index(whole)] / (high - low) for each in rows)
         errors = standard_error(one), standard_error(other)
         error = math.hypot(*errors)
         freedom = error**4 / sum(each**4 for each in errors) * (_PATHS - 1.0) if error > 0.0 else math.inf
         mean, apart = 0.5 * float(one.mean() + other.mean()), float(other.mean() - one.mean())
-        changes.append(
-            Change(name, mean, apart, error, freedom, "from one start to the other", plan.settings.window[1])
-        )
+        compared = "between a start from rest and the usual one"
+        changes.append(Change(name, mean, apart, error, freedom, compared, plan.settings.window[1]))
     return _unlikely(changes, matters)
 
 

@@ -81,7 +81,7 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
         if near[free].all() or len(tried) == MOST_PILOTS:
             break
         further = now + tried[-1].change / (1.0 - _slope(tried))
-        now = motion.before_walls(np.where(free, further, now))
+        now = motion.within_walls(np.where(free, further, now))
     check = _run(pilot, now, 2, progress)
     if not all(0.0 < spread < math.inf for spread in check.spread[free]):
         raise ValueError(TOO_FAR_APART)
@@ -94,7 +94,7 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
     errors = np.divide(errors, check.spread, out=np.zeros(free.size), where=free)
     way, slopes = _way(tried, motion)
     found = Adapted(
-        position=motion.as_given(motion.before_walls(np.where(free, settled, now))),
+        position=motion.as_given(motion.within_walls(np.where(free, settled, now))),
         residual=float(residuals[worst]),
         residual_se=float(check.errors[worst] / check.spread[worst]),
         # as if the errors of all masses were one

@@ -16,7 +16,6 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier
-from springpot.problem.parts.walls import restitution_of_missed
 from springpot.simulation.estimate.slow_impacts import (
     MARGIN,
     SlowImpacts,
@@ -25,7 +24,7 @@ from springpot.simulation.estimate.slow_impacts import (
     quantile_step_bias,
     slow_impacts,
 )
-from springpot.simulation.plan.motion import COUNTABLE, Motion, StruckWalls
+from springpot.simulation.plan.motion import Motion, StruckWalls, countable_restitution
 from springpot.simulation.plan.schemes import scheme_of
 
 if TYPE_CHECKING:
@@ -98,8 +97,7 @@ def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict
     if motion.uncountable or not motion.intensity > 0.0 or "impact_rate" not in values:
         return biases
     for wall in motion.unit.of(Barrier):
-        # a law may be below the limit here and above it for slower impacts, of which most are missed
-        slow = max(restitution_of_missed(wall, motion.intensity, step), COUNTABLE)
+        slow = countable_restitution(wall, motion.intensity, step)
         alone = StruckWalls(slow, motion.intensity, motion.press_on(wall))
         for name, bias in impact_step_biases(alone, step, values).items():
             biases[name] = max(bias, biases.get(name, 0.0))
@@ -116,8 +114,8 @@ def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict
             continue  # no impact was seen
         powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
         own = {quantity: values.get(f"{name}_{quantity}", math.nan) for quantity in powers}
-        seen = restitution_of_missed(dict(motion.system.named())[name], wall.intensity, step)
-        slow = replace(wall, restitution=max(seen, COUNTABLE))
+        part = dict(motion.system.named())[name]
+        slow = replace(wall, restitution=countable_restitution(part, wall.intensity, step))
         for quantity, bias in impact_step_biases(slow, step, own).items():
             biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
         for quantity in ("force_mean", "power"):

@@ -137,7 +137,7 @@ class Parts(Composed):
         return self.wall.position if isinstance(self.wall, Rigid) else 0.0
 
     @property
-    def halved(self) -> dict[str, tuple[str, str]]:
+    def halves(self) -> dict[str, tuple[str, str]]:
         """Of x and v."""
         return {f"{name}_mean_square": (f"{name}_square", f"{name}_square_early") for name in "xv"}
 

@@ -86,8 +86,8 @@ class Composed:
     felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
-    def halved(self) -> dict[str, tuple[str, str]]:
-        """Mean squares of each mass: the columns of the sum over the window, and of that to its middle."""
+    def halves(self) -> dict[str, tuple[str, str]]:
+        """By the mean squares of each mass, the columns of the sum over the window and of that over its first half."""
         raise NotImplementedError
 
     @property

@@ -21,9 +21,8 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 
-_MOST_LAGS = (
-    20_000  # steps over which means over steps are compared with values; with more, rounding is all that is left
-)
+# steps over which means over steps are compared with values; with more, rounding is all that is left
+_MOST_LAGS = 20_000
 EXCEEDED_BY_NOISE = 0.771  # by which colored noise exceeds its means over steps, per root of its variance's rate
 
 

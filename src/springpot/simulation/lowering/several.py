@@ -109,7 +109,7 @@ class PartsOfSeveral(Composed):
         }
 
     @property
-    def halved(self) -> dict[str, tuple[str, str]]:
+    def halves(self) -> dict[str, tuple[str, str]]:
         """Of x and v of every coordinate."""
         return {
             f"{point}_{name}_mean_square": (f"{name}^2 of {point}", f"early {name}^2 of {point}")

@@ -51,8 +51,7 @@ from springpot.theory.walls import Before, before_walls
 if TYPE_CHECKING:
     from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 
-COUNTABLE = 1.0001 * COLLAPSE_BELOW
-"""The restitution with which a law counts whose slowest impacts would have no rate."""
+_COUNTABLE = 1.0001 * COLLAPSE_BELOW
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _LATER = 1.2  # ratio of the times at which a transient is looked at
 _EVEN = 1e-9  # standard deviations of a mean that counts as 0
@@ -89,6 +88,19 @@ class StruckWalls:
         In units of sqrt(q h); see `springpot.simulation.estimate.completed_rate`.
         """
         return (0.47 + 0.43 * self.restitution) * math.sqrt(self.intensity * step)
+
+
+def countable_restitution(wall: Barrier, intensity: float, step: float) -> float:
+    """The restitution of the impacts that a step misses; of a law at least one with which impacts have a rate.
+
+    A law may be below that limit for them and above it for slower ones.
+
+    Examples
+    --------
+    >>> countable_restitution(Barrier(-1.0, 0.5), 1.0, 0.01)
+    0.5
+    """
+    return max(restitution_of_missed(wall, intensity, step), _COUNTABLE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,7 +323,7 @@ class Motion:
         """First guess of E[x], of each mass."""
         return np.array([self.scales.mean])
 
-    def before_walls(self, places: Floats) -> Floats:
+    def within_walls(self, places: Floats) -> Floats:
         """The nearest places of all masses that are not behind a wall."""
         return np.array([min(max(self.low, float(places[0])), self.high)])
 
@@ -578,9 +590,9 @@ class Motion:
         """
         if self.uncountable or not self.walls or not self.intensity > 0.0:
             return {}
-        least = min(restitution_of_missed(wall, self.intensity, step) for wall in self.unit.of(Barrier))
+        least = min(countable_restitution(wall, self.intensity, step) for wall in self.unit.of(Barrier))
         press = max(self.press_on(wall) for wall in self.unit.of(Barrier))
-        return {"impact_speed": StruckWalls(max(least, COUNTABLE), self.intensity, press)}
+        return {"impact_speed": StruckWalls(least, self.intensity, press)}
 
     def velocity_biases(self, step: float) -> dict[str, float]:
         """Bounds on the relative step biases of mean square velocities that strong dampers leave: of one mass none."""

@@ -37,12 +37,12 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
-from springpot.problem.parts.walls import Stop, restitution_at, restitution_of_missed, slow_restitution
+from springpot.problem.parts.walls import Stop, restitution_at, slow_restitution
 from springpot.problem.system import System
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, boltzmann_of_several
 from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.loose import Loose, loose_masses
-from springpot.simulation.plan.motion import COUNTABLE, KeptMean, Motion, StruckWalls
+from springpot.simulation.plan.motion import KeptMean, Motion, StruckWalls, countable_restitution
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.parts import (
     beat,
@@ -332,7 +332,7 @@ class MotionOfSeveral(Motion):
         """Where they rest."""
         return self._nearest_to_rest()
 
-    def before_walls(self, places: Floats) -> Floats:
+    def within_walls(self, places: Floats) -> Floats:
         """The least change of the places that puts every elongation before its wall."""
         inward, least = _walls(self.system, places)
         if not (least > 0.0).any():
@@ -529,7 +529,7 @@ class MotionOfSeveral(Motion):
         parts = dict(self.system.named())
         return {
             f"{name}_impact_speed": replace(
-                alone, restitution=max(restitution_of_missed(parts[name], alone.intensity, step), COUNTABLE)
+                alone, restitution=countable_restitution(parts[name], alone.intensity, step)
             )
             for name, alone in self.struck_alone.items()
             if alone.intensity > 0.0 and not self.uncounted_because(f"{name}_impact_rate")
@@ -780,7 +780,7 @@ class MotionOfSeveral(Motion):
 
     def _nearest_to_rest(self) -> Floats:
         """The least change from the equilibrium that puts every elongation before its wall."""
-        return self.before_walls(self._equilibrium())
+        return self.within_walls(self._equilibrium())
 
 
 def _walls(system: System, x: Floats) -> tuple[Floats, Floats]:

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, numbers_in_array, text
+from springpot.machine.arguments import LARGEST, check_called, checked_path, finite_number, finite_numbers, text
 from springpot.machine.arrays import Floats
 from springpot.machine.bar import Bar
 from springpot.machine.faults import listed, name_results, shown
@@ -30,11 +30,11 @@ from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
 from springpot.simulation.rare.levels import ExceedanceLevel, Sought, sought_curve
 from springpot.simulation.rare.saved import Saved, SavedFile
 from springpot.simulation.rare.search import ExceedanceCurve, search, unknown
+from springpot.theory.distributions import level_probabilities
 
 EARLY = 2.0  # relaxation times before the time that counts from which on paths of a stationary start are split
 SETTLED = 8.0  # and from which on they move: a tail feels what is left of the transient of x^2 many times over
 
-RAREST = 1e-15  # probability of which a level is sought
 _BELOW = " below"  # after the name of a quantity whose level is exceeded downwards
 
 
@@ -52,15 +52,15 @@ class Exceedance:
         `ExceedanceCurve` of each quantity, by name; ``found["x"]`` is one of them.
     level : dict
         `ExceedanceLevel` of each quantity of which probabilities were asked, by name: the levels that have them.
-    said : tuple of str
-        Warnings that are of no curve alone.
+    other_warnings : tuple of str
+        Those that are of no curve alone.
     """
 
     system: System
     settings: Settings
     curves: dict[str, ExceedanceCurve]
     level: dict[str, ExceedanceLevel] = field(default_factory=dict)
-    said: tuple[Message, ...] = ()
+    other_warnings: tuple[Message, ...] = ()
 
     def __post_init__(self) -> None:
         name_results(self, "curves")
@@ -87,7 +87,7 @@ class Exceedance:
     @property
     def warnings(self) -> tuple[Message, ...]:
         """One sentence for each reason to doubt a number."""
-        return (*(sentence for curve in self.curves.values() for sentence in curve.warnings), *self.said)
+        return (*(sentence for curve in self.curves.values() for sentence in curve.warnings), *self.other_warnings)
 
     def to_dict(self) -> dict[str, Any]:
         """All of it as plain numbers, words, lists and dicts; what is not finite is None."""
@@ -358,12 +358,8 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
         function, given = given
     quantity = quantity_of(motion, name, function)
     words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
-    listed = numbers_in_array(given, f"levels of {name} must be a number or a list of numbers", object)
-    if not listed.size:
-        raise ValueError(f"levels of {name} must not be empty.")
     low = -LARGEST if least else 0.0
-    checked = [finite_number(each, words, low=low, high=LARGEST, open_low=not least) for each in listed.ravel()]
-    numbers = np.array(checked, float).reshape(listed.shape)
+    numbers = finite_numbers(given, f"levels of {name}", words, low=low, high=LARGEST, open_low=not least)
     if not quantity.has_sides:
         return quantity, numbers, 1.0
     start = _start_of(plan, quantity)
@@ -405,13 +401,7 @@ def _checked_probability(plan: Plan, name: object, given: Any) -> tuple[Quantity
     quantity = quantity_of(plan.motion, str(name).removesuffix(_BELOW) if below else name, function, "probability")
     if below and not quantity.has_sides:
         raise ValueError(f"probability has {name!r}, but {quantity.name} has no sides: leave out{_BELOW}.")
-    listed_ = np.asarray(given, object)
-    if not listed_.size:
-        raise ValueError(f"probability of {quantity.name} must not be empty.")
-    hint = "It is of exceeding the level within the time."
-    numbers = [finite_number(each, f"probability of {quantity.name}", low=RAREST, high=0.5, hint=hint) for each in
-               listed_.ravel()]  # fmt: skip
-    return quantity, np.array(numbers, float).reshape(listed_.shape), -1.0 if below else 1.0
+    return quantity, level_probabilities(given, quantity.name), -1.0 if below else 1.0
 
 
 def _sought(plan: Plan, quantity: Quantity, probability: Floats, sign: float) -> Sought:

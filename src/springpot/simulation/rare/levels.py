@@ -33,10 +33,8 @@ ROUGH = 1.0  # relative error of these rounds, whose repetitions have a smaller 
 LEVELS = 12  # of a round
 NEAR = np.linspace(-1.0, 1.0, 7)  # of the last levels, in units of WIDE or so of the logarithm of the probability
 WIDE, ERRORS = 0.6, 3.5  # at least, and in relative errors
-_FINE, _DECADES = (
-    0.004,
-    12,
-)  # relative distance of the levels that plain paths are asked, and decades on both sides of 1
+_FINE = 0.004  # relative distance of the levels that plain paths are asked
+_DECADES = 12  # of these levels, on both sides of 1
 _OVER = "max_time is over"
 _USUAL = (0.5, 0.02)  # probabilities between which plain paths tell how they fall
 

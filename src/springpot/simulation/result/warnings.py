@@ -131,8 +131,8 @@ def _about_records(motion: Motion) -> Iterator[Message]:
         if points < FEWEST_POINTS:
             fate = "what a signal has at half of its sampling rate and above is not in its samples"
         elif part.interpolation == "linear" and lost > LEAST_BIAS and len(part.records[0][0]) >= FEWEST_SAMPLES:
-            fate = f"straight lines between samples of a signal lose {per_cent(lost)} there, and more at faster modes; "
-            fate += "interpolation='band-limited' does not"
+            fate = f"straight lines between samples of a signal lose {per_cent(lost)} of its amplitude there, and more "
+            fate += "at faster modes; interpolation='band-limited' does not"
         else:
             continue
         yield say("coarse_record", name=name, points=points, frequency=rate / points, fate=fate)
