@@ -376,7 +376,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
-    from rest, or with thermal noise alone from Boltzmann's law; masses that walls alone hold are on their way between
+    from rest, or with thermal noise alone from Boltzmann's law; masses that walls alone hold start in motion between
     them.  If left out, its step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its
     results are those of each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
     ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
