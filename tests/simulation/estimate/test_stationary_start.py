@@ -155,7 +155,7 @@ def test_a_run_from_rest_says_how_far_its_means_are_off() -> None:
     given: dict[str, Any] = {"paths": 500, "duration": 400.0, "window": (200.0, 400.0), "step": 0.07}
     said = [each for each in simulated(STRONG, **given, start="rest").warnings if each.name == "start_was_off"]
     assert len(said) == 1
-    share = float(str(said[0]).split("at least about ")[1].split(" %")[0])
+    share = float(str(said[0]).split("is still about ")[1].split(" %")[0])
     assert 8.0 < share < 20.0
     assert not any(each.name == "start_was_off" for each in simulated(STRONG, **given).warnings)
 
