@@ -164,3 +164,10 @@ def test_every_length_and_tolerance_has_a_positive_sum(steps: int, tolerance: fl
             lags = np.unique(np.geomspace(1, steps, 50).astype(int))
             errors = (np.exp(-np.outer(lags, found.rates)) @ found.weights) / at_lags(family, order, lags * 1.0) - 1.0
             assert np.abs(errors).max() <= 1.02 * tolerance + 1e-14
+
+
+@pytest.mark.parametrize("order", [5e-324, 1e-310, 1e-200])
+def test_an_order_next_to_0_has_a_memory_that_does_not_fade(order: float) -> None:
+    memory = exponential_sum("average", order, 1000, 1e-6)
+    kept = np.exp(-np.outer([1.0, 1000.0], memory.rates)) @ memory.weights
+    np.testing.assert_allclose(kept, 1.0, rtol=1e-6)

@@ -34,6 +34,7 @@ _FINEST = 1e-11  # below it the search for the shortest sum never succeeds
 _CHECKED_LAGS = 8000
 _COMPARED_LAGS = 422  # of a sum that was read from disk: every 19th of those
 _MOST_TERMS = 128  # of a sum that was read from disk: the longest computed one has 87
+_LEAST_ORDER = 1e-100  # kernels of smaller orders are this one's in double precision, and their masses overflow
 _ROUNDING = 1e-14
 # of this code: sums on disk from another version are not used
 _VERSION = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
@@ -95,7 +96,7 @@ def exponential_sum(family: Family, order: float, steps: int, tolerance: float =
     if order in (0.0, 1.0):
         kept = np.full(int(order == 0.0), 1.0)
         return ExponentialSum(np.zeros(kept.size), kept, 0.0, 1.0, float(steps))
-    return _cached(family, order, float(steps), tolerance)
+    return _cached(family, max(order, _LEAST_ORDER), float(steps), tolerance)
 
 
 def shared_span(steps: int) -> int:
@@ -150,7 +151,7 @@ def power_law_sum(order: float, shortest: float, longest: float, tolerance: floa
         raise ValueError(f"shortest and longest must be positive and in this order, not {shortest!r}, {longest!r}.")
     if not 1e-13 <= tolerance <= 0.1:
         raise ValueError(f"tolerance must be between 1e-13 and 0.1, not {tolerance!r}.")
-    unit = _cached("power", order, longest / shortest, tolerance)
+    unit = _cached("power", max(order, _LEAST_ORDER), longest / shortest, tolerance)
     return ExponentialSum(
         unit.rates / shortest, unit.weights * shortest**-order, unit.relative_error, shortest, longest
     )

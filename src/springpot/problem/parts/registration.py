@@ -189,7 +189,6 @@ def in_words(unit: str) -> str:
     return (" ".join(above) or "1") + under
 
 
-LEAST_ORDER = 1e-50  # of a springpot that is no spring: its memory has a sum of exponentials
 _LIMITS = {"positive": (0.0, LARGEST), "unsigned": (0.0, LARGEST), "signed": (-LARGEST, LARGEST), "share": (0.0, 1.0),
            "order": (0.0, 1.0), "exponent": (1.0, 3.0)}  # fmt: skip
 
@@ -216,10 +215,7 @@ def in_range(value: object, name: str, number: Number) -> float:
         If it is not one, not finite or out of its range.
     """
     (low, high), open_low = _LIMITS[number.range], number.range in ("positive", "share")
-    found = finite_number(value, name, low=low, high=high, open_low=open_low, hint=number.hint)
-    if number.range == "order" and 0.0 < found < LEAST_ORDER:
-        raise ValueError(f"{name} must be 0, or at least {LEAST_ORDER:g}, not {found:g}. {number.hint}")
-    return found
+    return finite_number(value, name, low=low, high=high, open_low=open_low, hint=number.hint)
 
 
 def kind_of(part: object) -> str:
