@@ -177,8 +177,8 @@ def level_plan(
     """
     relaxation = motion.scales.forgetting_time
     waiting = -math.log(MOST_TRANSIENT) * motion.waiting_time("rest")
-    slow = (_slow_time(creep, motion, rtol, wanted) for creep in motion.slow)
-    begin = max([relaxation * math.log(max(3.0 / rtol, FORGET)), waiting, *slow])
+    late = max(waiting, *(_slow_time(creep, motion, rtol, wanted) for creep in motion.slow), relaxation)
+    begin = max(relaxation * math.log(max(3.0 / rtol, FORGET)), late)
     if motion.is_thermal:
         begin = 0.0  # it starts from the stationary law
     fewest, most = RELAXATIONS
@@ -186,7 +186,7 @@ def level_plan(
     begin *= later
     if begin + length > LONGEST * step:
         raise ValueError(
-            f"rtol cannot be reached: the motion forgets its start only after {relaxation:.2g} s, and a path has at "
+            f"rtol cannot be reached: the motion forgets its start only after {late:.2g} s, and a path has at "
             f"most {LONGEST:,} steps of {step:.2g} s; give paths and duration instead."
         )
     begin, length = (step * math.ceil(time / step) for time in (begin, length))

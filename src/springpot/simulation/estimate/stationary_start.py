@@ -122,7 +122,7 @@ class _Pilot:
     def apart(self, other: _Pilot) -> Floats:
         """The way from the start of another to its own, over the root mean squares."""
         way = self.start - other.start
-        return np.divide(way, self.spread, out=np.zeros_like(way), where=way != 0.0)
+        return np.divide(way, self.spread, out=np.zeros_like(way), where=(way != 0.0) & (self.spread > 0.0))
 
 
 def _run(pilot: Plan, start: Floats, stream: int, progress: Progress | None) -> _Pilot:

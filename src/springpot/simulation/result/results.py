@@ -115,7 +115,9 @@ def estimates_from(
 ) -> dict[str, Estimate]:
     """Estimates by name, from their parts by name."""
     budgets, step_biases = budgets or {}, step_biases or {}
-    known = {*possible_results(system), *results_on_request(system)}
+    known = {*possible_results(system)}
+    if not known >= values.keys():  # those on request are many
+        known |= {*results_on_request(system)}
     return {
         name: Estimate(
             value, errors[name], unit_of_result(system, name) if name in known else "",
