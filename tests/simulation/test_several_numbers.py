@@ -115,3 +115,20 @@ def test_at_the_default_step_rates_are_within_half_a_per_cent() -> None:
     off = run["gap_impact_rate"].value / BOLTZMANN["gap_impact_rate"] - 1.0
     assert abs(off) < 0.005
     assert run["gap_impact_rate"].error < 0.0005 * BOLTZMANN["gap_impact_rate"]
+
+
+def test_the_default_step_resolves_hops_on_a_wall_that_a_weight_presses_on() -> None:
+    """Of one of two masses, against the Fokker-Planck equation of it alone; a step that is too long is doubted."""
+    weighed = sp.System(
+        sp.Mass(1.0, at="a"), sp.Spring(4.0, between=("ground", "a")), sp.Dashpot(0.1, between=("ground", "a")),
+        sp.WhiteNoise(0.5, on="a"), sp.Constant(-9.81, on="a"), sp.Mass(1.0, at="b"),
+        sp.Spring(1.0, between=("ground", "b")), sp.Dashpot(0.1, between=("ground", "b")),
+        floor=sp.Barrier(0.0, 0.5, between=("ground", "a"), side="above"),
+    )  # fmt: skip
+    given: dict[str, Any] = {"paths": 64, "duration": 12.0, "window": (2.0, 12.0), "start": "rest"}
+    found = simulated(weighed, **given)["a_v_mean_square"]
+    assert found.error < 0.02 * 0.0038977
+    assert abs(found.value - 0.0038977) < 0.02 * 0.0038977 + 3.0 * found.error
+    coarse = simulated(weighed, step=0.01, **given)
+    assert coarse["a_v_mean_square"].value > 1.2 * 0.0038977
+    assert "coarse_step" in [message.name for message in coarse.warnings]
