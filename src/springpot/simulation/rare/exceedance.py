@@ -232,7 +232,7 @@ def exceedance(
         "memory_tolerance": memory_tolerance, "seed": seed, "threads": threads, "max_time": max_time, "save": save,
     }  # fmt: skip
     if progress is None:
-        hint = hint_of(system, levels or probability, "max_time= ends it earlier")
+        hint = hint_of(system, probability if levels is None else levels, "max_time= ends it earlier")
         with Bar("splitting paths", first="simulating", hint=hint) as bar:
             result = exceeded(system, levels, **given, progress=bar)
     else:
