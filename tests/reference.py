@@ -5,6 +5,11 @@ forces act at once, with the impulse that they have in the whole step.  Between 
 of forces but for impacts, or turning on the circle of one linear spring.  The state is observed in the middle of the
 drift, at the times h, 2h, ... .  Everything that a part knows of the masses is its elongation g.x, along its row g.
 
+Masses can **rest** on a lossy wall along whose row only smooth forces act.  A row comes to rest where a force presses
+and the next hop would be shorter than a step.  From then on each kick leaves it the velocity 0, and the wall takes the
+impulse, as long as there is something to take; else the row leaves with half of what the kick gives, because by the
+middle of the step it has begun to move.
+
 The memory of a springpot is the sum over all its earlier increments, as long as the path: slow, and without error.
 """
 
@@ -13,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any
 
 import mpmath
@@ -22,6 +28,7 @@ import springpot as sp
 
 Floats = np.ndarray
 WORD = 0xFFFFFFFF
+ROUNDING = 1e-9  # of what an impact or a kick changes: the velocity of a row that rests
 
 
 # ------------------------------------------------------------------------------------------------ random numbers
@@ -260,6 +267,7 @@ class Path:
     x: Floats
     v: Floats
     impacts: list[Impact]
+    rest: list[Rest] = field(default_factory=list)
 
 
 @dataclass
@@ -270,6 +278,27 @@ class Impact:
     wall: str
     speed: float
     momentum: float
+
+
+@dataclass
+class Rest:
+    """What a wall takes of masses that come to rest on it, rest or leave it."""
+
+    step: int
+    wall: str
+    momentum: float
+    energy: float
+
+
+def complementary(a: Floats, w: Floats) -> Floats:
+    """c >= 0 with w + a c >= 0, in each row one of them 0: by trying which rows are pressed."""
+    for count in range(len(w), -1, -1):
+        for rows in map(list, combinations(range(len(w)), count)):
+            c = np.zeros(len(w))
+            c[rows] = np.linalg.lstsq(a[np.ix_(rows, rows)], -w[rows])[0]
+            if (c[rows] >= 0.0).all() and (w + a @ c >= -ROUNDING * np.abs(w).max()).all():
+                return c
+    raise ArithmeticError("no set of rows is complementary")
 
 
 def walk(
@@ -313,29 +342,104 @@ def walk(
         (name, _Dissipation(part, row.mass, h), row) for name, part, row in contacts if part.dissipation
     ]
     solve = np.linalg.inv(at.mass + h * sum(row.answer * np.outer(row.g, row.g) for row in rows.values()))
-    constant, given, smooth = _excitation(system, h, steps, seed, path, words, draw)
+    constant, impulses, smooth = _excitation(system, h, steps, seed, path, words, draw)
 
     impacts: list[Impact] = []
+    rest: list[Rest] = []
     x, v = x + np.zeros(len(at.names)), v + np.zeros(len(at.names))
     pressing = constant
+    by_name = {name: (wall, row) for name, wall, row in walls}
+    restful = {name for name, wall, row in walls if not wall.is_elastic and not _is_rough(system, wall, row)}
+    resting = [name for name in by_name if name in restful and _lies(*by_name[name], x, v)]
+    leant: dict[str, float] = {}  # impulses of the walls in the last kick
+    given = 0.0  # the acceleration by the last kick of a mass that turns
 
-    def closing(row: Row, side: float, speed: float, since: float) -> float:
-        """The true closing speed: a kick gives all of a step's impulse at once, half a step too soon or too late."""
+    def presses(name: str) -> float:
+        """The acceleration with which all but the wall itself presses on it."""
+        wall, row = by_name[name]
+        if flight:
+            return wall.inwards * (flight**2 * wall.position - given)
         forces = pressing + h * sum(-np.polyval(r.springs[::-1], r.g @ x) * r.g for r in rows.values())
-        later = speed - side * float(forces @ row.jump) / row.mass * since / h
-        return later if later > 0.0 else speed
+        forces = forces + sum(by_name[n][0].inwards * p * by_name[n][1].g for n, p in leant.items() if n != name)
+        return -wall.inwards * float(forces @ row.jump) / row.mass / h
+
+    def book(n: int, name: str, momentum: float, energy: float) -> None:
+        rest.append(Rest(n, name, momentum, energy))
+
+    def between(turned: dict[str, Floats]) -> tuple[Floats, Floats]:
+        """Of resting rows: changes of their velocities by a unit impulse on each other, and the velocities."""
+        sides = {name: by_name[name][0].inwards * by_name[name][1].g for name in resting}
+        a = np.array([[float(g @ turned[other]) for other in resting] for g in sides.values()])
+        return a, np.array([float(g @ v) for g in sides.values()])
+
+    def hold(n: int) -> None:
+        """The walls take what presses on resting rows; those that nothing presses on leave with half of the kick."""
+        nonlocal v, leant
+        turned = {name: by_name[name][0].inwards * solve @ by_name[name][1].g for name in resting}
+        a, w = between(turned)
+        p = complementary(a, w)
+        scale = max(np.abs(w).max(), *(abs(leant.get(name, 0.0)) / by_name[name][1].mass for name in resting))
+        opened = w + a @ p > ROUNDING * scale
+        left = np.where(opened, w + a @ p, 0.0)
+        if opened.any():
+            p = p + np.linalg.lstsq(a, -0.5 * left)[0]
+        v = v + sum(each * turned[name] for each, name in zip(p, resting, strict=True))
+        leant |= {name: leant.get(name, 0.0) + each for name, each in zip(resting, p, strict=True)}
+        for name, each, later in zip(resting, p, 0.5 * left, strict=True):
+            book(n, name, each, -0.5 * each * later)
+        resting[:] = [name for name, leaves in zip(resting, opened, strict=True) if not leaves]
+
+    def hold_turning(n: int, impulse: Floats, free: float) -> None:
+        """The same of one mass, on which its spring acts in the flight."""
+        nonlocal v, given
+        (name,) = resting
+        wall, row = by_name[name]
+        given = float(impulse[0]) / row.mass / h  # without the answer of springpots and dashpots
+        moving = wall.inwards * free
+        leaves = presses(name) < 0.0 and moving > 0.0
+        later = 0.5 * moving if leaves else 0.0
+        v = v * 0.0 + wall.inwards * later
+        taken = -0.5 * moving if leaves else -wall.inwards * given * h
+        book(n, name, row.mass * taken, 0.0)
+        if presses(name) < 0.0:
+            resting.clear()
 
     def advance(time: float) -> None:
         nonlocal x, v
         c, s = math.cos(flight * time), math.sin(flight * time)
         x, v = (c * x + s / flight * v, c * v - s * flight * x) if flight else (x + time * v, v)
 
+    def bear(n: int, name: str, left: float) -> None:
+        """The wall takes the force of the spring of the flight on a mass that stays there until its end."""
+        wall, row = by_name[name]
+        book(n, name, row.mass * wall.inwards * flight**2 * wall.position * left, 0.0)
+
+    def come_to_rest(n: int, name: str, speed: float, true: float) -> None:
+        """The row, and with it all rows that rest, has the velocity 0; the walls take the energy that was left."""
+        nonlocal v
+        if name not in resting:
+            resting.append(name)
+        turned = {one: by_name[one][0].inwards * by_name[one][1].jump / by_name[one][1].mass for one in resting}
+        a, w = between(turned)
+        p = complementary(a, w)
+        v = v + sum(each * turned[one] for each, one in zip(p, resting, strict=True))
+        later = w + a @ p
+        for one, each, mean in zip(resting, p, 0.5 * (w + later), strict=True):
+            book(n, one, each, -each * mean * (true / speed) ** 2)
+        resting[:] = [one for one, rate in zip(resting, later, strict=True) if rate <= ROUNDING * speed]
+
     def fly(left: float, since: float, n: int) -> None:
         """Half a drift: the earliest impact first.  It begins at ``since`` after the middle between two kicks."""
         nonlocal x, v
-        end = since + left
+        end, most = since + left, 0.0  # the largest change of a velocity by an impact
+        if flight and resting:
+            if presses(resting[0]) > 0.0 or _is_bent(by_name[resting[0]][0]):
+                bear(n, resting[0], left)
+                return
+            resting.clear()
         while True:
-            found = min(_meetings(walls, x, v, flight, left), default=None, key=lambda each: each[0])
+            moving = [each for each in walls if each[0] not in resting or -_rate(*each[1:], v) > ROUNDING * most > 0.0]
+            found = min(_meetings(moving, x, v, flight, left), default=None, key=lambda each: each[0])
             if found is None:
                 break
             time, (name, wall, row) = found
@@ -343,12 +447,36 @@ def walk(
             left -= time
             side = wall.inwards
             speed = -side * float(row.g @ v)
-            true = speed if flight else closing(row, side, speed, end - left)
-            change = true + sp.problem.parts.walls.restitution_at(wall, true) * true
             x = x + (wall.position - row.g @ x) * row.jump  # onto the wall, where rounding left it beside it
-            v = v + side * max(change, speed) * row.jump
-            impacts.append(Impact(n, name, true, row.mass * max(change, speed)))
+            # a kick gives all of a step's impulse at once, half a step too soon or too late
+            press = presses(name)
+            can_rest = name in restful and press > 0.0
+            later = speed + (press - (side * flight**2 * wall.position)) * (end - left)  # the flight's own is in it
+            if can_rest:
+                true = speed if name in leant or name in resting else max(later, 0.0)
+            else:
+                true = speed if flight or later <= 0.0 else later
+            r = sp.problem.parts.walls.restitution_at(wall, true)
+            most = max(most, true + r * true, speed)
+            if can_rest and r * true <= 0.5 * press * h:
+                come_to_rest(n, name, speed, true)
+                if flight:
+                    x, v = x * 0.0 + wall.position, v * 0.0
+                    bear(n, name, left)
+                    return
+                continue
+            change = max(true + r * true, speed)
+            v = v + side * change * row.jump
+            impacts.append(Impact(n, name, true, row.mass * change))
+            resting[:] = [one for one in resting if one != name and _rate(*by_name[one], v) <= ROUNDING * most]
+            if flight and change == speed and _is_bent(wall):  # held by the spring until the end
+                resting.append(name)
+                bear(n, name, left)
+                return
         advance(left)
+        for one in resting:
+            wall, row = by_name[one]
+            x = x + (wall.position - row.g @ x) * row.jump
 
     seen = [(x.copy(), v.copy())]
     before = x.copy()
@@ -362,21 +490,30 @@ def walk(
         for _, damper, row in dampers:
             rate = float(row.g @ v)
             v = v + (damper.follow(n, float(row.g @ x), rate, False) - rate) * row.jump
-        impulse = constant + given(n, x)
+        impulse = constant + impulses(n, x)
         for row in rows.values():
             u, rate = float(row.g @ x), float(row.g @ v)
             force = -np.polyval(row.springs[::-1], u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
             force += sum(_elastic(part, u) for _, part in row.contacts)
             impulse = impulse + h * force * row.g
-        v = v + solve @ impulse
+        leant, change = {}, solve @ impulse
+        v = v + change
+        if flight:
+            given = float(change[0]) / h
+            if resting:
+                hold_turning(n, impulse, given * h)
+        elif resting:
+            hold(n)
         for _, damper, row in reversed(dampers):
             rate = float(row.g @ v)
             v = v + (damper.follow(n, float(row.g @ x), rate, True) - rate) * row.jump
+        if dampers and resting and not flight:
+            hold(n)
         pressing = constant + smooth(n)
         fly(0.5 * h, -0.5 * h, n)
         seen.append((x.copy(), v.copy()))
         fly(0.5 * h, 0.0, n)
-    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts)
+    return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts, rest)
 
 
 def walk_as_printed(
@@ -416,6 +553,33 @@ class _Dissipation(Damper):
     def follow(self, n: int, u: float, rate: float, after: bool) -> float:
         a = 0.5 * self.h / self.mass * abs(_elastic(self.part, u)) * self.part.dissipation
         return rate / (1.0 + a + 0.5 * a * a)
+
+
+def _lies(wall: sp.Barrier, row: Row, x: Floats, v: Floats) -> bool:
+    """Whether a row is at its wall and does not move."""
+    return bool(row.g @ x == wall.position and row.g @ v == 0.0)
+
+
+def _rate(wall: sp.Barrier, row: Row, v: Floats) -> float:
+    """With which a row moves away from its wall."""
+    return wall.inwards * float(row.g @ v)
+
+
+def _is_bent(wall: sp.Barrier) -> bool:
+    """Whether the spring of a flight presses on a wall."""
+    return wall.inwards * wall.position > 0.0
+
+
+def _is_rough(system: sp.System, wall: sp.Barrier, row: Row) -> bool:
+    """Whether noise with independent increments drives the two ends of a wall apart, or together."""
+    at, parts = system.coordinates, dict(system.named())
+    driven = [
+        force for name, force in at.forces.items()
+        if isinstance(parts[name], sp.PoissonImpulses) or getattr(parts[name], "intensity", 0.0) > 0.0
+    ]  # fmt: skip
+    shaken = [at.elongations[name] for name, part in parts.items() if isinstance(part, sp.ParametricNoise)]
+    rough = any(abs(row.jump @ each) > 1e-12 * (np.abs(row.jump) @ np.abs(each)) for each in [*driven, *shaken])
+    return rough or bool(system.of(sp.ThermalNoise))
 
 
 def _meetings(

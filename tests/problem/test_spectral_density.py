@@ -143,7 +143,7 @@ def test_a_gap_is_the_way_to_the_stop(
         ({"of": "force"}, "of='force' needs psd_unit='N2/Hz', not 'g2/Hz'."),
         ({"of": "base", "psd_unit": "N2/Hz"}, "of='base' needs psd_unit='g2/Hz' or psd_unit='m2/s4/Hz', not 'N2/Hz'."),
         ({"gap": math.nan}, "gap must be in [-1e+50, 1e+50], not nan."),
-        ({"gap": 0.1, "restitution": 0.0}, "restitution must be in (0, 1], not 0."),
+        ({"gap": 0.1, "restitution": -0.1}, "restitution must be in [0, 1], not -0.1."),
         ({"restitution": 0.5}, "gap must be given with restitution or side: without a gap there is no wall."),
         ({"side": "below"}, "gap must be given with restitution or side: without a gap there is no wall."),
         ({"gap": 0.1, "side": "left"}, "side must be 'above' (the mass moves at x >= position) or 'below'"),

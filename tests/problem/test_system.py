@@ -306,7 +306,7 @@ SPRING = {"kind": "spring", "stiffness": 80.0}
         ({"parts": [SPRING | {"stiffness": "80"}]}, "parts[0] (spring).stiffness must be a real number"),
         (
             {"parts": [SPRING, {"kind": "barrier", "restitution": 2.0}]},
-            "parts[1] (barrier).restitution must be in (0, 1]",
+            "parts[1] (barrier).restitution must be in [0, 1]",
         ),
         (
             {"parts": [SPRING, {"kind": "barrier", "restitution": {"restitution": 0.5, "speed": 1.0}}]},

@@ -79,6 +79,36 @@ ONE: dict[str, sp.System] = {
 }  # fmt: skip
 
 
+SINES = sp.Harmonic(2.5, 1.7), sp.Harmonic(3.0, 4.1)
+RESTING: dict[str, tuple[float, tuple[Any, ...]]] = {
+    "preload": (1.0, (*SINES, sp.Barrier(1.0, 0.5, side="above"))),
+    "light losses": (1.0, (*SINES, sp.Barrier(1.0, 0.9, side="above"))),
+    "plastic": (1.0, (*SINES, sp.Barrier(1.0, 0.0, side="above"))),
+    "gap": (0.0, (*SINES, sp.Barrier(-0.1, 0.5))),
+    "plastic with a gap": (0.0, (*SINES, sp.Barrier(-0.1, 0.0))),
+    "below": (-1.0, (*SINES, sp.Barrier(-1.0, 0.5, side="below"))),
+    "springpot": (1.0, (*SINES, sp.Springpot(1.0, 0.5), sp.Barrier(1.0, 0.5, side="above"))),
+    "record": (0.5, (SHAKEN, sp.Barrier(0.5, 0.5, side="above"))),
+    "slot": (1.0, (*SINES, sp.Barrier(1.0, 0.5, side="above"), sp.Barrier(1.05, 0.7, side="below"))),
+    "weight": (0.0, (
+        *SINES, sp.PolynomialSpring((1e-9, 0.0, 0.5)), sp.Constant(-4.0), sp.Barrier(-0.5, 0.5, side="above"),
+    )),
+    "law": (1.0, (*SINES, sp.Barrier(1.0, sp.PowerRestitution(0.5, 1.0), side="above"))),
+}  # fmt: skip
+
+PRESSED = sp.Constant(-9.81, on="a"), sp.Constant(-4.905, on="b")
+LIFTED = sp.Harmonic(8.0, 3.0, on="b"), sp.Harmonic(9.0, 1.7, on="a")
+PILE = sp.Barrier(0.0, 0.6, side="above", between=A), sp.Barrier(0.0, 0.6, side="above", between=AB)
+PILES: dict[str, tuple[Any, ...]] = {
+    "floor": (*PRESSED, *LIFTED, sp.Spring(3.0, between=AB), PILE[0]),
+    "pile": (*PRESSED, *LIFTED, *PILE),
+    "plastic": (*PRESSED, *LIFTED, *(sp.Barrier(0.0, 0.0, side="above", between=ends) for ends in (A, AB))),
+    "springpot": (*PRESSED, *LIFTED, sp.Springpot(0.5, 0.5, between=AB), *PILE),
+    "friction": (*PRESSED, *LIFTED, sp.Friction(0.5, between=A), *PILE),
+    "record": (*PRESSED, SHAKEN, PILE[0], sp.Barrier(0.0, sp.PowerRestitution(0.6, 0.5), side="above", between=AB)),
+}  # fmt: skip
+
+
 def two_masses(*parts: Any) -> sp.System:
     """Unlike ones, with noise of their own and of the ground."""
     return sp.System(
@@ -148,3 +178,46 @@ def test_one_mass(name: str) -> None:
     for path in range(PATHS):
         by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=OF_ONE, flight=flight, x=0.6)
         assert largest_deviation(run, path, by_hand) < 10.0 * ROUNDING
+
+
+def momenta(by_hand: Path, wall: str) -> float:
+    """What a wall gave, in impacts and at rest."""
+    return sum(each.momentum for each in (*by_hand.impacts, *by_hand.rest) if each.wall == wall)
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+@pytest.mark.parametrize(
+    "name", ["preload", "light losses", "plastic", "gap", "plastic with a gap", "below", "springpot",
+             validation("record"), validation("slot"), validation("weight"), validation("law")]
+)  # fmt: skip
+def test_rest_of_one_mass(name: str) -> None:
+    """Its place at each step, and the mean force of its walls."""
+    start, parts = RESTING[name]
+    system = sp.System(sp.Spring(4.0), sp.Dashpot(0.1), *parts)
+    run = _run(system, start, paths=1)
+    flight = plan_of(system, start="rest").motion.scales.flight_frequency
+    by_hand = walk(system, STEP, STEPS, seed=SEED, words=OF_ONE, flight=flight, x=start)
+    assert largest_deviation(run, 0, by_hand) < ROUNDING
+    assert len(by_hand.rest) > 20
+    for wall in (each for each, part in system.named() if isinstance(part, sp.Barrier)):
+        # the last half of a drift is beyond the window
+        own = run[f"{wall}_force_mean"].value * STEP * STEPS
+        assert own == pytest.approx(momenta(by_hand, wall), abs=0.3 + 1e-3 * own)
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+@pytest.mark.parametrize("name", PILES)
+def test_rest_of_two_masses(name: str) -> None:
+    """On a floor, and on one another."""
+    dashpots = sp.Dashpot(0.1, between=A), sp.Dashpot(0.1, between=("ground", "b"))
+    system = sp.System(sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), *dashpots, *PILES[name])
+    start = {"a": 0.3, "b": 0.6}
+    run = _run(system, start, paths=1)
+    by_hand = walk(system, STEP, STEPS, seed=SEED, words=OF_SEVERAL, x=np.array([*start.values()]))
+    assert largest_deviation(run, 0, by_hand) < ROUNDING
+    assert len(by_hand.rest) > 500
+    for wall in (each for each, part in system.named() if isinstance(part, sp.Barrier)):
+        own = run[f"{wall}_force_mean"].value * STEP * STEPS
+        assert own == pytest.approx(momenta(by_hand, wall), abs=0.7 + 1e-3 * own)
+        energy = sum(each.energy for each in by_hand.rest if each.wall == wall)
+        assert energy >= 0.0

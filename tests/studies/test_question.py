@@ -84,7 +84,10 @@ BAD: list[tuple[dict[str, Any], str]] = [
         "the axes have more than 1,000,000 values together: make them shorter.",
     ),
     ({"methods": ["averaging"] * 400_000}, "methods: must have at most 14 items, not 400000."),
-    ({"fixed": {"restitution": 1.5}}, "fixed.restitution must be in (0, 1], not 1.5. An elastic wall has 1."),
+    (
+        {"fixed": {"restitution": 1.5}},
+        "fixed.restitution must be in [0, 1], not 1.5. An elastic wall has 1, a plastic impact 0.",
+    ),
     ({"fixed": {"restitution": "1"}}, "fixed.restitution: must be a number, not '1'."),
     ({"fixed": {"intensity": math.inf}}, "fixed.intensity: must be a finite number, not inf."),
     ({"fixed": {"side": "left"}}, "fixed.side: must be 'above' or 'below', not 'left'."),

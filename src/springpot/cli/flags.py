@@ -88,7 +88,7 @@ _NUMBERS = {
     "natural_frequency": "Natural frequency Omega, in rad/s.",
     "intensity": "Intensity q of the white noise, in m^2 s^-3.",
     "position": "Position b of the wall, in m.",
-    "restitution": "Speed after an impact / speed before it, in (0, 1].",
+    "restitution": "Speed after an impact / speed before it, from 0 to 1.",
 }
 _WALL = Parameter(
     name="--barrier", negative="--no-barrier", group=_PER_MASS, show_default=False,

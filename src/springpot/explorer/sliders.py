@@ -61,7 +61,9 @@ class Slider:
 
 
 _UNITS_TO_CHOOSE = {"m": "length", "rad s-1": "frequency", "N2 s": "force_noise", "m2 s-3": "excitation"}
-_LINEAR = {"order": (0.0, 1.0, 100), "share": (0.05, 1.0, 95), "exponent": (1.0, 3.0, 80)}
+_LINEAR = {
+    "order": (0.0, 1.0, 100), "share": (0.05, 1.0, 95), "fraction": (0.0, 1.0, 100), "exponent": (1.0, 3.0, 80)
+}  # fmt: skip
 
 
 def numbers(system: System) -> dict[str, float]:

@@ -124,15 +124,6 @@ MESSAGES: dict[str, Kind] = {
         "{speed:.2g} m/s; use at most {most:.2g} s. The power and the mean force of the wall are right at any step.",
         "Use the step that the sentence names, or rtol=; the error falls like the step.",
     ),
-    "struck_at_rest": Kind(
-        _ACCURACY,
-        "{wall}_power is about {power:.2g} W too large at a step of {step:g} s ({share} of it): forces that act in the "
-        "kick of each step, not in the flight between two kicks, move a mass that lies on {wall} and let it strike "
-        "again. The input power is too large by the same amount, and too many impacts are counted; the mean force of "
-        "the wall is right. The error falls like the step.",
-        "Use a shorter step. A constant force on one mass that has a linear spring and no other force of x acts in the "
-        "flight, where a mass rests.",
-    ),
     "uncountable_impacts": Kind(
         _PROBLEM,
         "impact rate and speeds{of} are undefined, and so are mean impulses: {reason}. Power and mean force of the "

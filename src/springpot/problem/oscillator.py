@@ -104,7 +104,7 @@ class Oscillator(System if TYPE_CHECKING else object):  # type: ignore[misc]
             negative gap is a preload: the stop holds the mass that far from the spring's equilibrium.  Without it there
             is no stop.
         restitution : float
-            Of the stop, in (0, 1].
+            Of the stop, from 0 to 1.
         side : {"above", "below"}
             Where the mass moves: ``"above"`` a stop at x = -gap, ``"below"`` a stop at x = gap.
         sides : {1, 2}

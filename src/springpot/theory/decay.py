@@ -12,6 +12,8 @@ from springpot.problem.dimensionless import Dimensionless
 
 _SERIES_TERMS = 30
 
+_PLASTIC = 0.01  # restitution that leaves a ten thousandth of the energy: one below it counts as this
+
 
 def harmonic_sum(alpha: float) -> float:
     """S(alpha) = sum_{m>=1} m^2 (2m)^(alpha-1) / (4m^2-1)^2, the sum in the paper's Eq. 20.
@@ -76,4 +78,4 @@ def impact_decay(paper: Dimensionless, frequency: float) -> float:
     """The wall's part of beta: one impact, and a factor r on the amplitude, in each half period."""
     if paper.barrier is None:
         return 0.0
-    return -frequency / math.pi * math.log(paper.restitution) + 0.0
+    return -frequency / math.pi * math.log(max(paper.restitution, _PLASTIC)) + 0.0

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.numerics.contours import mean_squares
@@ -130,6 +131,28 @@ def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) 
     elif position:
         position = math.copysign(math.inf, position)
     return Problem(order, c, position, paper.restitution), units
+
+
+def paper_covered(system: System) -> Dimensionless:
+    """The paper's problem.
+
+    Raises
+    ------
+    NotCoveredError
+        If it is another one, or impacts on the wall are plastic.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Barrier
+    >>> paper_covered(System(Spring(1.0), Barrier(0.0, 0.0), WhiteNoise(1.0)))
+    Traceback (most recent call last):
+        ...
+    springpot.machine.faults.NotCoveredError: The methods for one mass cover restitutions above 0, not 0.
+    """
+    paper = Dimensionless.of(system)
+    if paper.barrier is not None and paper.restitution == 0.0:
+        raise NotCoveredError("The methods for one mass cover restitutions above 0, not 0.")
+    return paper
 
 
 def endless(paper: Dimensionless) -> str | None:

@@ -22,7 +22,7 @@ from springpot.problem.parts.checks import Checked, as_call, put
 Power = Literal["inertia", "stored", "damping", "taken", "fed", "work", "input", "stop"]
 """What becomes of a part's power: none of an inertia, stored in a potential, or in the sum of all that damps; a result
 of its own, taken from the motion, fed in or of either sign; fed in, with a mean known beforehand; taken by a stop."""
-Range = Literal["positive", "unsigned", "signed", "share", "order", "exponent"]
+Range = Literal["positive", "unsigned", "signed", "share", "fraction", "order", "exponent"]
 Slopes = list[tuple[float, Any]]
 """Numbers of a part, and the derivative of its modulus by each."""
 
@@ -50,8 +50,8 @@ class Number:
     unit : str
         In a system with a `Mass`, such as ``"N s^alpha m-1"``, where alpha is the part's order; of the coefficients of
         a polynomial that of the force.  What has newtons in it is divided by the mass.
-    range : {"positive", "unsigned", "signed", "share", "order", "exponent"}
-        Of what it may be, and of its slider.
+    range : {"positive", "unsigned", "signed", "share", "fraction", "order", "exponent"}
+        Of what it may be, and of its slider; a fraction may be 0, a share may not.
     hint : str
         Ends the sentence where it is something else.
     per : str
@@ -190,7 +190,7 @@ def in_words(unit: str) -> str:
 
 
 _LIMITS = {"positive": (0.0, LARGEST), "unsigned": (0.0, LARGEST), "signed": (-LARGEST, LARGEST), "share": (0.0, 1.0),
-           "order": (0.0, 1.0), "exponent": (1.0, 3.0)}  # fmt: skip
+           "fraction": (0.0, 1.0), "order": (0.0, 1.0), "exponent": (1.0, 3.0)}  # fmt: skip
 
 
 def check(part: Any) -> None:

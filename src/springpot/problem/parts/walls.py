@@ -151,8 +151,8 @@ class Barrier(Stop):
     position : float
         Place b of the wall, in m, measured from the spring's equilibrium.
     restitution : float, PowerRestitution or callable
-        Coefficient r in (0, 1]: 1 for an elastic wall.  In a `springpot.System` also a law r(v) of the speed v before
-        the impact, in m/s: a function that Numba can compile; what it returns is cut off at 0 and 1.
+        Coefficient r from 0, a plastic impact, to 1, an elastic wall.  In a `springpot.System` also a law r(v) of the
+        speed v before the impact, in m/s: a function that Numba can compile; what it returns is cut off at 0 and 1.
     side : {"above", "below"}, optional
         The side on which the mass moves: ``"above"`` keeps x >= b (the paper's x = \\|y\\|), ``"below"`` keeps x <= b
         (the paper's Eq. 1 as printed).  The two are mirror images: x -> -x, b -> -b.  If it is not given, it is the
@@ -174,7 +174,7 @@ class Barrier(Stop):
 
     position: Annotated[float, Number("b", "position", "m", "signed", "It is the position of the wall.")] = 0.0
     restitution: Annotated[
-        float | Restitution | RestitutionLaw, Number("r", "restitution", range="share", own=True)
+        float | Restitution | RestitutionLaw, Number("r", "restitution", range="fraction", own=True)
     ] = 1.0
     side: Side = None  # type: ignore[assignment]  # not given, that of x = 0
 
@@ -183,14 +183,8 @@ class Barrier(Stop):
         if callable(self.restitution):
             _check_law(self.restitution)
         else:
-            plastic = "A plastic impact has no rule yet: 0.01 leaves a ten thousandth of the energy."
-            hint = (
-                plastic
-                if isinstance(self.restitution, int | float) and self.restitution == 0
-                else "An elastic wall has 1."
-            )
-            share = finite_number(self.restitution, "restitution", low=0.0, high=1.0, open_low=True, hint=hint)
-            put(self, restitution=share)
+            hint = "An elastic wall has 1, a plastic impact 0."
+            put(self, restitution=finite_number(self.restitution, "restitution", low=0.0, high=1.0, hint=hint))
 
     @property
     def dissipates(self) -> bool:

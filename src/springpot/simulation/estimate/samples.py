@@ -238,7 +238,7 @@ def taken_by_walls(system: System, column: dict[str, Floats]) -> dict[str, tuple
         else:
             _, speeds, squares = struck[name]
             loss, momentum = 0.5 * (1.0 - part.restitution**2) * squares, (1.0 + part.restitution) * speeds
-        taken[name] = loss, momentum + column[f"{where} rest momentum"]
+        taken[name] = loss + column[f"{where} rest loss"], momentum + column[f"{where} rest momentum"]
     return taken
 
 

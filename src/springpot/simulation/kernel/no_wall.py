@@ -15,9 +15,11 @@ from springpot.simulation.kernel.questions import (
     drift,
     extras,
     gather,
+    held_by,
     in_lanes,
     limited,
     meet,
+    stay,
 )  # fmt: skip
 
 
@@ -40,7 +42,7 @@ def _clear_of_nothing(scheme, wall, least, greatest):
 
 @answers(bounce, Euler, NoWall)
 @answers(bounce, Splitting, NoWall)
-def bounce_never(scheme, wall, x, v, accumulators, lane, before, after):
+def bounce_never(scheme, wall, x, v, push, accumulators, lane, before, after):
     xm, vm, xn, vn = drift(scheme, x, v)
     return x + xm, v + vm, x + xn, v + vn
 
@@ -61,6 +63,16 @@ def _meet_nothing(scheme, wall, x, v):
     xm, vm, dx, dv = drift(scheme, x, v)
     nothing = typed(0.0, x)
     return xm, vm, dx, dv, (nothing, nothing), (nothing, nothing), False
+
+
+@answers(held_by, object, object)
+def _not_held(scheme, wall, x, v):
+    return 0.0
+
+
+@answers(stay, object, object)
+def _not_staying(scheme, wall, side, x, moving, impulse, others, pull, accumulators, lane, weight):
+    return impulse, moving, pull, 0.0
 
 
 @answers(limited, object)

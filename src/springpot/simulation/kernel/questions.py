@@ -43,9 +43,15 @@ Of a scheme and a wall:
     ``x``, or the place of the wall if ``x`` is beyond it by rounding.
 ``in_lanes(scheme, wall)``
     Whether ``meet`` finds impacts; otherwise it is not used.
-``bounce(scheme, wall, x, v, accumulators, lane, before, after)``
-    The drift with the wall.  Called only for lanes that may have reached it.  Each impact is added to the accumulators
-    if its half step lies in the window (weight 1, otherwise 0).
+``held_by(scheme, wall, x, v)``
+    Whether a mass rests on a wall that lets it rest: 1 on one below the motion, -1 on one above it, otherwise 0.
+``stay(scheme, wall, side, x, moving, impulse, others, pull, accumulators, lane, weight)``
+    The kick of such a mass, from the velocity that it has after the kick if nothing holds it, the impulse of the kick,
+    and that of nonlinear dampers at rest: what is given, the velocity after it, the force of springpots and dashpots,
+    and the mean velocity at which forces work.
+``bounce(scheme, wall, x, v, push, accumulators, lane, before, after)``
+    The drift with the wall.  Called only for lanes that may have reached it.  ``push`` is the acceleration by the last
+    kick.  Each impact is added to the accumulators if its half step lies in the window (weight 1, otherwise 0).
 
 All lanes are first advanced without walls in the precision of ``Sweep``; what it may ask, from ``push`` to
 ``clearance``, is written so that no literal makes doubles of single numbers
@@ -308,7 +314,22 @@ def in_lanes(scheme: Any, wall: Any) -> Any:
     raise NotImplementedError
 
 
-def bounce(scheme: Any, wall: Any, x: Any, v: Any, accumulators: Any, lane: Any, before: Any, after: Any) -> Any:
+def held_by(scheme: Any, wall: Any, x: Any, v: Any) -> Any:
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def stay(
+    scheme: Any, wall: Any, side: Any, x: Any, moving: Any, impulse: Any, others: Any, pull: Any, accumulators: Any,
+    lane: Any, weight: Any,
+) -> Any:  # fmt: skip
+    """Compiled code only; see the module's text."""
+    raise NotImplementedError
+
+
+def bounce(
+    scheme: Any, wall: Any, x: Any, v: Any, push: Any, accumulators: Any, lane: Any, before: Any, after: Any
+) -> Any:
     """Compiled code only; see the module's text."""
     raise NotImplementedError
 

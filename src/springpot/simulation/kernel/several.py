@@ -44,7 +44,6 @@ from springpot.simulation.kernel.random import draw_for_steps, lane_numbers
 from springpot.simulation.kernel.several_dampers import FELT, damp_before, damp_later, press, touch, wake_dampers
 from springpot.simulation.kernel.several_impacts import (
     CUBIC,
-    HITS,
     MOST_POINTS,
     NINTH,
     cubic_of,
@@ -54,12 +53,13 @@ from springpot.simulation.kernel.several_impacts import (
     put_in,
     repair,
 )
+from springpot.simulation.kernel.several_rest import HITS, MOST_WALLS, count_resting, flag, hold, is_held, lay_down
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
 from springpot.simulation.kernel.steps import State
 from springpot.simulation.kernel.turning import turn
 from springpot.simulation.kernel.watching import show_steps
 
-MOST_ROWS, MOST_WALLS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 12, 16, SPARE, 12
+MOST_ROWS, MOST_NOISES, MOST_SOURCES, MOST_DAMPERS = 16, 16, SPARE, 12
 MOST_TAPS = 12
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources, and of parts that yield
@@ -81,6 +81,7 @@ _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
 _hits = stack_array((HITS + 1) * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
+_of_walls = stack_array((MOST_WALLS + 1) * LANES)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
 
@@ -466,8 +467,8 @@ def _work(size, q, j, given, s, weight, sums):
 
 
 @njit(**INLINE)
-def _clearance(size, q, s):
-    """In how many lanes the end of the drift is not clear of every wall, with a margin for rounding."""
+def _clearance(size, q, s, state, leant):
+    """In how many lanes the end of the drift is not clear of every wall, with a margin for rounding, or a row rests."""
     margin = typed(1e-6, q.step)
     for w in range(size.walls):
         i, place, side = q.wall_at[w] * LANES, q.place[w], q.side[w]
@@ -476,10 +477,30 @@ def _clearance(size, q, s):
             u = s.u[i + lane]
             near = side * (u - place) - (least + margin * abs(u))
             s.clear[lane] = near if w == 0 else lesser(s.clear[lane], near)
+    if size.resting > 0:
+        for lane in range(LANES):
+            s.clear[lane] = q.zero if is_held(size, state, leant, lane) else s.clear[lane]
     close = 0
     for lane in range(LANES):  # a sum is vector code, a minimum with regard to NaN is not
         close += 1 if s.clear[lane] <= q.zero else 0
     return close
+
+
+@njit(**INLINE)
+def _hold(size, q, now_v, s, hits, state, leant, v, weight):
+    """Hold the resting rows of all lanes that have some."""
+    for lane in range(LANES):
+        if state[flag(size, size.walls, lane)] > 0.0:
+            hold(size, q, now_v, s, hits, state, leant, v, lane, weight)
+
+
+@njit(**INLINE)
+def _move(size, s, old, weight, sums):
+    """The squares of the means of the velocities before and after a kick, where walls may have taken some of it."""
+    part = typed(0.5, weight)
+    for i in range(size.points * LANES):
+        middle = part * (old[i] + s.v[i])
+        sums.vv[i] += weight * middle * middle
 
 
 @njit(**INLINE)
@@ -515,14 +536,16 @@ def _show(size, q, j, now_x, s, x, v):
 
 
 @njit(**INLINE)
-def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight, observers):
+def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, weight, observers, state, leant):
     """From the state at time 0 to the first kick."""
     n = size.points
     for i in range(n):
         x[i], v[i] = start[path, i], start[path, n + i]
         x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
         v[2 * MOST_POINTS + i] = q.constant[i]
-    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers)
+    lay_down(size, q, x, v, state, lane)
+    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers, state, leant)
+    count_resting(size, state, lane)
     put_in(size, q, s, d, -1, x, v, lane)
     for i in range(n):
         now_x[i * LANES + lane], now_v[i * LANES + lane] = x[i], v[i]
@@ -569,7 +592,7 @@ def several(
     shown_x, shown_v, tapped = _shown(0.0), _shown(0.0), _of_taps(0.0)
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
     forcing = Forcing(_of_sources(zero), terms.works, given, _states(zero), _four(zero), g)
-    one = typed(1.0, zero)
+    one, old, leant = typed(1.0, zero), _of_points(zero), _of_walls(0.0)
     now = State(now_x, now_v)
     lanes = (n, size.rows, now, now, d, h, z, size.modes, forcing, risen, last)
     for number in range(blocks):
@@ -579,6 +602,7 @@ def several(
         _clear(size, sums, 0.0)
         _set(hits, (HITS + 1) * MOST_WALLS, 0.0)
         _set(limits, 2, 0.0)
+        _set(leant, size.walls + 1, 0.0)
         _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
         _set(h, GROUP * size.rows, zero)
@@ -587,7 +611,7 @@ def several(
             path = (number * LANES + lane) % start.shape[0]
             _begin(
                 size, exact, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, 1.0 if low == 0 < high else 0.0,
-                observers,
+                observers, forcing.state, leant,
             )  # fmt: skip
             for i in range(n):
                 x[i], v[i] = start[path, i], start[path, n + i]
@@ -629,7 +653,14 @@ def several(
                 _work(size, q, j, given, s, weight, terms)
                 _pull(size, q, memories, j, h, d, s)
                 press(size, q, s, hits, peaks, f64(weight))
-                _kick(size, q, s, weight, terms)
+                if size.resting > 0:
+                    _set(leant, size.walls + 1, 0.0)
+                    for i in range(n * LANES):
+                        old[i] = s.v[i]
+                _kick(size, q, s, weight if size.resting == 0 else zero, terms)
+                if size.resting > 0:
+                    _hold(size, exact, now_v, s, hits, forcing.state, leant, v, f64(weight))
+                    _move(size, s, old, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
                 felt = (watched or record.shape[0] > 0) and observers.feels.size > 0
@@ -639,15 +670,17 @@ def several(
                 if felt:
                     _feel(size, q, s, j, observers, given, forcing.state, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
+                if size.resting > 0 and size.dampers > 0:
+                    _hold(size, exact, now_v, s, hits, forcing.state, leant, v, f64(weight))
                 if shown:
                     for i in range(n * LANES):
                         s.seen_v[i] = s.v[i]
-                if size.walls > 0 and _clearance(size, q, s) > 0:
+                if size.walls > 0 and _clearance(size, q, s, forcing.state, leant) > 0:
                     for lane in range(LANES):
                         if s.clear[lane] <= zero:
                             repair(
                                 size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
-                                1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
+                                1.0 if within else 0.0, 1.0 if next_within else 0.0, observers, forcing.state, leant,
                             )  # fmt: skip
                 touch(size, q, s, d, j, hits, peaks, f64(weight), observers)
                 if watched:

@@ -15,8 +15,8 @@ from springpot.simulation.kernel.forces import CoulombDamper, PowerDamper, VanDe
 from springpot.simulation.kernel.hysteresis import STATES, AnyPower, Hysteresis, Plastic, WholePower
 from springpot.simulation.kernel.lanes import INLINE, LANES, f64, greater, typed
 from springpot.simulation.kernel.questions import answers, damp
-from springpot.simulation.kernel.several_impacts import HITS
 from springpot.simulation.kernel.several_laws import damp_by
+from springpot.simulation.kernel.several_rest import HITS
 from springpot.simulation.kernel.soft_contacts import force_of_contact
 from springpot.simulation.kernel.watching import show_impact, show_peak
 

@@ -46,34 +46,34 @@ def _extras_of_soft(wall):
 
 @answers(begin, Splitting, Soft)
 def _begin_soft(scheme, wall, x, v, early, accumulators, lane, weight):
-    x, v = half_step_between(scheme, wall, x, v, accumulators, lane, weight)
+    x, v = half_step_between(scheme, wall, x, v, 0.0, 0.0, accumulators, lane, weight)
     return x + early, v
 
 
 @answers(strike, Soft)
-def _strike_soft(wall, scheme, x, v, accumulators, lane, weight):
-    return _push_through(wall, scheme.frequency, x, v, 0.5 * scheme.step, accumulators, lane, weight)
+def _strike_soft(wall, scheme, x, v, push, since, accumulators, lane, weight):
+    return _push_through(wall, scheme, x, v, 0.5 * scheme.step, accumulators, lane, weight)
 
 
-def travel(
-    rigid: Any, frequency: Any, x: Any, v: Any, c: Any, s: Any, accumulators: Any, lane: Any, weight: Any
-) -> Any:
+def travel(rigid: Any, scheme: Any, x: Any, v: Any, c: Any, s: Any, accumulators: Any, lane: Any, weight: Any) -> Any:
     """Compiled code only: flight over a phase of cosine ``c`` and sine ``s`` behind soft contacts."""
     raise NotImplementedError
 
 
 @answers(travel, NoWall)
-def _travel_freely(rigid, frequency, x, v, c, s, accumulators, lane, weight):
+def _travel_freely(rigid, scheme, x, v, c, s, accumulators, lane, weight):
+    frequency = scheme.frequency
     return c * x + s / frequency * v, c * v - s * frequency * x
 
 
 @answers(travel, Pair)
-def _travel_between(rigid, frequency, x, v, c, s, accumulators, lane, weight):
+def _travel_between(rigid, scheme, x, v, c, s, accumulators, lane, weight):
+    frequency = scheme.frequency
     xn, vn = c * x + s / frequency * v, c * v - s * frequency * x
     near = 2.0 * s * s  # a short flight leaves the line between its ends by less than this part of x
     if lesser(x, xn) > rigid.low + near * abs(rigid.low) and greater(x, xn) < rigid.high - near * abs(rigid.high):
         return xn, vn
-    return fly_between(rigid, frequency, x, v, math.atan2(s, c), accumulators, lane, weight)
+    return fly_between(rigid, scheme, x, v, math.atan2(s, c), 0.0, 0.0, 0.0, 0.0, accumulators, lane, weight)
 
 
 def behind(rigid: Any, away: Any) -> Any:
@@ -92,15 +92,16 @@ def _wall_behind(rigid, away):
 
 
 @njit(**INLINE)
-def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
+def _push_through(wall, scheme, x, v, time, accumulators, lane, weight):
     """Half a step: exact flights, and between them the contacts, ``substeps`` times."""
+    frequency = scheme.frequency
     square, count, own = frequency * frequency, wall.contacts.size // 5, extras(wall.rigid)
     short = time / wall.substeps
     forces = _by_contact(0.0)
     c, s = math.cos(0.5 * frequency * short), math.sin(0.5 * frequency * short)
     whole_c, whole_s = c * c - s * s, 2.0 * c * s
     begun, before, arriving = v * v + square * x * x, x, v
-    x, v = travel(wall.rigid, frequency, x, v, c, s, accumulators, lane, weight)
+    x, v = travel(wall.rigid, scheme, x, v, c, s, accumulators, lane, weight)
     for left in range(wall.substeps, 0, -1):
         _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
         pushed, damped, deepest = 0.0, 0.0, 0.0
@@ -129,7 +130,7 @@ def _push_through(wall, frequency, x, v, time, accumulators, lane, weight):
                 accumulators.extras[place] = greater(accumulators.extras[place], deepest)
         before, arriving = x, v
         cosine, sine = (c, s) if left == 1 else (whole_c, whole_s)
-        x, v = travel(wall.rigid, frequency, x, v, cosine, sine, accumulators, lane, weight)
+        x, v = travel(wall.rigid, scheme, x, v, cosine, sine, accumulators, lane, weight)
     _add_touches(wall, square, before, arriving, x, v, accumulators, lane, weight)
     for n in range(count):
         top = (extras(wall) + n) * LANES + lane

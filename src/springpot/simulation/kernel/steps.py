@@ -10,8 +10,19 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import INLINE, LANES, greater, lesser, no, typed, yes
-from springpot.simulation.kernel.questions import bounce, clearance, damp, drift, kick, meet, push, slots
+from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64, greater, lesser, no, typed, yes
+from springpot.simulation.kernel.questions import (
+    bounce,
+    clearance,
+    damp,
+    drift,
+    held_by,
+    kick,
+    meet,
+    push,
+    slots,
+    stay,
+)  # fmt: skip
 
 
 class State(NamedTuple):
@@ -201,13 +212,38 @@ def _put(terms, lane, sums):
     terms.force[lane], terms.power[lane], terms.virial[lane] = sums[3], sums[4], sums[5]
 
 
+@njit(**LINKED)
+def _kick_at_rest(scheme, wall, load, n, x, side, memory_force, g, forcing, at, lane, weight, accumulators):
+    """The kick of a mass that rests on a wall, which is on the ``side`` as `held_by` has it.
+
+    Returns the impulse, the velocity after it, the force of springpots and dashpots, and the mean velocity at which
+    forces work.
+    """
+    before = damp(load, 0, n, x, 0.0, forcing, lane, 0.0, no())
+    noise, force = push(load, 0, n, x, 0.0, f64(g[at]), forcing, at, lane, weight)
+    impulse, pull = kick(scheme, x, 0.0, f64(memory_force), noise + force)
+    moving = before + impulse + damp(load, 0, n, x, before + impulse, forcing, lane, 0.0, yes())
+    others = before + damp(load, 0, n, x, 0.0, forcing, lane, 0.0, yes())
+    given, left, pull, middle = stay(scheme, wall, side, x, moving, impulse, others, pull, accumulators, lane, weight)
+    for slot in range(slots(load)):
+        forcing.works[slot * LANES + lane] += weight * middle * forcing.impulses[slot * LANES + lane]
+    return given, left, pull, middle
+
+
 @njit(**INLINE)
 def _step(parts, n, x, v, memory_force, g, forcing, at, d, seen, counts, accumulators, sums, lane):
     """One step of one lane with the walls.  Terms of the sums are 0 if ``counts[0]`` is 0."""
     scheme, load, weight = parts.scheme, parts.load, counts[0]
-    change, pull, middle = _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, yes())
+    side = held_by(scheme, parts.wall, x, v)
+    if side != 0.0:
+        given, left, pull, middle = _kick_at_rest(
+            scheme, parts.wall, load, n, x, side, memory_force, g, forcing, at, lane, weight, accumulators
+        )
+    else:
+        given, pull, middle = _kick(scheme, load, n, x, v, memory_force, g, forcing, at, lane, weight, yes())
+        left = v + given
     x_seen, v_seen, x_next, v_next = bounce(
-        parts.scheme, parts.wall, x, v + change, accumulators, lane, counts[0], counts[1]
+        scheme, parts.wall, x, left, given / scheme.step, accumulators, lane, counts[0], counts[1]
     )
     d[2 * LANES + at] = x_next - x
     _show(seen, at, (x_seen, v_seen, x, pull, middle))

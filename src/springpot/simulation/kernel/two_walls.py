@@ -18,31 +18,39 @@ from springpot.simulation.kernel.questions import (
     drift,
     extras,
     gather,
+    held_by,
     in_lanes,
     limited,
     meet,
+    stay,
 )  # fmt: skip
 from springpot.simulation.kernel.restitution import lossless, number_of, rebound, takings
 from springpot.simulation.kernel.rigid_wall import (
     SHORTEST_ELASTIC_HOP,
     SHORTEST_HOP,
     bear,
+    closing_speed,
     dip,
     is_single,
     leaves,
     margin,
+    pressing,
+    settle,
+    settles,
+    stay_or_leave,
 )  # fmt: skip
 from springpot.simulation.kernel.single_impacts import flight
 from springpot.simulation.kernel.watching import LOWER, UPPER, add_impacts, in_window, show_impacts
 
-AT_REST, RULES = 3, 5  # places of the sums of a pair: impulses at rest, and what rules of restitution need
+AT_REST, LEFT_AT_REST, RULES = 3, 5, 7  # places of the sums of a pair, as of one wall
 
 
 class Pair(NamedTuple):
     """Two rigid walls, low <= x <= high; the sums kept are impacts, speeds and squares at the upper one.
 
-    After them come the impulses of the lower and of the upper wall on a mass at rest, and then loss and momentum of the
-    impacts, first of the lower wall, for rules of restitution that need these sums.
+    After them come the impulses of the lower and of the upper wall beside those of impacts, the energies that were left
+    where the mass came to rest, and then loss and momentum of the impacts, first of the lower wall, for rules of
+    restitution that need these sums.
     """
 
     low: float
@@ -50,6 +58,8 @@ class Pair(NamedTuple):
     low_rule: Any
     high_rule: Any
     near: bool = True  # both of them, as `is_near`
+    low_rests: bool = False  # as of one wall
+    high_rests: bool = False
 
 
 @answers(extras, Pair)
@@ -73,21 +83,35 @@ def _reaches(scheme, low, high):
 
 @answers(begin, Splitting, Pair)
 def _begin_pair(scheme, wall, x, v, early, accumulators, lane, weight):
-    x, v = half_step_between(scheme, wall, x, v, accumulators, lane, weight)
+    x, v = half_step_between(scheme, wall, x, v, 0.0, 0.0, accumulators, lane, weight)
     return lesser(greater(x + early, wall.low), wall.high), v
 
 
+@answers(held_by, Splitting, Pair)
+def _held_between(scheme, wall, x, v):
+    if v == 0.0 and wall.low_rests and x == wall.low:
+        return 1.0
+    return -1.0 if v == 0.0 and wall.high_rests and x == wall.high else 0.0
+
+
+@answers(stay, Splitting, Pair)
+def _stay_between(scheme, wall, side, x, moving, impulse, others, pull, accumulators, lane, weight):
+    given, left, pull, middle, taken = stay_or_leave(scheme, side, x, moving, impulse, others, pull)
+    accumulators.extras[(AT_REST if side > 0.0 else AT_REST + 1) * LANES + lane] += weight * taken
+    return given, left, pull, middle
+
+
 @answers(bounce, Splitting, Pair)
-def bounce_between(scheme, wall, x, v, accumulators, lane, before, after):
+def bounce_between(scheme, wall, x, v, push, accumulators, lane, before, after):
     """Both halves of a step."""
-    xm, vm = half_step_between(scheme, wall, x, v, accumulators, lane, before)
-    xn, vn = half_step_between(scheme, wall, xm, vm, accumulators, lane, after)
+    xm, vm = half_step_between(scheme, wall, x, v, push, -0.5 * scheme.step, accumulators, lane, before)
+    xn, vn = half_step_between(scheme, wall, xm, vm, push, 0.0, accumulators, lane, after)
     return xm, vm, xn, vn
 
 
 @answers(in_lanes, Splitting, Pair)
 def _in_lanes_pair(scheme, wall):
-    return wall.near and _between(scheme, wall)
+    return wall.near and _between(scheme, wall) and not (wall.low_rests or wall.high_rests)
 
 
 @njit(**INLINE)
@@ -157,24 +181,28 @@ def _gather_between(wall, struck, accumulators, clear, within, beyond):
 
 
 @njit(**INLINE)
-def half_step_between(scheme, wall, x, v, accumulators, lane, weight):
+def half_step_between(scheme, wall, x, v, push, since, accumulators, lane, weight):
     """Half a step with what is on either side; what takes longer is called only near it."""
     moved, change, _, _ = drift(scheme, x, v)
     xh, vh = x + moved, v + change
     low, high = _reaches(scheme, wall.low, wall.high)
     if lesser(x, xh) > low and greater(x, xh) < high:
         return xh, vh
-    return strike(wall, scheme, x, v, accumulators, lane, weight)
+    return strike(wall, scheme, x, v, push, since, accumulators, lane, weight)
 
 
-def strike(wall: Any, scheme: Any, x: Any, v: Any, accumulators: Any, lane: Any, weight: Any) -> Any:
+def strike(
+    wall: Any, scheme: Any, x: Any, v: Any, push: Any, since: Any, accumulators: Any, lane: Any, weight: Any
+) -> Any:
     """Compiled code only: half a step that may reach a wall on either side."""
     raise NotImplementedError
 
 
 @answers(strike, Pair)
-def _strike_pair(wall, scheme, x, v, accumulators, lane, weight):
-    if _between(scheme, wall):
+def _strike_pair(wall, scheme, x, v, push, since, accumulators, lane, weight):
+    press_low = pressing(scheme, wall.low_rests, wall.low, push)
+    press_high = pressing(scheme, wall.high_rests, -wall.high, -push)
+    if _between(scheme, wall) and not (press_low > 0.0 or press_high > 0.0):
         moved, change, down, up, sure = _meet_in_half_between(scheme, wall, x, v)
         if sure:
             if down + up > 0.0:
@@ -182,7 +210,8 @@ def _strike_pair(wall, scheme, x, v, accumulators, lane, weight):
                 if up > 0.0:
                     add_to(accumulators, 0, lane, weight, 1.0, up)
             return x + moved, v + change
-    return fly_between(wall, scheme.frequency, x, v, 0.5 * scheme.frequency * scheme.step, accumulators, lane, weight)
+    phase = 0.5 * scheme.frequency * scheme.step
+    return fly_between(wall, scheme, x, v, phase, press_low, press_high, push, since, accumulators, lane, weight)
 
 
 @njit(**INLINE)
@@ -194,12 +223,19 @@ def add_to(accumulators, first, lane, weight, count, speed):
 
 
 @njit(**LINKED)
-def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
+def fly_between(wall, scheme, x, v, phase, press_low, press_high, push, since, accumulators, lane, weight):
     """As `fly`, between two walls.
 
     The phase angle of the state, atan2(-u, x), grows by the phase: the lower wall is reached at an angle above 0,
     moving down, the upper one below 0.  Against the wall that the linear spring presses on, impacts end as in `fly`.
     """
+    frequency = scheme.frequency
+    if v == 0.0 and press_low > 0.0 and x == wall.low:
+        bear(wall.low, frequency, phase, accumulators, AT_REST, lane, weight)
+        return x, v
+    if v == 0.0 and press_high > 0.0 and x == wall.high:
+        bear(-wall.high, frequency, phase, accumulators, AT_REST + 1, lane, weight)
+        return x, v
     u = v / frequency
     left = phase
     struck, arriving = 0, 0.0  # -1: at the lower wall, 1: at the upper one
@@ -210,15 +246,32 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
     x = lesser(greater(x, wall.low), wall.high)
     while True:
         if struck != 0:
-            add_impacts(accumulators, UPPER if struck > 0 else LOWER, lane, weight, 1.0, frequency * arriving)
-            if struck > 0:
-                add_to(accumulators, 0, lane, weight, 1.0, frequency * arriving)
             x = wall.low if struck < 0 else wall.high
+            true, press, own = arriving, press_low if struck < 0 else press_high, 0 if struck < 0 else 1
+            if press > 0.0:
+                away, time = -struck * push, since + (phase - left) / frequency
+                true = closing_speed(frequency * arriving, away, time) / frequency
+                low_settles = struck < 0 and settles(scheme, wall.low_rule, frequency * true, press)
+                if low_settles or (struck > 0 and settles(scheme, wall.high_rule, frequency * true, press)):
+                    settle(
+                        -struck * x, frequency, frequency * arriving, frequency * true, left, accumulators,
+                        AT_REST + own, LEFT_AT_REST + own, lane, weight,
+                    )  # fmt: skip
+                    return x, 0.0
+            add_impacts(accumulators, UPPER if struck > 0 else LOWER, lane, weight, 1.0, frequency * true)
+            if struck > 0:
+                add_to(accumulators, 0, lane, weight, 1.0, frequency * true)
             if struck < 0:
-                u = rebound(wall.low_rule, arriving, frequency, accumulators, RULES, lane, weight)
+                u = rebound(wall.low_rule, true, frequency, accumulators, RULES, lane, weight)
             else:
-                place = RULES + takings(wall.low_rule)
-                u = -rebound(wall.high_rule, arriving, frequency, accumulators, place, lane, weight)
+                u = rebound(
+                    wall.high_rule, true, frequency, accumulators, RULES + takings(wall.low_rule), lane, weight
+                )  # fmt: skip
+            if press > 0.0:
+                taken = u + true
+                u = greater(taken - arriving, 0.0)
+                accumulators.extras[(AT_REST + own) * LANES + lane] += weight * frequency * (u + arriving - taken)
+            u *= -struck
         pressed_down = wall.low > 0.0 and x == wall.low and u >= 0.0
         if pressed_down or (wall.high < 0.0 and x == wall.high and u <= 0.0):
             elastic = lossless(wall.low_rule) if pressed_down else lossless(wall.high_rule)
@@ -234,7 +287,7 @@ def fly_between(wall, frequency, x, v, phase, accumulators, lane, weight):
                 left -= whole * hop
             elif hop < SHORTEST_HOP * phase and hop < left:
                 accumulators.collapses[lane] += 1.0 if struck != 0 else 0.0
-                bear(x, frequency, left, accumulators, AT_REST if pressed_down else AT_REST + 1, lane, weight)
+                bear(abs(x), frequency, left, accumulators, AT_REST if pressed_down else AT_REST + 1, lane, weight)
                 return x, 0.0
         struck = 0
         reach = (u * u + x * x) * left * left  # square of a distance longer than the flight

@@ -222,7 +222,9 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
 
     return Parts(
         scheme=at_this_step,
-        wall=wall_of(total, fastest / units.speed, scales.spread / units.length, units.speed, step),
+        wall=wall_of(
+            total, fastest / units.speed, scales.spread / units.length, units.speed, step, motion.rested_on
+        ),
         load=load,
         memory=memory,
         start=Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), float(early)),

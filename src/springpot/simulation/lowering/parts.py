@@ -7,7 +7,7 @@ sum of all is composed in `springpot.simulation.lowering.compose`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import singledispatch
 from typing import Any
@@ -630,7 +630,9 @@ def numbers_of(contact: Contact) -> tuple[float, ...]:
     return contact.position, contact.inwards, contact.stiffness, contact.exponent, contact.dissipation
 
 
-def wall_of(total: Lowered, speed: float, spread: float, unit: float, step: float) -> Any:
+def wall_of(
+    total: Lowered, speed: float, spread: float, unit: float, step: float, resting: Collection[str] = ()
+) -> Any:
     """The wall of the kernel.
 
     Parameters
@@ -643,15 +645,21 @@ def wall_of(total: Lowered, speed: float, spread: float, unit: float, step: floa
     unit : float
         The kernel's unit of speed, in m/s.
     step : float
+    resting : collection of str
+        The walls on which the mass can rest.
     """
     low = [(name, wall) for name, wall in total.barriers if wall.side == "above"]
     high = [(name, wall) for name, wall in total.barriers if wall.side == "below"]
     near = all(walls.is_near(wall.position, spread) for _, wall in total.barriers)
     if not total.contacts and not high:
-        return Rigid(low[0][1].position, rule_of(low[0][1], low[0][0], unit), near) if low else NoWall(0.0)
+        if not low:
+            return NoWall(0.0)
+        ((name, wall),) = low
+        return Rigid(wall.position, rule_of(wall, name, unit), near, name in resting)
     below, above = (found[0] if found else ("", Barrier(end)) for found, end in ((low, -_FAR), (high, _FAR)))
     rules = rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
-    rigid = Pair(below[1].position, above[1].position, *rules, near)
+    rests = (not total.contacts and name in resting for name in (below[0], above[0]))
+    rigid = Pair(below[1].position, above[1].position, *rules, near, *rests)
     return _soft(total, rigid, speed, step) if total.contacts else rigid
 
 

@@ -20,7 +20,7 @@ from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, sources
+from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, several_rest, sources
 from springpot.simulation.kernel import several as kernel
 from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, LANES
@@ -134,7 +134,8 @@ class PartsOfSeveral(Composed):
     @property
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """All in the precision of the sweep."""
-        kind, states = np.dtype(type(self.sweep.zero)), sum(named.states for named in self.named)
+        kind, states = np.dtype(type(self.sweep.zero)), self.size.states
+        states += self.size.walls + 1 if self.size.resting else 0  # which rows rest
         return self.size.points, self.size.rows, self.size.modes, kind, states, kind
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
@@ -244,7 +245,9 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
     shaken = [*_shaken(frame, settings)]
-    exact = _numbers(frame, near, noises, given, constant, walls, dampers, touched, shaken)
+    named = *(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)
+    rests = np.array([float(name in plan.motion.rested_on) for name in walls])
+    exact = _numbers(frame, near, noises, given, constant, walls, rests, dampers, touched, shaken)
     random = bool(len(noises) or shaken) or any(is_random(each.law) for each in given)
     own = any(each.law is not None for each in dampers)
     kind = np.dtype(_precision(settings, random and not own)).type
@@ -258,6 +261,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         size=several_impacts.Size(
             many, len(totals), len(totals), len({*map(tuple, at.rows[many:])}), len(walls), len(noises), len(given),
             len(dampers), len(touched), len(shaken), len(taps), int((memories.count + 2 * memories.turned).sum()),
+            int(exact.rests.sum()), sum(each.states for each in named),
         ),
         sweep=with_arrays(exact, kind)._replace(step=kind(exact.step), zero=kind(0.0)),
         exact=exact,
@@ -271,7 +275,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         expected_power=frame.power * fed,
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.drawn_about(x0) if settings.start == "stationary" else None,
-        named=(*(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)),
+        named=named,
         moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
@@ -314,6 +318,7 @@ def _numbers(
     given: Sequence[_Given],
     constant: Floats,
     walls: Mapping[str, Barrier],
+    rests: Floats,
     dampers: Sequence[_Damper],
     touched: Sequence[tuple[int, str, Contact]],
     shaken: Sequence[_Shaken],
@@ -324,6 +329,8 @@ def _numbers(
     turned = np.array([each.row for each in dampers], np.int64)
     jump, turn = frame.jumps[struck], frame.jumps[turned]
     rules = [rule_of(wall, name, frame.units.speed) for name, wall in walls.items()]
+    lean = frame.rows[struck] @ frame.solve
+    heavy = 1.0 / np.einsum("wi,wi->w", lean, frame.rows[struck])
     springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
     wide = np.zeros((many, (many + 3) // 4 * 4))
     wide[:, :many] = frame.solve
@@ -336,7 +343,7 @@ def _numbers(
         struck, np.array([wall.inwards for wall in walls.values()], float),
         np.array([wall.position for wall in walls.values()], float),
         *_restitutions(rules), jump.ravel(), (jump @ frame.rows.T).ravel(),
-        frame.reduced[struck], (at.mass / frame.unit_mass).ravel(),
+        frame.reduced[struck], rests, (heavy[:, None] * lean).ravel(), heavy, (at.mass / frame.unit_mass).ravel(),
         turned, np.array([each.kind for each in dampers], np.int64),
         np.array([each.padded for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
         np.array([n for n, _, _ in touched], np.int64),
@@ -392,12 +399,12 @@ def _check_sizes(parts: PartsOfSeveral) -> None:
     size = parts.size
     for what, count, most in (
         ("masses", size.points, several_impacts.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
-        ("walls and contacts", size.walls + size.contacts, kernel.MOST_WALLS),
+        ("walls and contacts", size.walls + size.contacts, several_rest.MOST_WALLS),
         ("sources of white noise", size.noises + size.shaken, kernel.MOST_NOISES),
         ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
         ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
         ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
-        ("states of noise and of what yields", sum(named.states for named in parts.named), kernel.MOST_STATES),
+        ("states of noise, of what yields and of walls", size.states + size.walls + 1, kernel.MOST_STATES),
     ):  # fmt: skip
         if count > most:
             raise ValueError(f"the system has {count} {what}, but the kernel of several masses holds at most {most}.")

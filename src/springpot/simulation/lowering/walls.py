@@ -12,7 +12,7 @@ from springpot.simulation.kernel.soft_contacts import Soft
 from springpot.simulation.kernel.two_walls import Pair
 
 _TAKEN = "loss", "momentum"  # in impacts
-_RESTING = "rest momentum"
+_RESTING = "rest momentum", "rest loss"
 _NEAR = 4.0
 
 
@@ -35,19 +35,19 @@ def sums_of(wall: NoWall | Rigid | Pair | Soft) -> tuple[str, ...]:
     Examples
     --------
     >>> sums_of(Rigid(0.0, Fixed(0.5)))
-    ('lower rest momentum',)
-    >>> sums_of(Pair(0.0, 1.0, Fixed(0.5), Fixed(0.5)))[3:]
+    ('lower rest momentum', 'lower rest loss')
+    >>> sums_of(Pair(0.0, 1.0, Fixed(0.5), Fixed(0.5)))[3:5]
     ('lower rest momentum', 'upper rest momentum')
     """
     each = "impacts", "speeds", "squares"
     match wall:
         case Rigid():
             of_rule = () if isinstance(wall.rule, Fixed) else _TAKEN
-            return f"lower {_RESTING}", *(f"lower {name}" for name in of_rule)
+            return tuple(f"lower {name}" for name in (*_RESTING, *of_rule))
         case Pair():
             rules = ("lower", wall.low_rule), ("upper", wall.high_rule)
             own = (f"{where} {name}" for where, rule in rules if not isinstance(rule, Fixed) for name in _TAKEN)
-            resting = f"lower {_RESTING}", f"upper {_RESTING}"
+            resting = (f"{where} {name}" for name in _RESTING for where in ("lower", "upper"))
             return *(f"upper {name}" for name in each), *resting, *own
         case Soft():
             own = (f"contact {n} {name}" for n in range(wall.contacts.size // 5) for name in (*each, *_TAKEN))

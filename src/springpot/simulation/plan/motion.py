@@ -40,7 +40,6 @@ from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
 from springpot.simulation.plan.origin import origin_of, seen_from
-from springpot.simulation.plan.parts import smooth_square
 from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.seen import Seen
@@ -657,37 +656,18 @@ class Motion:
         }
 
     @property
-    def rested_on(self) -> dict[str, float]:
-        """The lossy walls on which a mass can come to rest, by name: no white noise acts on it there.
-
-        Each with the acceleration, in m/s^2, with which a flight itself presses on it; what else presses is in kicks.
-        """
+    def rested_on(self) -> frozenset[str]:
+        """The lossy walls on which a mass can come to rest, by name: only smooth forces act on it there."""
+        if self.system.of(PoissonImpulses, ThermalNoise):
+            return frozenset()
         walls = ((name, wall) for name, wall in self.unit.named() if isinstance(wall, Barrier))
-        square = self.scales.flight_frequency**2
-        return {
-            name: max(wall.inwards * square * wall.position, 0.0)
-            for name, wall in walls
-            if not self._is_rough_at(wall) and slow_restitution(wall) < 1.0
-        }
-
-    def taken_of_kicks(self, restitution: float) -> float:
-        """Power per unit mass that a wall takes of a steady acceleration a by kicks at rest, over a^2 and the step.
-
-        Each kick a h is one impact, with the speed a h / (1 + r).
-        """
-        return 0.5 * (1.0 - restitution) / (1.0 + restitution)
-
-    def smooth_square_at(self, name: str) -> float:
-        """Mean square of the acceleration along the row of a wall by excitation that is smooth, in m^2 s^-4."""
-        at, parts = self.system.coordinates, dict(self.system.named())
-        turned = at.accelerations(at.elongations[name])
-        return sum(smooth_square(parts[own]) * float(turned @ push) ** 2 for own, push in at.forces.items())
+        return frozenset(name for name, wall in walls if not (wall.is_elastic or self._is_rough_at(wall)))
 
     def _is_rough_at(self, wall: Barrier) -> bool:
         """Whether noise with independent increments acts on the mass where it is at a wall."""
-        system = self.system
-        thermal = self.is_thermal and system.dashpots > 0.0
-        return self.intensity > 0.0 or thermal or (bool(system.of(ParametricNoise)) and wall.position != 0.0)
+        if self.intensity > 0.0 or (wall.position != 0.0 and self.system.of(ParametricNoise)):
+            return True
+        return self.is_thermal and self.system.dashpots > 0.0
 
     @cached_property
     def uncountable(self) -> str:

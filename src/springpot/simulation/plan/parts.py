@@ -17,7 +17,6 @@ from springpot.problem.parts import (
     PoissonImpulses,
     RecordedExcitation,
     ResonantCircuit,
-    SpectralExcitation,
     Springpot,
     WhiteNoise,
 )
@@ -57,26 +56,6 @@ def fed_at(part: Any, frequency: float) -> float:
             return math.pi * part.density(frequency) * part.largest_square
         case RecordedExcitation():  # as noise that is white up to this frequency
             return 0.5 * math.pi * part.mean_square / frequency
-    return 0.0
-
-
-def smooth_square(part: Any) -> float:
-    """Mean square of an excitation without white noise; 0 of other parts.
-
-    Examples
-    --------
-    >>> smooth_square(ColoredNoise(4.0, 0.5)), smooth_square(Harmonic(2.0, 1.0))
-    (4.0, 2.0)
-    """
-    match part:
-        case ColoredNoise():
-            return part.variance * part.largest_square
-        case Harmonic():
-            return 0.5 * part.amplitude**2 * part.largest_square
-        case KanaiTajimiNoise() | CloughPenzienNoise() | SpectralExcitation():
-            return part.rms**2 * part.largest_square
-        case RecordedExcitation():
-            return part.mean_square * part.largest_square
     return 0.0
 
 

@@ -29,6 +29,7 @@ from springpot.problem.parts import (
     Friction,
     Harmonic,
     ParametricNoise,
+    PoissonImpulses,
     PolynomialDashpot,
     SpectralExcitation,
     Springpot,
@@ -531,14 +532,18 @@ class MotionOfSeveral(Motion):
         return {}
 
     @property
-    def rested_on(self) -> dict[str, float]:
-        """Flights are straight: all that presses is in kicks."""
-        lossy = (name for name, wall in self.struck_alone.items() if wall.restitution < 1.0)
-        return {name: 0.0 for name in lossy if not self.struck_alone[name].intensity > 0.0}
-
-    def taken_of_kicks(self, restitution: float) -> float:
-        """As of one mass, which here strikes with the speed a h / 2."""
-        return 0.125 * (1.0 - restitution**2)
+    def rested_on(self) -> frozenset[str]:
+        """The lossy walls on which masses can come to rest, by name: only smooth forces act along their rows."""
+        at, parts = self.system.coordinates, dict(self.system.named())
+        if self.system.of(ThermalNoise):
+            return frozenset()
+        impulses = [force for name, force in at.forces.items() if isinstance(parts[name], PoissonImpulses)]
+        return frozenset(
+            name
+            for name, alone in self.struck_alone.items()
+            if not (parts[name].is_elastic or alone.intensity > 0.0)
+            and not any(product_of(at.accelerations(at.elongations[name]), force) for force in impulses)
+        )
 
     def struck_in(self, step: float) -> dict[str, StruckWalls]:
         """Each wall has a distribution of its own."""

@@ -14,9 +14,8 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, per_cent
 from springpot.problem.messages import Message, say
-from springpot.problem.parts import Barrier, RecordedExcitation, SpectralExcitation, Springpot
+from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Springpot
 from springpot.problem.parts.records import FEWEST_SAMPLES
-from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.settled import change_in_window, rounded_up
 from springpot.simulation.estimate.slow_impacts import (
@@ -46,8 +45,6 @@ MOST_LEFT = 0.01  # of a start, in a mean over its root mean square
 MOST_REMEMBERED = 0.03  # mean force of the memory over the springs', in the window
 FEWEST_POINTS = 2.2  # of a record in a period, with which it may have what moves the mass
 MOST_MISSED = 0.01  # of the impacts, by estimate
-MOST_STRUCK = 0.1  # impacts in a step: a mass that is struck so often lies on the wall
-MOST_ADDED = 0.01  # of the power of a wall, by kicks of a mass at rest
 MOST_SHAPED = 0.005  # of the linear mean squares, changed by a filter
 LEAST_BIAS = 0.01  # of a quantile; a smaller one gives no warning
 FEW_PATHS = 0.2  # relative error of the standard error of a damage
@@ -77,7 +74,7 @@ def doubts(
             cause = f": the function of {listed(own, 'or')} returns no number, or the step is too long."
         return [say("not_finite", cause=cause)]
     of_the_step = () if bounded else (
-        *_about_step(simulation), *_about_hops(simulation, values), *_about_rest(simulation, values, seen),
+        *_about_step(simulation), *_about_hops(simulation, values),
         *_about_window(simulation),
     )  # fmt: skip
     return [
@@ -179,28 +176,6 @@ def _about_hops(simulation: Simulation, values: Values) -> Iterator[Message]:
                 "coarse_hops", wall=name, step=step, turned=turned, low=per_cent(wall.lacking(step, speed)),
                 press=wall.acceleration, speed=speed, most=step * wall.most_turned / turned,
             )  # fmt: skip
-
-
-def _about_rest(simulation: Simulation, values: Values, seen: Watched) -> Iterator[Message]:
-    """Of a mass at rest on a wall that kicks of smooth forces lift or strike anew in each step.
-
-    A kick g h gives a mass at rest the energy m (g h)^2 / 2, of which a lossy wall takes a share; where it presses all
-    the time, an impact undoes most of it.
-    """
-    motion, step, at = simulation.motion, simulation.settings.step, simulation.motion.system.coordinates
-    stops = motion.system.stops
-    for name, press in motion.rested_on.items():
-        power, mass = values[f"{name}_power"], at.reduced(at.elongations[name])
-        if float(seen.impacts[name].sum()) * step < MOST_STRUCK * seen.time or not power > 0.0:
-            continue  # it hardly rests
-        pushed = max(values[f"{name}_force_mean"] / mass - press, 0.0)
-        smooth, wall = motion.smooth_square_at(name), cast(Barrier, stops[name])
-        slow = restitution_at(wall, step * math.hypot(pushed, math.sqrt(smooth)))
-        added = motion.taken_of_kicks(slow) * pushed**2 + 0.5 * (1.0 - slow**2) * smooth
-        added *= mass * step
-        if added > MOST_ADDED * power:
-            share = per_cent(min(added / power, 1.0))
-            yield say("struck_at_rest", wall=name, step=step, power=added, share=share)
 
 
 def _about_window(simulation: Simulation) -> Iterator[Message]:

@@ -21,7 +21,7 @@ from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
-from springpot.theory.problem import Units, at_rest, endless
+from springpot.theory.problem import Units, at_rest, endless, paper_covered
 from springpot.theory.result import Moments, NoStationaryStateError, moments_of
 
 _NOTHING = 1e-200  # m^2, of a motion that has not begun
@@ -284,7 +284,7 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
 
 def check_covered(system: System, form: str = "corrected") -> Dimensionless:
     """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
-    paper = Dimensionless.of(system)
+    paper = paper_covered(system)
     wall = paper.barrier
     if wall is not None and wall.position != 0.0:
         raise NotCoveredError(

@@ -26,7 +26,7 @@ from springpot.theory.numerics.contours import (
     free_spectrum,
     relaxation,
 )
-from springpot.theory.problem import at_rest, free_mean_squares, problem_and_units
+from springpot.theory.problem import at_rest, free_mean_squares, paper_covered, problem_and_units
 from springpot.theory.result import NEVER_STRUCK, Moments, NoStationaryStateError
 
 _LONG = 1e300  # a time that stands for infinity without making phases NaN
@@ -276,7 +276,7 @@ def check_covered(system: System) -> None:
 
 def _paper_covered(system: System) -> Dimensionless:
     """The paper's problem where it is covered; otherwise `NotCoveredError`."""
-    paper = Dimensionless.of(system)
+    paper = paper_covered(system)
     wall, alpha = paper.barrier, paper.springpot.order
     if wall is None:
         return paper

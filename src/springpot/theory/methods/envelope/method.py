@@ -52,7 +52,7 @@ from springpot.theory.methods.envelope.losses import DAMPINGS, changed
 from springpot.theory.methods.systems.envelope import check_system_covered, envelope_of_system
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
-from springpot.theory.problem import Problem, Units, at_rest, endless, problem_and_units
+from springpot.theory.problem import Problem, Units, at_rest, endless, paper_covered, problem_and_units
 from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, Result
 
 _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
@@ -391,7 +391,7 @@ def check_covered(system: System) -> None:
 
 def _paper_covered(system: System) -> Dimensionless:
     """The paper's problem where it is covered; otherwise `NotCoveredError`."""
-    paper = Dimensionless.of(system)
+    paper = paper_covered(system)
     if _without(paper) or paper.excitation.intensity == 0.0:
         return paper
     problem, _ = problem_and_units(paper, order_0_is_spring=True)

@@ -14,7 +14,7 @@ from springpot.theory.densities import Densities
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.fokker_planck.densities import Laws
 from springpot.theory.methods.fokker_planck.equation import COARSE, FINE, difference, moments, solve
-from springpot.theory.problem import at_rest, endless, problem_and_units
+from springpot.theory.problem import at_rest, endless, paper_covered, problem_and_units
 from springpot.theory.result import Moments
 
 _LIGHTEST = 3e-3  # of c; the time integral is 36/c long
@@ -147,7 +147,7 @@ def _warnings(error: float, rate_error: float) -> tuple[str, ...]:
 
 def check_covered(system: System) -> Dimensionless:
     """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
-    paper = Dimensionless.of(system)
+    paper = paper_covered(system)
     wall, alpha, c = paper.barrier, paper.springpot.order, paper.dimensionless_coefficient
     if wall is None:
         raise NotCoveredError(f"{_REACH}, not an oscillator without a wall.")

@@ -35,7 +35,7 @@ from springpot.theory.methods.memory_closure.plane import Plane
 from springpot.theory.methods.memory_closure.steps import least_loss, light_loss, solve_with_wall
 from springpot.theory.normals import Normals
 from springpot.theory.numerics.panels import panel_rule
-from springpot.theory.problem import Units, at_rest, endless, problem_and_units
+from springpot.theory.problem import Units, at_rest, endless, paper_covered, problem_and_units
 from springpot.theory.result import ROUNDED, Moments
 
 _REACH = 1.0  # the farthest wall, in units of sqrt(q / Omega^3)
@@ -250,7 +250,7 @@ def memory_closure(system: System) -> MemoryClosure:
 
 def check_covered(system: System) -> Dimensionless:
     """The paper's problem, where it is covered; otherwise `NotCoveredError`."""
-    paper = Dimensionless.of(system)
+    paper = paper_covered(system)
     wall, c, b = paper.barrier, paper.dimensionless_coefficient, paper.dimensionless_position
     alpha = paper.springpot.order if c > 0.0 else 1.0
     if c > _STRONG * ROUNDED:

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from types import UnionType
 
 from springpot.machine.faults import NotCoveredError
-from springpot.problem.parts import PolynomialDashpot, PolynomialSpring
+from springpot.problem.parts import Barrier, PolynomialDashpot, PolynomialSpring
 from springpot.problem.parts.springpots import order_at_rest
-from springpot.problem.parts.walls import SoftStop
+from springpot.problem.parts.walls import SoftStop, slow_restitution
 from springpot.problem.system import System
 
 
@@ -67,6 +67,8 @@ def check_kinds(
     for name, part in unit.named():
         if not isinstance(part, kinds):
             raise NotCoveredError(f"{reach}, not {name}.")
+        if isinstance(part, Barrier) and slow_restitution(part) == 0.0:
+            raise NotCoveredError(f"{reach}, not {name} with plastic impacts (restitution 0).")
         if not over and getattr(part, "envelope", None) is not None:
             raise NotCoveredError(f"{reach}, not the envelope of {name}: it has no stationary state.")
         if isinstance(part, PolynomialSpring | PolynomialDashpot) and isinstance(part, linear) and not part.is_linear:
