@@ -210,7 +210,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"axes": {"parts": {"lower": {"restitution": 0.5}}}}, "axes.parts.lower.restitution: an axis must be a list of"),
     (
         {"axes": {"parts.lower.restitution": [0.5, 1.5]}, "zipped": {}},
-        "at parts.lower.restitution = 1.5: lower.restitution must be in [0, 1], not 1.5. An elastic wall has 1, a plastic impact 0.",
+        "at parts.lower.restitution = 1.5: lower.restitution must be in [0, 1], not 1.5. An elastic wall has 1, a "
+        "plastic impact 0.",
     ),
     (
         {"axes": {"parts.lower.position": [-0.1, 0.2], "parts.upper.position": [0.1, 0.3]}, "zipped": {}},
