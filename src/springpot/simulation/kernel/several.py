@@ -54,6 +54,7 @@ from springpot.simulation.kernel.several_impacts import (
     repair,
 )
 from springpot.simulation.kernel.several_rest import HITS, MOST_WALLS, count_resting, flag, hold, is_held, lay_down
+from springpot.simulation.kernel.several_resting import fly_or_rest, repair_or_rest
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
 from springpot.simulation.kernel.steps import State
 from springpot.simulation.kernel.turning import turn
@@ -543,9 +544,12 @@ def _begin(size, q, start, path, now_x, now_v, s, d, hits, limits, x, v, lane, w
         x[i], v[i] = start[path, i], start[path, n + i]
         x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
         v[2 * MOST_POINTS + i] = q.constant[i]
-    lay_down(size, q, x, v, state, lane)
-    fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers, state, leant)
-    count_resting(size, state, lane)
+    if size.resting > 0:
+        lay_down(size, q, x, v, state, lane)
+        fly_or_rest(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers, state, leant)
+        count_resting(size, state, lane)
+    else:
+        fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, weight, observers)
     put_in(size, q, s, d, -1, x, v, lane)
     for i in range(n):
         now_x[i * LANES + lane], now_v[i * LANES + lane] = x[i], v[i]
@@ -677,10 +681,15 @@ def several(
                         s.seen_v[i] = s.v[i]
                 if size.walls > 0 and _clearance(size, q, s, forcing.state, leant) > 0:
                     for lane in range(LANES):
-                        if s.clear[lane] <= zero:
-                            repair(
+                        if s.clear[lane] <= zero and size.resting > 0:
+                            repair_or_rest(
                                 size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
                                 1.0 if within else 0.0, 1.0 if next_within else 0.0, observers, forcing.state, leant,
+                            )  # fmt: skip
+                        elif s.clear[lane] <= zero:
+                            repair(
+                                size, exact, now_x, now_v, s, d, j, given, hits, limits, x, v, lane,
+                                1.0 if within else 0.0, 1.0 if next_within else 0.0, observers,
                             )  # fmt: skip
                 touch(size, q, s, d, j, hits, peaks, f64(weight), observers)
                 if watched:

@@ -11,18 +11,10 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from springpot.simulation.kernel.forces import Cubic, Nonic, cubic, nonic
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64, greater
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64
 from springpot.simulation.kernel.restitution import Power, share_left
 from springpot.simulation.kernel.several_laws import share_by
-from springpot.simulation.kernel.several_rest import (
-    CLOSE,
-    HITS,
-    come_to_rest,
-    count_resting,
-    flag,
-    is_held,
-    row_of,
-)  # fmt: skip
+from springpot.simulation.kernel.several_rest import HITS
 from springpot.simulation.kernel.soft_contacts import force_of_contact
 from springpot.simulation.kernel.watching import show_impact
 
@@ -146,21 +138,18 @@ def energy_of(size, q, x, v):
 
 
 @njit(**INLINE)
-def _pushed(size, q, given, j, lane, v, leant):
-    """Put the impulses of constant forces, of smooth excitation in step j and of walls behind the velocities."""
+def pushed(size, q, given, j, lane, v):
+    """Put the impulses of constant forces and of smooth excitation in step j behind the velocities."""
     for i in range(size.points):
         v[2 * MOST_POINTS + i] = q.constant[i]
     for r in range(size.sources):
         for p in range(q.source_begin[r], q.source_begin[r + 1]):
             impulse = f64(given[(GROUP * r + j) * LANES + lane])
             v[2 * MOST_POINTS + q.source_at[p]] += q.is_smooth[r] * q.source[p] * impulse
-    for w in range(size.walls if size.resting > 0 else 0):
-        for p in range(q.row_begin[q.wall_at[w]], q.row_begin[q.wall_at[w] + 1]):
-            v[2 * MOST_POINTS + q.row_at[p]] += q.side[w] * q.row[p] * leant[w * LANES + lane]
 
 
 @njit(**INLINE)
-def _given_along(size, q, x, v, struck):
+def given_along(size, q, x, v, struck):
     """What springs and smooth forces change of a struck elongation's velocity per time, times its reduced mass."""
     given = 0.0
     for i in range(size.points):
@@ -180,7 +169,7 @@ def _given_along(size, q, x, v, struck):
 
 
 @njit(**INLINE)
-def _restitution(q, w, speed):
+def restitution_of(q, w, speed):
     """Of wall w at a speed."""
     if q.restitution_kind[w] == FIXED:
         return q.restitution[3 * w]
@@ -190,17 +179,16 @@ def _restitution(q, w, speed):
 
 
 @njit(**LINKED)
-def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers, state, leant):
+def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
 
     It begins at the time ``since`` after the middle between two kicks.  Before that middle the kick has given the
     masses more of the impulse of springs and smooth forces than they have by then, after it less: an impact takes the
     velocity without this, else each changes the energy at random, which heats a motion with little damping.  An impact
     after which the masses would not part in spite of the restitution, no faster than what presses on them makes them
-    within a step, is their rest on each other: the sums have it, observers do not see it.  Where only smooth forces act
-    along its row, it rests from then on, and already when its next hop would be shorter than a step.
+    within a step, is their rest on each other: the sums have it, observers do not see it.
     """
-    events, end, n, most = 0, since + left, size.points, 0.0  # the largest change of a velocity by an impact
+    events, end, n = 0, since + left, size.points
     while True:
         struck, soonest, speed, deep = -1, left, 0.0, 0.0
         for w in range(size.walls):
@@ -210,7 +198,7 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers, state
                 distance += q.row[p] * x[q.row_at[p]]
                 rate += q.row[p] * v[q.row_at[p]]
             distance, rate = distance * q.side[w], rate * q.side[w]
-            if rate < 0.0 and distance < -rate * soonest and not _stays(size, w, rate, most, state, lane):
+            if rate < 0.0 and distance < -rate * soonest:
                 struck, speed, deep = w, -rate, distance
                 soonest = distance / -rate if distance > 0.0 else 0.0
         if struck < 0:
@@ -219,26 +207,11 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers, state
         deep -= speed * soonest  # where it lies behind the wall (by rounding, or as it began): put back onto it
         for i in range(n):
             x[i] += soonest * v[i] - q.side[struck] * deep * q.jump[struck * n + i]
-        gain = -q.side[struck] * _given_along(size, q, x, v, struck) / q.reduced[struck]  # of closing speed per time
-        can_rest, leans = False, False
-        if q.rests[struck] > 0.0:  # it does not lean on itself
-            own = leant[struck * LANES + lane]
-            gain += own / (q.reduced[struck] * q.step)
-            can_rest, leans = gain > 0.0, own != 0.0 or state[flag(size, struck, lane)] > 0.0
+        gain = -q.side[struck] * given_along(size, q, x, v, struck) / q.reduced[struck]  # of closing speed per time
         closing = speed + gain * (end - left)
-        if can_rest:
-            closing = speed if leans else greater(closing, 0.0)
-        elif closing <= 0.0:
+        if closing <= 0.0:
             closing = speed
-        r = _restitution(q, struck, closing) if events < MOST_EVENTS else 0.0
-        most = greater(most, greater(speed, closing + r * closing))
-        if can_rest and r * closing <= 0.5 * gain * q.step:
-            come_to_rest(size, q, v, struck, speed, closing, hits, state, lane, weight)
-            events += 1
-            if events >= 2 * MOST_EVENTS:
-                limits[LANES + lane] += 1.0
-                return events
-            continue
+        r = restitution_of(q, struck, closing) if events < MOST_EVENTS else 0.0
         change = closing + r * closing
         rests = change <= speed and closing <= gain * q.step
         if change <= speed:  # nothing still closes, nor by rounding: that would be struck again and again
@@ -256,10 +229,6 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers, state
         hits[at + 4 * LANES] += weight * q.reduced[struck] * change
         if weight > 0.0 and not rests:
             show_impact(observers, struck, weight, closing, lane)
-        for w in range(size.walls if size.resting > 0 else 0):
-            if state[flag(size, w, lane)] > 0.0:
-                opens = q.side[w] * row_of(q, w, v) > CLOSE * most
-                state[flag(size, w, lane)] = 0.0 if opens or w == struck else 1.0
         events += 1
         if events == MOST_EVENTS:
             limits[lane] += 1.0
@@ -268,42 +237,28 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers, state
             return events
     for i in range(n):
         x[i] += left * v[i]
-    for w in range(size.walls if size.resting > 0 else 0):
-        if state[flag(size, w, lane)] > 0.0:  # exactly onto its place
-            beside = q.place[w] - row_of(q, w, x)
-            for i in range(n):
-                x[i] += beside * q.jump[w * n + i]
     return events
 
 
-@njit(**INLINE)
-def _stays(size, w, rate, most, state, lane):
-    """Whether a row rests, and no impact has made it close."""
-    return size.resting > 0 and state[flag(size, w, lane)] > 0.0 and (most == 0.0 or rate >= -CLOSE * most)
-
-
 @njit(**LINKED)
-def repair(size, q, now_x, now_v, s, d, j, given, hits, limits, x, v, lane, before, after, observers, state, leant):
+def repair(size, q, now_x, now_v, s, d, j, given, hits, limits, x, v, lane, before, after, observers):
     """The drift of one lane again, in double precision and with impacts; how many there were.
 
     ``before`` and ``after`` the observation are the weights of its two halves.  Nothing is written where there was no
-    impact and nothing rests, else the rounding of near misses would change the state.
+    impact, else the rounding of near misses would change the state.
     """
     n = size.points
-    rested = size.resting > 0 and is_held(size, state, leant, lane)
     for i in range(n):
         x[i] = now_x[i * LANES + lane] + f64(s.before[i * LANES + lane])
         v[i] = now_v[i * LANES + lane] + f64(s.gained[i * LANES + lane])
         x[MOST_POINTS + i] = x[i]
-    _pushed(size, q, given, j, lane, v, leant)
-    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before, observers, state, leant)
+    pushed(size, q, given, j, lane, v)
+    events = fly(size, q, x, v, 0.5 * q.step, -0.5 * q.step, hits, limits, lane, before, observers)
     for i in range(n):
         x[2 * MOST_POINTS + i], v[MOST_POINTS + i] = x[i], v[i]
-    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after, observers, state, leant)
-    if events == 0 and not rested:
+    events += fly(size, q, x, v, 0.5 * q.step, 0.0, hits, limits, lane, after, observers)
+    if events == 0:
         return 0
-    if size.resting > 0:
-        count_resting(size, state, lane)
     for i in range(n):
         at = i * LANES + lane
         s.seen[at] = x[2 * MOST_POINTS + i] - now_x[at]
