@@ -53,7 +53,7 @@ from springpot.simulation.kernel.several_impacts import (
     put_in,
     repair,
 )
-from springpot.simulation.kernel.several_rest import HITS, MOST_WALLS, count_resting, flag, hold, is_held, lay_down
+from springpot.simulation.kernel.several_rest import HITS, MOST_WALLS, count_resting, flag, has_leant, hold, lay_down
 from springpot.simulation.kernel.several_resting import fly_or_rest, repair_or_rest
 from springpot.simulation.kernel.sources import Filtered, Harmonic, Modulated, Poisson, Table
 from springpot.simulation.kernel.steps import State
@@ -82,7 +82,7 @@ _of_sources = stack_array((MOST_SOURCES + MOST_DAMPERS + MOST_NOISES) * LANES)
 _of_taps = stack_array(MOST_TAPS * LANES)
 _hits = stack_array((HITS + 1) * MOST_WALLS * LANES)
 _few = stack_array(3 * MOST_POINTS)
-_of_walls = stack_array((MOST_WALLS + 1) * LANES)
+_of_walls = stack_array(MOST_WALLS * LANES)
 _shown = stack_array((MOST_POINTS + MOST_ROWS + MOST_FELT) * GROUP * LANES)
 
 
@@ -468,8 +468,30 @@ def _work(size, q, j, given, s, weight, sums):
 
 
 @njit(**INLINE)
+def _clear_of_others(size, q, s, state, leant):
+    """The clearance of lanes with rows that rest, from all other walls.
+
+    Nonlinear dampers act on a row after its drift, which is then made again.
+    """
+    margin = typed(1e-6, q.step)
+    for lane in range(LANES):
+        if size.dampers > 0 and has_leant(size, leant, lane):
+            s.clear[lane] = q.zero
+        elif state[flag(size, size.walls, lane)] > q.zero:
+            clear = q.step
+            for w in range(size.walls):
+                if state[flag(size, w, lane)] == q.zero:
+                    u, place = s.u[q.wall_at[w] * LANES + lane], q.place[w]
+                    clear = lesser(clear, q.side[w] * (u - place) - margin * (abs(place) + abs(u)))
+            s.clear[lane] = clear
+
+
+@njit(**INLINE)
 def _clearance(size, q, s, state, leant):
-    """In how many lanes the end of the drift is not clear of every wall, with a margin for rounding, or a row rests."""
+    """In how many lanes the end of the drift is not clear of every wall, with a margin for rounding.
+
+    A row that rests is clear of its own.
+    """
     margin = typed(1e-6, q.step)
     for w in range(size.walls):
         i, place, side = q.wall_at[w] * LANES, q.place[w], q.side[w]
@@ -479,8 +501,7 @@ def _clearance(size, q, s, state, leant):
             near = side * (u - place) - (least + margin * abs(u))
             s.clear[lane] = near if w == 0 else lesser(s.clear[lane], near)
     if size.resting > 0:
-        for lane in range(LANES):
-            s.clear[lane] = q.zero if is_held(size, state, leant, lane) else s.clear[lane]
+        _clear_of_others(size, q, s, state, leant)
     close = 0
     for lane in range(LANES):  # a sum is vector code, a minimum with regard to NaN is not
         close += 1 if s.clear[lane] <= q.zero else 0
@@ -488,11 +509,11 @@ def _clearance(size, q, s, state, leant):
 
 
 @njit(**INLINE)
-def _hold(size, q, now_v, s, hits, state, leant, v, weight):
+def _hold(size, q, now_x, now_v, s, hits, state, leant, x, v, weight):
     """Hold the resting rows of all lanes that have some."""
     for lane in range(LANES):
         if state[flag(size, size.walls, lane)] > 0.0:
-            hold(size, q, now_v, s, hits, state, leant, v, lane, weight)
+            hold(size, q, now_x, now_v, s, hits, state, leant, x, v, lane, weight)
 
 
 @njit(**INLINE)
@@ -606,7 +627,7 @@ def several(
         _clear(size, sums, 0.0)
         _set(hits, (HITS + 1) * MOST_WALLS, 0.0)
         _set(limits, 2, 0.0)
-        _set(leant, size.walls + 1, 0.0)
+        _set(leant, size.walls, 0.0)
         _set(tapped, size.taps, 0.0)
         _set(z, size.modes, zero)
         _set(h, GROUP * size.rows, zero)
@@ -658,12 +679,12 @@ def several(
                 _pull(size, q, memories, j, h, d, s)
                 press(size, q, s, hits, peaks, f64(weight))
                 if size.resting > 0:
-                    _set(leant, size.walls + 1, 0.0)
+                    _set(leant, size.walls, 0.0)
                     for i in range(n * LANES):
                         old[i] = s.v[i]
                 _kick(size, q, s, weight if size.resting == 0 else zero, terms)
                 if size.resting > 0:
-                    _hold(size, exact, now_v, s, hits, forcing.state, leant, v, f64(weight))
+                    _hold(size, exact, now_x, now_v, s, hits, forcing.state, leant, x, v, f64(weight))
                     _move(size, s, old, weight, terms)
                 _work(size, q, j, given, s, weight, terms)
                 _speeds(size, q, s, weight, terms)
@@ -675,7 +696,7 @@ def several(
                     _feel(size, q, s, j, observers, given, forcing.state, shown_x)
                 damp_later(size, q, s, d, j, hits, forcing, step, weight, yes())
                 if size.resting > 0 and size.dampers > 0:
-                    _hold(size, exact, now_v, s, hits, forcing.state, leant, v, f64(weight))
+                    _hold(size, exact, now_x, now_v, s, hits, forcing.state, leant, x, v, f64(weight))
                 if shown:
                     for i in range(n * LANES):
                         s.seen_v[i] = s.v[i]

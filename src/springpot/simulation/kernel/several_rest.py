@@ -46,9 +46,12 @@ def count_resting(size, state, lane):
 
 
 @njit(**INLINE)
-def is_held(size, state, leant, lane):
-    """Whether a row rests, or has rested until the last kick."""
-    return state[flag(size, size.walls, lane)] > 0.0 or leant[size.walls * LANES + lane] > 0.0
+def has_leant(size, leant, lane):
+    """Whether a wall has given something to a row at rest in the last kick."""
+    found = False
+    for w in range(size.walls):
+        found = found or leant[w * LANES + lane] != 0.0
+    return found
 
 
 @njit(**INLINE)
@@ -93,9 +96,16 @@ def _press(size, a, live, w, c, top):
     Below ``CLOSE`` of ``top`` a velocity is 0.
     """
     n, active, right = size.walls, _of_walls(0.0), _of_walls(0.0)
+    count = 0.0
     for k in range(n):
-        active[k], right[k] = live[k], -w[k]
+        active[k], right[k], c[k] = live[k], -w[k], 0.0
         top = greater(top, abs(w[k]) * live[k])
+        count += live[k]
+    if count == 1.0:  # most often
+        for k in range(n):
+            c[k] = greater(-w[k], 0.0)
+            w[k] = w[k] if w[k] > CLOSE * top else 0.0
+        return
     for _ in range(4 * n + 4):
         _solve(size, a, active, right, c)
         worst, which = 0.0, -1
@@ -149,10 +159,10 @@ def _turn(size, q, turned, c, v):
 
 
 @njit(**LINKED)
-def hold(size, q, now_v, s, hits, state, leant, v, lane, weight):
+def hold(size, q, now_x, now_v, s, hits, state, leant, x, v, lane, weight):
     """After a kick: the walls take what presses on resting rows; those that nothing presses on leave.
 
-    To ``leant``: the impulses of the walls, and behind them that there are some.
+    To ``leant``: the impulses of the walls.  The drift after it has the rows that rest exactly at their places.
     """
     n, live, w, a, c, more = size.points, _of_walls(0.0), _of_walls(0.0), _between(0.0), _of_walls(0.0), _of_walls(0.0)
     for i in range(n):
@@ -178,7 +188,6 @@ def hold(size, q, now_v, s, hits, state, leant, v, lane, weight):
                 state[flag(size, k, lane)] = 0.0
         count_resting(size, state, lane)
     _turn(size, q, q.lean, c, v)
-    leant[size.walls * LANES + lane] = 1.0
     for k in range(size.walls):
         at = HITS * k * LANES + lane
         hits[at + 3 * LANES] -= weight * 0.25 * c[k] * q.heavy[k] * w[k]
@@ -187,8 +196,16 @@ def hold(size, q, now_v, s, hits, state, leant, v, lane, weight):
         at = i * LANES + lane
         s.gained[at] = v[i] - now_v[at]
         s.v[at] = v[i]
-        s.seen[at] = f64(s.before[at]) + 0.5 * q.step * v[i]
-        s.moved[at] = f64(s.before[at]) + q.step * v[i]
+        x[i] = now_x[at] + f64(s.before[at])
+    for k in range(size.walls):
+        if state[flag(size, k, lane)] > 0.0:
+            beside = q.place[k] - row_of(q, k, x)
+            for i in range(n):
+                x[i] += beside * q.jump[k * n + i]
+    for i in range(n):
+        at = i * LANES + lane
+        s.seen[at] = x[i] - now_x[at] + 0.5 * q.step * v[i]
+        s.moved[at] = x[i] - now_x[at] + q.step * v[i]
 
 
 @njit(**LINKED)

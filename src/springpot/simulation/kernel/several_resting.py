@@ -17,7 +17,7 @@ from springpot.simulation.kernel.several_impacts import (
     put_in,
     restitution_of,
 )
-from springpot.simulation.kernel.several_rest import CLOSE, HITS, come_to_rest, count_resting, flag, is_held, row_of
+from springpot.simulation.kernel.several_rest import CLOSE, HITS, come_to_rest, count_resting, flag, has_leant, row_of
 from springpot.simulation.kernel.watching import show_impact
 
 
@@ -117,7 +117,7 @@ def repair_or_rest(
 ):
     """As `springpot.simulation.kernel.several_impacts.repair`; where a row rests, all is written."""
     n = size.points
-    rested = is_held(size, state, leant, lane)
+    rested = state[flag(size, size.walls, lane)] > 0.0 or has_leant(size, leant, lane)
     for i in range(n):
         x[i] = now_x[i * LANES + lane] + f64(s.before[i * LANES + lane])
         v[i] = now_v[i * LANES + lane] + f64(s.gained[i * LANES + lane])

@@ -346,6 +346,8 @@ def _taken(motion: Motion, seen: Seen) -> float:
     """Energy that walls take from an impact, over the square of its speed; NaN if that is no number."""
     walls = [motion.system.stops[seen.stop]] if seen.stop else [*motion.system.stops.values()]
     laws = {wall.restitution for wall in walls if isinstance(wall, Barrier)}
+    if motion.rested_on & ({seen.stop} if seen.stop else {*motion.system.stops}):  # coming to rest is no impact
+        return math.nan
     if len(laws) != 1 or callable(*laws) or not all(isinstance(wall, Barrier) for wall in walls):
         return math.nan
     at = motion.system.coordinates
