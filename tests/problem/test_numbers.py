@@ -127,7 +127,7 @@ def test_a_number_that_is_not_there(name: str, sentence: str) -> None:
 
 
 def test_a_part_that_refuses_a_value_is_named() -> None:
-    with pytest.raises(ValueError, match=r"^barrier\.restitution must be in \(0, 1\], not 1\.5\. "):
+    with pytest.raises(ValueError, match=r"^barrier\.restitution must be in \[0, 1\], not 1\.5\. "):
         with_numbers(SMOOTH, {"parts.barrier.restitution": 1.5})
     with pytest.raises(ValueError, match=r"^fractional_maxwell\.springpot\.order must be in \[0, 1\], not 2\. "):
         with_numbers(SMOOTH, {"parts.fractional_maxwell.springpot.order": 2.0})
