@@ -93,7 +93,7 @@ def test_copies_and_files_keep_what_is_free() -> None:
         (lambda: sp.free("a", sp.free("b", 1.0, (0.0, 2.0)), (0.0, 2.0)), "start and bounds must be plain numbers"),
         (lambda: sp.Springpot(sp.free("a", 0.5, (0.0, 2.0)), 1.0), r"order must be in \[0, 1\], not 2. This is a "
          "bound of the free number a"),
-        (lambda: sp.Barrier(0.0, sp.free("r", 0.5, (-0.1, 1.0))), r"restitution must be in \[0, 1\], not -0.1. This is"),
+        (lambda: sp.Barrier(0.0, sp.free("r", 0.5, (-0.1, 1.0))), r"restitution must be in \[0, 1\], not -0.1. This"),
         (lambda: sp.WhiteNoise.from_psd(sp.free("s", 0.5, (0.1, 1.0)), "g2/Hz"), "psd must not be the free number s"),
         (lambda: free_numbers(sp.System(sp.Spring(sp.free("a", 1.0, (0.5, 2.0))),
                                         sp.Dashpot(sp.free("a", 1.5, (0.5, 2.0))))), "a must have the same start"),
