@@ -65,7 +65,7 @@ def test_what_is_not_sound_is_refused_with_its_name(change: dict[str, object], n
     ("number", "value"),
     [
         ("springpot-order", 1.5), ("springpot-coefficient", -1.0), ("white_noise-intensity", -1.0),
-        ("barrier-position", 1e300), ("barrier-restitution", 0.0), ("barrier-order", 0.5),
+        ("barrier-position", 1e300), ("barrier-restitution", -0.1), ("barrier-order", 0.5),
     ],
 )  # fmt: skip
 def test_a_number_that_the_system_does_not_take_is_refused_with_its_name(number: str, value: float) -> None:

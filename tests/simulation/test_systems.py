@@ -20,6 +20,7 @@ from springpot.simulation.error.budget import orders_of_step
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.questions import splitting
 from springpot.simulation.kernel.restitution import Fixed, Power
 from springpot.simulation.kernel.two_walls import RULES, Pair, fly_between
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
@@ -391,16 +392,16 @@ def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
 
 
 @njit(_nrt=False)
-def _flown(wall, frequency, x, v, phase, sums, lane, weight):  # type: ignore[no-untyped-def]
-    return fly_between(wall, frequency, x, v, phase, sums, lane, weight)
+def _flown(wall, scheme, x, v, phase, sums, lane, weight):  # type: ignore[no-untyped-def]
+    return fly_between(wall, scheme, x, v, phase, 0.0, 0.0, 0.0, 0.0, sums, lane, weight)
 
 
 def test_restitution_that_falls_with_the_speed() -> None:
     """One impact of a flight: at 16 times the speed half the restitution, and the energy that the wall took."""
-    extras, frequency, speed = np.zeros(7 * LANES), 1e-3, 32.0
+    extras, frequency, speed = np.zeros((RULES + 4) * LANES), 1e-3, 32.0
     sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), extras, NO_OBSERVERS)
     wall = Pair(-1.0, 1.0, Power(0.5, 2.0, 0.25), Fixed(0.9))
-    x, v = _flown(wall, frequency, 0.0, -speed, frequency * 1.5 / speed, sums, 0, 1.0)
+    x, v = _flown(wall, splitting(frequency, 0.0, 1.0), 0.0, -speed, frequency * 1.5 / speed, sums, 0, 1.0)
     assert (x, v) == pytest.approx((-1.0 + 0.5 * 0.25, 0.25 * speed), rel=1e-6)
     assert extras[RULES * LANES] == pytest.approx(0.5 * speed**2 * (1.0 - 0.25**2), rel=1e-6)
     assert sums.impacts[0] == 1.0

@@ -117,7 +117,7 @@ def sliders(system: System, size: Mapping[str, float]) -> tuple[Slider, ...]:
     >>> from springpot.problem.parts import Barrier, Mass, Spring
     >>> found = sliders(System(Mass(1.0), Spring(80.0), Barrier(-0.5, 0.8)), {"frequency": 9.0, "length": 0.5})
     >>> [(one.name, one.begin, one.end) for one in found[1:]]
-    [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.05, 1.0)]
+    [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.0, 1.0)]
     """
     return tuple(_slider(system, name, value, size) for name, value in numbers(system).items())
 

@@ -143,7 +143,7 @@ def paper_covered(system: System) -> Dimensionless:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Barrier
+    >>> from springpot.problem.parts import Barrier, Spring, WhiteNoise
     >>> paper_covered(System(Spring(1.0), Barrier(0.0, 0.0), WhiteNoise(1.0)))
     Traceback (most recent call last):
         ...

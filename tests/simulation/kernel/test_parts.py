@@ -11,10 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy import integrate
 
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.kernel.forces import only_pushes
+from springpot.simulation.kernel.lanes import INLINE
 from springpot.simulation.kernel.questions import Splitting, answers, begin, bounce, clearance, extras, push
 from springpot.simulation.kernel.restitution import Fixed
 from springpot.simulation.kernel.rigid_wall import fly
@@ -61,16 +63,22 @@ def _begin_slot(scheme, wall, x, v, early, accumulators, lane, weight):  # type:
     return x, v
 
 
+@njit(**INLINE)
+def _fly(scheme, wall, side, x, v, accumulators, lane, weight):  # type: ignore[no-untyped-def]
+    phase, none = 0.5 * scheme.frequency * scheme.step, 0.0
+    place, rule = -wall.half, Fixed(1.0)
+    x, v = fly(place, rule, scheme, side * x, side * v, phase, none, none, none, accumulators, lane, weight)
+    return side * x, side * v
+
+
 @answers(bounce, Splitting, Slot)
-def _bounce_slot(scheme, wall, x, v, accumulators, lane, before, after):  # type: ignore[no-untyped-def]
+def _bounce_slot(scheme, wall, x, v, push, accumulators, lane, before, after):  # type: ignore[no-untyped-def]
     """Half a step at a time above the wall on the side of the motion: it is too short to reach the other one."""
-    phase = 0.5 * scheme.frequency * scheme.step
     side = 1.0 if v <= 0.0 else -1.0
-    xm, vm = fly(-wall.half, Fixed(1.0), scheme.frequency, side * x, side * v, phase, accumulators, lane, before)
-    xm, vm = side * xm, side * vm
+    xm, vm = _fly(scheme, wall, side, x, v, accumulators, lane, before)
     side = 1.0 if vm <= 0.0 else -1.0
-    xn, vn = fly(-wall.half, Fixed(1.0), scheme.frequency, side * xm, side * vm, phase, accumulators, lane, after)
-    return xm, vm, side * xn, side * vn
+    xn, vn = _fly(scheme, wall, side, xm, vm, accumulators, lane, after)
+    return xm, vm, xn, vn
 
 
 def _rows(problem: Any, given: dict[str, Any], **parts: Any) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from numba import njit
 
 import springpot as sp
 from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.questions import splitting
 from springpot.simulation.kernel.restitution import Fixed
 from springpot.simulation.kernel.rigid_wall import fly
 from springpot.simulation.kernel.single_impacts import flight
@@ -20,7 +21,7 @@ FREQUENCY = 1.7
 
 
 @njit(_nrt=False)  # without counting of references, and number by number: a fifth of the time to compile
-def _both(place, rule, states, phases, sums, found):  # type: ignore[no-untyped-def]
+def _both(scheme, place, rule, states, phases, sums, found):  # type: ignore[no-untyped-def]
     """Of each state: x, v and speed by one flight, whether it is sure, and x, v, impacts and speed by the exact one."""
     for n in range(phases.size):
         x, v, phase = states[0, n], states[1, n], phases[n]
@@ -29,7 +30,7 @@ def _both(place, rule, states, phases, sums, found):  # type: ignore[no-untyped-
         dx, dv, speed, sure = flight(FREQUENCY, place, 1.0, rule.restitution, x, v, moved, change)
         above, up, again, certain = flight(FREQUENCY, -place, -1.0, rule.restitution, -x, -v, -moved, -change)
         sums.impacts[0] = sums.speeds[0] = 0.0
-        xn, vn = fly(place, rule, FREQUENCY, x, v, phase, sums, 0, 1.0)
+        xn, vn = fly(place, rule, scheme, x, v, phase, 0.0, 0.0, 0.0, sums, 0, 1.0)
         found[0, n], found[1, n], found[2, n], found[3, n] = x + dx, v + dv, speed, 1.0 if sure else 0.0
         found[4, n], found[5, n], found[6, n], found[7, n] = xn, vn, sums.impacts[0], sums.speeds[0]
         same = above == -dx and up == -dv and again == speed and certain == sure
@@ -47,7 +48,9 @@ def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution
     sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES), NO_OBSERVERS)
     found = np.empty((8, count))
     longest = 1.4 if place <= 0.0 else 0.5
-    _both(place, Fixed(restitution), states, rng.uniform(0.0, longest, count), sums, found)
+    _both(
+        splitting(FREQUENCY, 0.0, 0.1), place, Fixed(restitution), states, rng.uniform(0.0, longest, count), sums, found
+    )
     sure = found[3] == 1.0
     assert np.mean(found[2] > 0.0) > 0.15
     assert sure.all() if place <= 0.0 else sure.mean() > 0.8  # a preload brings some back at once

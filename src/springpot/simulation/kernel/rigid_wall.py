@@ -28,7 +28,7 @@ from springpot.simulation.kernel.questions import (
 )  # fmt: skip
 from springpot.simulation.kernel.restitution import lossless, number_of, rebound, share_left, takings
 from springpot.simulation.kernel.single_impacts import LONGEST, flight
-from springpot.simulation.kernel.watching import LOWER, add_impacts, in_window, show_impacts
+from springpot.simulation.kernel.watching import LOWER, add_impacts, in_window, show_impact, show_impacts
 
 # Chattering against a preload ends when a flight between two impacts is shorter than this fraction of a half step.
 SHORTEST_HOP = 1e-4
@@ -236,11 +236,14 @@ def settles(scheme, rule, speed, press):
 
 
 @njit(**INLINE)
-def settle(place, frequency, arriving, speed, left, accumulators, momentum, loss, lane, weight):
+def settle(stop, place, frequency, arriving, speed, left, accumulators, momentum, loss, lane, weight):
     """The wall takes all that is left of the velocity, and bears the spring over the phase ``left``.
 
-    This is no impact; it is added to the sums of number ``momentum`` and ``loss``.
+    It is added to the sums of number ``momentum`` and ``loss``, and not to those of impacts; observers choose which
+    impacts count, and see it.
     """
+    if weight > 0.0 and speed > 0.0:
+        show_impact(accumulators.observers, stop, 1.0, speed, lane)
     accumulators.extras[momentum * LANES + lane] += weight * arriving
     bear(place, frequency, left, accumulators, momentum, lane, weight)
     accumulators.extras[loss * LANES + lane] += weight * 0.5 * speed * speed
@@ -272,7 +275,7 @@ def fly(position, rule, scheme, x, v, phase, press, push, since, accumulators, l
                 true = closing_speed(frequency * arriving, push, since + (phase - left) / frequency) / frequency
                 if settles(scheme, rule, frequency * true, press):
                     settle(
-                        position, frequency, frequency * arriving, frequency * true, left, accumulators, AT_REST,
+                        LOWER, position, frequency, frequency * arriving, frequency * true, left, accumulators, AT_REST,
                         LEFT_AT_REST, lane, weight,
                     )  # fmt: skip
                     return x, 0.0

@@ -63,6 +63,8 @@ def fly_or_rest(size, q, x, v, left, since, hits, limits, lane, weight, observer
         most = greater(most, greater(speed, closing + r * closing))
         if can_rest and r * closing <= 0.5 * gain * q.step:
             come_to_rest(size, q, v, struck, speed, closing, hits, state, lane, weight)
+            if weight > 0.0 and closing > 0.0:  # observers choose which impacts count
+                show_impact(observers, struck, weight, closing, lane)
             events += 1
             if events >= 2 * MOST_EVENTS:
                 limits[LANES + lane] += 1.0

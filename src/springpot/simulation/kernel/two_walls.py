@@ -254,8 +254,8 @@ def fly_between(wall, scheme, x, v, phase, press_low, press_high, push, since, a
                 low_settles = struck < 0 and settles(scheme, wall.low_rule, frequency * true, press)
                 if low_settles or (struck > 0 and settles(scheme, wall.high_rule, frequency * true, press)):
                     settle(
-                        -struck * x, frequency, frequency * arriving, frequency * true, left, accumulators,
-                        AT_REST + own, LEFT_AT_REST + own, lane, weight,
+                        UPPER if struck > 0 else LOWER, -struck * x, frequency, frequency * arriving, frequency * true,
+                        left, accumulators, AT_REST + own, LEFT_AT_REST + own, lane, weight,
                     )  # fmt: skip
                     return x, 0.0
             add_impacts(accumulators, UPPER if struck > 0 else LOWER, lane, weight, 1.0, frequency * true)
