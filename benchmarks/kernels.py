@@ -13,7 +13,7 @@ from numba import njit
 from benchmarks.measure import LIMIT, Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
-from springpot.simulation.kernel.block import COLUMNS, Memory, _remember
+from springpot.simulation.kernel.block import Memory, _remember
 from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array, u32
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing
@@ -184,7 +184,7 @@ def _block(parts: Parts) -> Callable[[], None]:
     """One block of LANES paths as a run advances it, compiled."""
     kernel, settings, advance = parts.kernel, parts.settings, parts.kernel.kernel()
     k0, k1 = key_words(1)
-    rows, record, stop = np.empty((LANES, len(COLUMNS))), np.empty((0, 1, 2)), np.zeros(1, np.uint8)
+    rows, record, stop = np.empty((LANES, len(kernel.columns))), np.empty((0, 1, 2)), np.zeros(1, np.uint8)
 
     def run(own: Settings = settings) -> None:
         advance(kernel.start.states, 0, 1, own, k0, k1, 0, False, NO_OBSERVERS, record, stop, rows)
