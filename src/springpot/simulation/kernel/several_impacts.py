@@ -178,6 +178,31 @@ def restitution_of(q, w, speed):
     return share_by(q.rules, q.restitution_kind[w] - RULE, speed)
 
 
+@njit(**INLINE)
+def strike(size, q, v, struck, speed, closing, r, gain, hits, lane, weight, observers):
+    """One impact at the true speed ``closing``, which is not ``speed``, that of the flight: velocities and sums.
+
+    ``gain`` is what the closing speed gains per time.  Observers do not see a rest, as `fly` says.
+    """
+    change = closing + r * closing
+    rests = change <= speed and closing <= gain * q.step
+    if change <= speed:  # nothing still closes, nor by rounding: that would be struck again and again
+        size_of_rate = 0.0
+        for p in range(q.row_begin[q.wall_at[struck]], q.row_begin[q.wall_at[struck] + 1]):
+            size_of_rate += abs(q.row[p] * v[q.row_at[p]])
+        change = speed + ROUNDING * size_of_rate
+    for i in range(size.points):
+        v[i] += q.side[struck] * change * q.jump[struck * size.points + i]
+    at = HITS * struck * LANES + lane
+    hits[at] += weight
+    hits[at + LANES] += weight * closing
+    hits[at + 2 * LANES] += weight * closing * closing
+    hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
+    hits[at + 4 * LANES] += weight * q.reduced[struck] * change
+    if weight > 0.0 and not rests:
+        show_impact(observers, struck, weight, closing, lane)
+
+
 @njit(**LINKED)
 def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many impacts there were.
@@ -212,23 +237,7 @@ def fly(size, q, x, v, left, since, hits, limits, lane, weight, observers):
         if closing <= 0.0:
             closing = speed
         r = restitution_of(q, struck, closing) if events < MOST_EVENTS else 0.0
-        change = closing + r * closing
-        rests = change <= speed and closing <= gain * q.step
-        if change <= speed:  # nothing still closes, nor by rounding: that would be struck again and again
-            size_of_rate = 0.0
-            for p in range(q.row_begin[q.wall_at[struck]], q.row_begin[q.wall_at[struck] + 1]):
-                size_of_rate += abs(q.row[p] * v[q.row_at[p]])
-            change = speed + ROUNDING * size_of_rate
-        for i in range(n):
-            v[i] += q.side[struck] * change * q.jump[struck * n + i]
-        at = HITS * struck * LANES + lane
-        hits[at] += weight
-        hits[at + LANES] += weight * closing
-        hits[at + 2 * LANES] += weight * closing * closing
-        hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
-        hits[at + 4 * LANES] += weight * q.reduced[struck] * change
-        if weight > 0.0 and not rests:
-            show_impact(observers, struck, weight, closing, lane)
+        strike(size, q, v, struck, speed, closing, r, gain, hits, lane, weight, observers)
         events += 1
         if events == MOST_EVENTS:
             limits[lane] += 1.0

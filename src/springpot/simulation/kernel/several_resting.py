@@ -11,13 +11,13 @@ from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, f64, greate
 from springpot.simulation.kernel.several_impacts import (
     MOST_EVENTS,
     MOST_POINTS,
-    ROUNDING,
     given_along,
     pushed,
     put_in,
     restitution_of,
+    strike,
 )
-from springpot.simulation.kernel.several_rest import CLOSE, HITS, come_to_rest, count_resting, flag, has_leant, row_of
+from springpot.simulation.kernel.several_rest import CLOSE, come_to_rest, count_resting, flag, has_leant, row_of
 from springpot.simulation.kernel.watching import show_impact
 
 
@@ -70,23 +70,7 @@ def fly_or_rest(size, q, x, v, left, since, hits, limits, lane, weight, observer
                 limits[LANES + lane] += 1.0
                 return events
             continue
-        change = closing + r * closing
-        rests = change <= speed and closing <= gain * q.step
-        if change <= speed:  # nothing still closes, nor by rounding: that would be struck again and again
-            size_of_rate = 0.0
-            for p in range(q.row_begin[q.wall_at[struck]], q.row_begin[q.wall_at[struck] + 1]):
-                size_of_rate += abs(q.row[p] * v[q.row_at[p]])
-            change = speed + ROUNDING * size_of_rate
-        for i in range(n):
-            v[i] += q.side[struck] * change * q.jump[struck * n + i]
-        at = HITS * struck * LANES + lane
-        hits[at] += weight
-        hits[at + LANES] += weight * closing
-        hits[at + 2 * LANES] += weight * closing * closing
-        hits[at + 3 * LANES] += weight * 0.5 * q.reduced[struck] * (1.0 - r * r) * closing * closing
-        hits[at + 4 * LANES] += weight * q.reduced[struck] * change
-        if weight > 0.0 and not rests:
-            show_impact(observers, struck, weight, closing, lane)
+        strike(size, q, v, struck, speed, closing, r, gain, hits, lane, weight, observers)
         for w in range(size.walls):
             if state[flag(size, w, lane)] > 0.0:
                 opens = q.side[w] * row_of(q, w, v) > CLOSE * most
