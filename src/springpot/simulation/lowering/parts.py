@@ -55,15 +55,15 @@ from springpot.simulation.kernel.restitution import rule_of
 from springpot.simulation.kernel.rigid_wall import Rigid
 from springpot.simulation.kernel.soft_contacts import Soft
 from springpot.simulation.kernel.two_walls import Pair
-from springpot.simulation.kernel.user_forces import user_force
+from springpot.simulation.kernel.of_users import OwnForce, force_of
 from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, check_table, law_of, mean_squares
 from springpot.simulation.plan.settings import MOST_STEPS
 
 _FAR = 1e30  # place of a contact that is not there
-_SUBSTEPS = 24  # of the shortest contact
-_MOST_SUBSTEPS = 2000
+SUBSTEPS = 24  # of the shortest contact
+MOST_SUBSTEPS = 2000
 _DENSE, _MOST_DENSE = 8.0, 32  # points of a band-limited record in a step, and in one of its own steps at most
 _MOST_IMPULSES = 50.0  # in a step
 _THERMAL_TOLERANCE = 1e-4
@@ -268,7 +268,7 @@ def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
 @lower.register
 def _(part: Force, name: str, units: Units, step: float) -> Lowered:
     half = 0.5 * step * part.share / units.length * units.time**2
-    law = user_force(part.function, name)(half, step, units.time, units.length, units.speed)
+    law = OwnForce(half, (units.time, units.length, units.speed), force_of(part.function, name))
     return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "works"),))
 
 
@@ -668,10 +668,10 @@ def _soft(total: Lowered, rigid: Pair, speed: float, step: float) -> Soft:
         raise ValueError(f"the system has {len(total.contacts)} contacts, but the kernel holds only {MOST_CONTACTS}.")
     substeps = 1
     for name, contact in total.contacts:
-        needed = math.ceil(min(0.5 * step / (contact_time(contact, speed) / _SUBSTEPS), 2.0 * _MOST_SUBSTEPS))
-        if needed > _MOST_SUBSTEPS:
+        needed = math.ceil(min(0.5 * step / (contact_time(contact, speed) / SUBSTEPS), 2.0 * MOST_SUBSTEPS))
+        if needed > MOST_SUBSTEPS:
             raise ValueError(
-                f"{name} is so stiff that half a step would need more than {_MOST_SUBSTEPS} parts: use a Barrier, "
+                f"{name} is so stiff that half a step would need more than {MOST_SUBSTEPS} parts: use a Barrier, "
                 "which is the limit."
             )
         substeps = max(substeps, needed)

@@ -19,28 +19,42 @@ from springpot.memory import ExponentialSum
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
-from springpot.problem.parts.walls import Stop
-from springpot.simulation.kernel import forces, hysteresis, several_dampers, several_impacts, several_rest, sources
-from springpot.simulation.kernel import several as kernel
+from springpot.problem.parts.walls import PowerRestitution, Restitution, Stop
+from springpot.simulation.kernel import excitations, forces, hysteresis, laws, offspring, sources, watch
+from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel.branches import NO_BRANCHES
+from springpot.simulation.kernel.compiled import kernel_in
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.questions import Start
-from springpot.simulation.kernel.restitution import Fixed, Power, rule_of
-from springpot.simulation.kernel.several_impacts import CUBIC, NINTH
-from springpot.simulation.kernel.several_laws import chain_of
+from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING
+from springpot.simulation.kernel.of_users import force_of, restitution_of
+from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
+from springpot.simulation.kernel.striking import FIXED, POWER
+from springpot.simulation.kernel.tables import Tables, packed
 from springpot.simulation.kernel.turning import NUMBERS
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed
 from springpot.simulation.lowering.felt import lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
-from springpot.simulation.lowering.parts import Lowered, Named, lower, modulated_noise, numbers_of, thermal_noise
-from springpot.simulation.lowering.precision import is_random, with_arrays
+from springpot.simulation.lowering.parts import (
+    MOST_SUBSTEPS,
+    SUBSTEPS,
+    Lowered,
+    Named,
+    contact_time,
+    lower,
+    modulated_noise,
+    numbers_of,
+    thermal_noise,
+)
+from springpot.simulation.lowering.precision import is_random
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
 _ENDS = "x_end", "v_end"
+_TOUCHING_SPEED = 6.0  # in the kernel's units, which are those of the motion: of a rare flight
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
@@ -50,8 +64,9 @@ class PartsOfSeveral(Composed):
 
     Attributes
     ----------
-    size, sweep, exact, memories, sources
-        Of `springpot.simulation.kernel.several.several`.
+    tables : Tables
+    kept : tuple
+        Functions of the user, whose addresses the tables have.
     unit_mass : float
         The kernel's unit, in kg.
     taken_at_once : float
@@ -65,11 +80,8 @@ class PartsOfSeveral(Composed):
         The rows of points that are no coordinates.
     """
 
-    size: several_impacts.Size
-    sweep: several_impacts.Numbers
-    exact: several_impacts.Numbers
-    memories: kernel.Memories
-    sources: kernel.Sources
+    tables: Tables
+    kept: tuple[Any, ...]
     unit_mass: float
     taken_at_once: float
     moved: tuple[float, ...]
@@ -89,7 +101,7 @@ class PartsOfSeveral(Composed):
             **{f"v^2 of {point}": speed**2 for point in self.points},
             **{f"u of {row}": length for row in self.gauged},
             **{f"u^2 of {row}": length**2 for row in self.gauged},
-            **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.size.shown]},
+            **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.tables.count("shown")]},
             "power": energy / time,
             **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
             **{
@@ -134,9 +146,9 @@ class PartsOfSeveral(Composed):
     @property
     def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
         """All in the precision of the sweep."""
-        kind, states = np.dtype(type(self.sweep.zero)), self.size.states
-        states += self.size.walls + 1 if self.size.resting else 0  # which rows rest
-        return self.size.points, self.size.rows, self.size.modes, kind, states, kind
+        kind, count = self.tables.sweep.dtype, self.tables.count
+        states = count("states") + (count("walls") + 1 if count("resting") else 0)  # which rows rest
+        return count("points"), count("rows"), count("modes"), kind, states, kind
 
     def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
@@ -152,17 +164,23 @@ class PartsOfSeveral(Composed):
     def kernel(self) -> Callable[..., None]:
         """The kernel, with all arguments that are the same for all blocks."""
 
-        def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
+        advance, (integers, double, sweep) = kernel_in(self.tables.sweep.dtype), self.tables
+
+        def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows, *branches = given
-            low, high = settings.window_steps
-            kernel.several(
-                self.size, self.sweep, self.exact, self.memories, self.sources, states,
-                first, blocks, settings.steps, low, high, k0, k1, stream, halved, observers,
-                record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
+            (low, high), watched = settings.window_steps, watch.table_of(observers)
+            table, *kept = offspring.table_of(*(branches or (NO_BRANCHES,)))
+            states = np.ascontiguousarray(states)
+            arrays = (integers, sweep, double, states)
+            advance(
+                *(array.ctypes.data for array in arrays), len(states), first, blocks, settings.steps, low, high,
+                int(k0), int(k1), stream, halved, watched.ctypes.data, table.ctypes.data, record.ctypes.data,
+                record.shape[0], len(self.points) + len(self.others), settings.record_every, record.shape[1],
+                stop.ctypes.data, rows.ctypes.data,
             )  # fmt: skip
             record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 
-        return advance
+        return run
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,39 +257,35 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     """
     settings, frame = plan.settings, _frame(plan)
     at, units, totals, many = frame.at, frame.units, frame.totals, len(frame.at.names)
-    memories, near, history, taps = _memories(frame, settings)
+    memories = _memories(frame, settings)
     noises, given, constant = _excitation(plan, frame, parts_of_step)
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
-    dampers = [*_dampers(frame, touched, sum(each.named.states for each in given))]
+    dampers = [*_dampers(frame, sum(each.named.states for each in given))]
     shaken = [*_shaken(frame, settings)]
     named = *(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)
-    rests = np.array([float(name in plan.motion.rested_on) for name in walls])
-    exact = _numbers(frame, near, noises, given, constant, walls, rests, dampers, touched, shaken)
+    rests = [float(name in plan.motion.rested_on and not touched) for name in walls]
+    rules = [_restitution(wall, name, units.speed) for name, wall in walls.items()]
     random = bool(len(noises) or shaken) or any(is_random(each.law) for each in given)
-    own = any(each.law is not None for each in dampers)
-    kind = np.dtype(_precision(settings, random and not own)).type
+    kind = np.dtype(_precision(settings, random))
     fed = 0.5 * float((noises * frame.accelerations(noises)).sum())
     kept = 0.5 * float(np.trace(noises @ frame.solve @ noises.T)) if len(noises) else 0.0
     # twice the energy that a kick along a row brings and dampers leave
     keep = np.einsum("ei,ij,ej->e", frame.rows, frame.solve, frame.rows)
     x0, v0 = start_of(plan)
     names = *walls, *(name for _, name, _ in touched)
+    tables = _tables(
+        frame, settings, memories, noises, given, constant, walls, rules, rests, dampers, touched, shaken,
+        kind, parts_of_step,
+    )  # fmt: skip
     whole = PartsOfSeveral(
-        size=several_impacts.Size(
-            many, len(totals), len(totals), len({*map(tuple, at.rows[many:])}), len(walls), len(noises), len(given),
-            len(dampers), len(touched), len(shaken), len(taps), int((memories.count + 2 * memories.turned).sum()),
-            int(exact.rests.sum()), sum(each.states for each in named),
-        ),
-        sweep=with_arrays(exact, kind)._replace(step=kind(exact.step), zero=kind(0.0)),
-        exact=exact,
-        memories=with_arrays(memories, kind),
-        sources=_sources(given, kind, parts_of_step),
+        tables=tables,
+        kept=(*(each.law for each in dampers), *rules),
         start=Start(np.concatenate([x0 / units.length, v0 / units.speed])[None, :], 0.0),
         half_drift=(1.0, 0.5 * frame.step, 0.0),
         units=units,
         unit_mass=frame.unit_mass,
-        history=history,
+        history=memories.history,
         expected_power=frame.power * fed,
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.drawn_about(x0) if settings.start == "stationary" else None,
@@ -282,7 +296,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
             **{f"work of {each.named.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
                for each in shaken},
         },
-        taps=taps,
+        taps=memories.taps,
         points=at.names,
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(len(totals))),
@@ -290,7 +304,7 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
         contacts=tuple(name for _, name, _ in touched),
         struck={name: f"{name} impacts" for name in names},
     )  # fmt: skip
-    _check_sizes(whole)
+    _check_sizes(whole.tables)
     brought = frame.step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lack = frame.accelerations(frame.solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", at.rows, lack, at.rows)
@@ -311,49 +325,99 @@ def compose_several(plan: Plan, parts_of_step: int) -> PartsOfSeveral:
     return replace(whole, readings=readings, felt=felt)
 
 
-def _numbers(
-    frame: _Frame,
-    near: Floats,
-    noises: Floats,
-    given: Sequence[_Given],
-    constant: Floats,
-    walls: Mapping[str, Barrier],
-    rests: Floats,
-    dampers: Sequence[_Damper],
-    touched: Sequence[tuple[int, str, Contact]],
-    shaken: Sequence[_Shaken],
-) -> several_impacts.Numbers:
-    """All numbers of the kernel but those of memory and sources, in double precision."""
-    at, step, many = frame.at, frame.step, len(frame.at.names)
-    struck = np.array([at.numbers[tuple(at.elongations[name])] for name in walls], np.int64)
-    turned = np.array([each.row for each in dampers], np.int64)
-    jump, turn = frame.jumps[struck], frame.jumps[turned]
-    rules = [rule_of(wall, name, frame.units.speed) for name, wall in walls.items()]
-    lean = frame.rows[struck] @ frame.solve
-    heavy = 1.0 / np.einsum("wi,wi->w", lean, frame.rows[struck])
-    springs = np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
-    wide = np.zeros((many, (many + 3) // 4 * 4))
-    wide[:, :many] = frame.solve
-    return several_impacts.Numbers(
-        step, 0.0, *_sparse(frame.rows), *_sparse(math.sqrt(step) * noises),
-        *_sparse(np.array([each.row for each in given]).reshape(-1, many)),
-        np.array([float(each.is_smooth) for each in given]), step * constant,
-        np.array([_kind_of(law) for law in springs], np.int64), step * springs.ravel(),
-        2.0 * frame.answers, frame.answers, near.ravel(), wide.ravel(),
-        struck, np.array([wall.inwards for wall in walls.values()], float),
-        np.array([wall.position for wall in walls.values()], float),
-        *_restitutions(rules), jump.ravel(), (jump @ frame.rows.T).ravel(),
-        frame.reduced[struck], rests, (heavy[:, None] * lean).ravel(), heavy, (at.mass / frame.unit_mass).ravel(),
-        turned, np.array([each.kind for each in dampers], np.int64),
-        np.array([each.padded for each in dampers], float).ravel(), turn.ravel(), (turn @ frame.rows.T).ravel(),
-        np.array([n for n, _, _ in touched], np.int64),
-        np.array([numbers_of(contact) for _, _, contact in touched], float).ravel(),
-        np.array([each.row for each in shaken], np.int64),
-        np.array([[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken], float).ravel(),
-        _begins([each.squares for each in shaken]), np.concatenate([np.zeros(0), *(each.squares for each in shaken)]),
-        chain_of([each for each in rules if not isinstance(each, Fixed | Power)]),
-        chain_of([each.law for each in dampers if each.law is not None]),
+def _tables(
+    frame: _Frame, settings: Settings, memories: _Memories, noises: Floats, given: Sequence[_Given], constant: Floats,
+    walls: Mapping[str, Barrier], rules: Sequence[_Rule], rests: Sequence[float], dampers: Sequence[_Damper],
+    touched: Sequence[tuple[int, str, Contact]], shaken: Sequence[_Shaken], kind: np.dtype[Any], parts_of_step: int,
+) -> Tables:  # fmt: skip
+    """The tables of the kernel; long lists are those of sources, of noise with an envelope and of given forces."""
+    at, step, many, g = frame.at, frame.step, len(frame.at.names), frame.rows
+    struck = [at.numbers[tuple(at.elongations[name])] for name in walls]
+    turned, soft = [each.row for each in dampers], [n for n, _, _ in touched]
+    lean = g[struck] @ frame.solve
+    heavy = 1.0 / np.einsum("wi,wi->w", lean, g[struck])
+    springs = step * np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
+    sources_of, waves, long = [], [], []
+    for each in given:
+        told, wave, own = _told(each.law)
+        sources_of += [*told, len(long), len(own)]
+        waves.append(wave)
+        long.append(own)
+    envelopes = [len(long) + n if each.squares.size else -1 for n, each in enumerate(shaken)]
+    long += [each.squares for each in shaken]
+    counts = dict(
+        points=many, rows=len(g), gauged=len(g), shown=len({*map(tuple, at.rows[many:])}), walls=len(walls),
+        noises=len(noises), sources=len(given), dampers=len(dampers), contacts=len(touched), shaken=len(shaken),
+        taps=len(memories.taps), modes=memories.modes, resting=int(sum(rests)),
+        states=sum(each.named.states for each in (*given, *dampers)), parts=parts_of_step,
+        substeps=_substeps(frame, touched),
     )  # fmt: skip
+    (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
+        _sparse(rows) for rows in (g, math.sqrt(step) * noises, np.array([each.row for each in given]).reshape(-1, many))
+    )
+    lists = dict(
+        row_begin=row_begin, row_at=row_at, noise_begin=noise_begin, noise_at=noise_at, source_begin=source_begin,
+        source_at=source_at, source=sources_of, spring_kind=[_kind_of(law) for law in springs],
+        mode_count=memories.count, mode_begin=memories.begin, mode_table=memories.table, turned=memories.turned,
+        turned_table=memories.turned_table, drive=[-1] * len(g), drive_steps=[0] * len(g),
+        tapped=[tap.mode for tap in memories.taps], wall_at=struck, wall_kind=[rule.kind for rule in rules],
+        damper_at=turned, damper_kind=[each.kind for each in dampers], damper_place=[each.place for each in dampers],
+        contact_at=soft, shaken_at=[each.row for each in shaken], shaken_begin=envelopes,
+        shaken_steps=[each.squares.size for each in shaken],
+    )  # fmt: skip
+    numbers = dict(
+        step=step, rounding=4.0 * float(np.finfo(kind).eps), row=row, noise=noise, source_row=source_row, wave=waves,
+        smooth=[float(each.is_smooth) for each in given], constant=step * constant, spring=springs, kick=springs,
+        damping=2.0 * frame.answers, answer=frame.answers, near=memories.near, solve=frame.solve,
+        side=[wall.inwards for wall in walls.values()], place=[wall.position for wall in walls.values()],
+        restitution=[rule.numbers for rule in rules], jump=frame.jumps[struck], along=frame.jumps[struck] @ g.T,
+        reduced=frame.reduced[struck], rests=rests, lean=heavy[:, None] * lean, heavy=heavy,
+        mass=at.mass / frame.unit_mass, damper=[each.padded for each in dampers], damper_jump=frame.jumps[turned],
+        damper_along=frame.jumps[turned] @ g.T,
+        contact=[[*numbers_of(contact), frame.reduced[n]] for n, _, contact in touched],
+        contact_jump=frame.jumps[soft], contact_along=frame.jumps[soft] @ g.T,
+        shaken=[[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken], turn=np.zeros(8 * many),
+        modes=memories.numbers, turns_of_modes=memories.turns,
+    )  # fmt: skip
+    return packed(counts, lists, numbers, long, kind)
+
+
+def _substeps(frame: _Frame, touched: Sequence[tuple[int, str, Contact]]) -> int:
+    """Of half a drift with a contact, such that the shortest contact has many."""
+    needed = 1
+    for n, name, contact in touched:
+        free = replace(contact, stiffness=contact.stiffness / frame.reduced[n])
+        parts = math.ceil(min(0.5 * frame.step / (contact_time(free, _TOUCHING_SPEED) / SUBSTEPS), 2.0 * MOST_SUBSTEPS))
+        if parts > MOST_SUBSTEPS:
+            raise ValueError(
+                f"{name} is so stiff that half a step would need more than {MOST_SUBSTEPS} parts: use a Barrier, "
+                "which is the limit."
+            )
+        needed = max(needed, parts)
+    return needed
+
+
+@dataclass(frozen=True, eq=False)
+class _Rule:
+    """A restitution in the kernel: its kind or an address, three numbers, and the function of the user, if any."""
+
+    kind: int
+    numbers: tuple[float, float, float]
+    law: Any = None
+
+
+def _restitution(wall: Barrier, name: str, unit: float) -> _Rule:
+    """The rule of a wall; ``unit`` is the kernel's unit of speed."""
+    law = wall.restitution
+    if isinstance(law, PowerRestitution):
+        return _Rule(POWER, (law.restitution, law.speed / unit, law.exponent))
+    if isinstance(law, Restitution):
+        own = restitution_of(type(law).formula, name, tuple(law.values))
+    elif callable(law):
+        own = restitution_of(law, name)
+    else:
+        return _Rule(FIXED, (law, 0.0, 0.0))
+    return _Rule(own.address, (unit, 0.0, 0.0), own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -390,24 +454,19 @@ def _shaken(frame: _Frame, settings: Settings) -> Iterator[_Shaken]:
             yield _Shaken(n, frame.step * noise.intensity, squares, named)
 
 
-def _begins(arrays: Sequence[Any]) -> npt.NDArray[np.int64]:
-    """Where each begins where they lie one after another, and the end."""
-    return np.array([0, *np.cumsum([len(array) for array in arrays], dtype=np.int64)], np.int64)
-
-
-def _check_sizes(parts: PartsOfSeveral) -> None:
-    size = parts.size
-    for what, count, most in (
-        ("masses", size.points, several_impacts.MOST_POINTS), ("points and pairs of ends", size.rows, kernel.MOST_ROWS),
-        ("walls and contacts", size.walls + size.contacts, several_rest.MOST_WALLS),
-        ("sources of white noise", size.noises + size.shaken, kernel.MOST_NOISES),
-        ("sources of other excitation", size.sources, kernel.MOST_SOURCES),
-        ("nonlinear dampers and forces", size.dampers, kernel.MOST_DAMPERS),
-        ("memory modes", size.modes, kernel.MOST_MODES), ("circuits", size.taps, kernel.MOST_TAPS),
-        ("states of noise, of what yields and of walls", size.states + size.walls + 1, kernel.MOST_STATES),
+def _check_sizes(tables: Tables) -> None:
+    count = tables.count
+    for what, has, most in (
+        ("masses", count("points"), MOST_POINTS), ("points and pairs of ends", count("rows"), kernel.MOST_ROWS),
+        ("walls and contacts", count("walls") + count("contacts"), MOST_WALLS),
+        ("sources of white noise", count("noises") + count("shaken"), kernel.MOST_NOISES),
+        ("sources of other excitation", count("sources"), excitations.MOST_SOURCES),
+        ("nonlinear dampers and forces", count("dampers"), kernel.MOST_DAMPERS),
+        ("memory modes", count("modes"), kernel.MOST_MODES), ("circuits", count("taps"), kernel.MOST_TAPS),
+        ("states of noise, of what yields and of walls", count("states") + count("walls") + 1, kernel.MOST_STATES),
     ):  # fmt: skip
-        if count > most:
-            raise ValueError(f"the system has {count} {what}, but the kernel of several masses holds at most {most}.")
+        if has > most:
+            raise ValueError(f"the system has {has} {what}, but the kernel holds at most {most}.")
 
 
 def _units(plan: Plan) -> tuple[Units, float]:
@@ -420,23 +479,8 @@ def _units(plan: Plan) -> tuple[Units, float]:
 
 
 def _kind_of(springs: Floats) -> int:
-    return NINTH if springs[4:].any() else CUBIC if springs.any() else 0
-
-
-def _restitutions(rules: Sequence[Any]) -> tuple[npt.NDArray[np.int64], Floats]:
-    """The kind of each wall's rule, and its three numbers; the user's functions are numbered."""
-    kinds, numbers, own = [], list[tuple[float, ...]](), 0
-    for rule in rules:
-        match rule:
-            case Fixed():
-                kinds.append(several_impacts.FIXED)
-            case Power():
-                kinds.append(several_impacts.POWER)
-            case _:
-                kinds.append(several_impacts.RULE + own)
-                own += 1
-        numbers.append((*rule, 0.0, 0.0)[:3] if isinstance(rule, Fixed | Power) else (0.0,) * 3)
-    return np.array(kinds, np.int64), np.array(numbers, float).ravel()
+    degree = max((n for n, k in enumerate(springs) if k != 0.0), default=-1)
+    return NO_SPRING if degree < 0 else LINEAR if degree <= 1 else CUBIC if degree <= 3 else NINTH
 
 
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
@@ -454,23 +498,55 @@ def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64],
     return begin, np.nonzero(rows)[1].astype(np.int64), rows[rows != 0.0]
 
 
-def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Floats, ExponentialSum, tuple[Tap, ...]]:
-    """The modes of each row; the weights of the newest increments in each step of a group; all modes; and circuits."""
+@dataclass(frozen=True, eq=False)
+class _Memories:
+    """The modes of the springpots and arms of each row; rows with the same parts share their numbers.
+
+    Attributes
+    ----------
+    begin, count, turned : ndarray of int
+        Of each row: its first mode, how many there are, and how many modes of circuits with a coil follow.
+    table, turned_table : ndarray of int
+        Where their numbers begin.
+    near : ndarray, shape (rows, GROUP, 5)
+        Weights of the newest increments in each step of a group.
+    numbers, turns : ndarray
+        Of the modes, and of circuits with a coil.
+    modes : int
+        How many numbers all of them keep.
+    history : ExponentialSum
+        All modes together.
+    taps : tuple of Tap
+    """
+
+    begin: npt.NDArray[np.int64]
+    count: npt.NDArray[np.int64]
+    turned: npt.NDArray[np.int64]
+    table: npt.NDArray[np.int64]
+    turned_table: npt.NDArray[np.int64]
+    near: Floats
+    numbers: Floats
+    turns: Floats
+    modes: int
+    history: ExponentialSum
+    taps: tuple[Tap, ...]
+
+
+def _memories(frame: _Frame, settings: Settings) -> _Memories:
     totals, step, tables = frame.totals, frame.step, dict[Any, tuple[int, int, Any, ExponentialSum]]()
     begin, count, table, turned, turned_table = (np.zeros(len(totals), np.int64) for _ in range(5))
     near = np.zeros((len(totals), GROUP, 5))
-    powers, weights, turns = (list[Any]([np.zeros(0)]) for _ in range(3))
+    numbers, turns = (list[Any]([np.zeros(0)]) for _ in range(2))
     modes, histories, taps = 0, [], list[Tap]()
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
             own, history = memory_of(*key, settings.numerical_scheme, step, settings)
-            tables[key] = sum(part.size for part in powers), sum(part.size for part in turns), own, history
-            powers.append(own.powers)
-            weights.append(own.weights)
+            tables[key] = sum(part.size for part in numbers), sum(part.size for part in turns), own, history
+            numbers.append(np.hstack([own.powers.reshape(-1, GROUP), own.weights.reshape(-1, GROUP)]).ravel())
             turns.append(own.turns)
         table[e], turned_table[e], own, history = tables[key]
-        begin[e], count[e], turned[e] = modes, own.powers.size // 4, own.turns.size // NUMBERS
+        begin[e], count[e], turned[e] = modes, own.powers.size // GROUP, own.turns.size // NUMBERS
         taps += taps_of(total.arms, own, history, step, modes)
         modes += int(count[e] + 2 * turned[e])
         histories.append(history)
@@ -481,11 +557,10 @@ def _memories(frame: _Frame, settings: Settings) -> tuple[kernel.Memories, Float
         np.concatenate([np.zeros(0), *(history.weights for history in histories)]),
         max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
     )  # fmt: skip
-    memories = kernel.Memories(
-        begin, count, table, np.concatenate(powers), np.concatenate(weights), turned, turned_table,
-        np.concatenate(turns), np.array([tap.mode for tap in taps], np.int64),
+    return _Memories(
+        begin, count, turned, table, turned_table, near, np.concatenate(numbers), np.concatenate(turns), modes, together,
+        tuple(taps),
     )  # fmt: skip
-    return memories, near, together, tuple(taps)
 
 
 def _no_law(word: int, place: int, parts: int) -> None:
@@ -511,44 +586,36 @@ class _Damper:
     row: int
     kind: int
     numbers: tuple[float, ...]
+    place: int = 0
     law: Any = None
 
     @property
     def padded(self) -> list[float]:
         """As the kernel has them, the reduced mass last."""
         *own, mass = self.numbers
-        return [*own, *(0.0,) * (several_dampers.DAMPER - len(self.numbers)), mass]
+        return [*own, *(0.0,) * (laws.NUMBERS_OF_DAMPER - len(self.numbers)), mass]
 
 
-def _dampers(frame: _Frame, touched: Sequence[tuple[int, str, Contact]], place: int) -> Iterator[_Damper]:
+def _dampers(frame: _Frame, place: int) -> Iterator[_Damper]:
     """With the first place of their states."""
-    kinds = {
-        hysteresis.Plastic: several_dampers.JENKINS, hysteresis.WholePower: several_dampers.WEN,
-        hysteresis.AnyPower: several_dampers.BOUC_WEN,
-    }  # fmt: skip
-    own = 0
+    kinds = {hysteresis.Plastic: laws.JENKINS, hysteresis.WholePower: laws.WHOLE, hysteresis.AnyPower: laws.ANY}
     for n, total in enumerate(frame.totals):
         mass = float(frame.reduced[n])
         for named in total.forces:
             match law := named.make(0, place, 1):
                 case forces.CoulombDamper():
-                    yield _Damper(named, n, several_dampers.COULOMB, (law.impulse / mass, 0.0, mass))
+                    yield _Damper(named, n, laws.COULOMB, (law.impulse / mass, mass))
                 case forces.PowerDamper():
-                    yield _Damper(named, n, several_dampers.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
+                    yield _Damper(named, n, laws.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
                 case forces.VanDerPolDamper():
-                    yield _Damper(named, n, several_dampers.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                    yield _Damper(named, n, laws.VAN_DER_POL, (law.rate / mass, law.square, mass))
                 case hysteresis.Hysteresis(impulse, _, _, inner):
-                    law = impulse / mass, float(place), *inner, mass
-                    yield _Damper(replace(named, place=place), n, kinds[type(inner)], law)
-                    place += named.states
+                    own = replace(named, place=place + 3 - hysteresis.STATES + GROUP, states=laws.STATES_OF_YIELDING)
+                    yield _Damper(own, n, kinds[type(inner)], (impulse / mass, *inner, mass), place)
+                    place += own.states
                 case _:
-                    force, own = law._replace(half=law.half / mass), own + 1
-                    yield _Damper(named, n, several_dampers.FORCE + own - 1, (0.0, 0.0, mass), force)
-    for c, (n, name, contact) in enumerate(touched):
-        if contact.dissipation > 0.0:
-            mass = float(frame.reduced[n])
-            named = Named(name, _no_law, 0, "nothing")
-            yield _Damper(named, n, several_dampers.CONTACT, (float(c), contact.dissipation / mass, mass))
+                    function = law.function
+                    yield _Damper(named, n, function.address, (law.half / mass, *law.units, mass), law=function)
 
 
 @dataclass(frozen=True, eq=False)
@@ -640,54 +707,27 @@ def _placed(
         word, place = word + sources.WORDS, place + named.states
 
 
-def _sources(given: Sequence[_Given], kind: Any, parts_of_step: int) -> kernel.Sources:
-    laws = [each.law for each in given]
-    kinds, tables, waves = zip(*map(_told, laws), strict=True) if laws else ((), (), ())
-    filters = [law if isinstance(law, sources.Filtered) else None for law in laws]
-    pairs = [np.zeros((0, 20)) if law is None else law.pairs for law in filters]
-    starts = [np.zeros((0, 0)) if law is None else law.start for law in filters]
-    wide = max((start.shape[1] for start in starts), default=0)
-    starts = [np.pad(start, ((0, 0), (0, wide - start.shape[1]))) for start in starts]
-    newest = [np.zeros(4) if law is None else law.newest for law in filters]
-
-    def whole(numbers: Sequence[int]) -> npt.NDArray[np.int64]:
-        return np.array(numbers, np.int64)
-
-    return kernel.Sources(
-        parts_of_step,
-        whole(kinds),
-        whole([getattr(law, "word", 0) for law in laws]),
-        whole([getattr(law, "place", 0) for law in laws]),
-        _begins(pairs),
-        np.concatenate([np.zeros((0, 20)), *pairs]).astype(kind),
-        np.array(newest, float).ravel().astype(kind),
-        _begins(starts),
-        np.concatenate([np.zeros((0, wide)), *starts]).astype(kind),
-        np.array(waves, float).ravel(),
-        _begins(tables),
-        np.concatenate([np.zeros(0), *tables]).astype(kind),
-    )
-
-
-def _told(law: Any) -> tuple[int, Floats, tuple[float, float]]:
-    """The kind of a law in the kernel, its table, and two numbers of it."""
+def _told(law: Any) -> tuple[list[int], tuple[float, float], Floats]:
+    """A law in the kernel, as `springpot.simulation.kernel.excitations` has it: six integers, two numbers, and a long list."""
+    word, place, none = law.word, getattr(law, "place", 0), (0.0, 0.0)
     match law:
         case sources.Filtered():
-            return kernel.FILTERED, np.asarray(law.envelope), (0.0, 0.0)
+            long = np.concatenate([law.newest, law.pairs.ravel(), law.start.ravel(), law.envelope])
+            return [excitations.FILTERED, word, place, len(law.pairs), len(law.start), 0], none, long
         case sources.Harmonic():
-            return kernel.HARMONIC, np.zeros(0), (law[2], law[3])
+            return [excitations.HARMONIC, word, place, 0, 0, 0], (law.impulse, law.turn), np.zeros(0)
         case sources.Poisson():
-            return kernel.POISSON, np.asarray(law.envelope), (law[2], law[3])
+            return [excitations.POISSON, word, place, 0, 0, 0], (law.rate, law.size), law.envelope
         case sources.Table():
-            return kernel.TABLE, np.asarray(law.impulses).ravel(), (len(law.impulses), law.drawn)
+            return [excitations.TABLE, word, place, len(law.impulses), int(law.drawn), 0], none, law.impulses.ravel()
         case sources.ModulatedWhite():
-            return kernel.MODULATED, np.asarray(law.roots), (0.0, law.roots.size)
-    table = np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
-    return kernel.MODULATED, table, (law.seen.shape[1], law.roots.size)
+            return [excitations.MODULATED, word, place, 0, law.roots.size, 0], none, law.roots
+    long = np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
+    return [excitations.MODULATED, word, place, law.seen.shape[1], law.roots.size, 0], none, long
 
 
 def _precision(settings: Settings, noisy: bool) -> str:
-    """Of the sweep: double with forces of the user, which may need it, and without noise.
+    """Of the sweep: double without noise.
 
     Without it one path is the answer, and its last digits may be wanted.
     """
@@ -723,8 +763,7 @@ def _readings(
             yield Reading(f"{name}_impact_rate", {f"{name} impacts": 1.0}, "time")
             yield Reading(f"{name}_impact_speed_mean", {f"{name} speeds": 1.0}, f"{name} impacts")
             yield Reading(f"{name}_impact_speed_mean_square", {f"{name} squares": 1.0}, f"{name} impacts")
-            lost = {f"work of {name}": -1.0} if f"work of {name}" in parts.columns else {f"{name} loss": 1.0}
-            yield Reading(f"{name}_power", lost, "time")
+            yield Reading(f"{name}_power", {f"{name} loss": 1.0}, "time")
             yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
     if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
         for tap in parts.taps:

@@ -1,0 +1,38 @@
+"""The compiled kernel as something that Python can call, with numbers and addresses."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+
+from springpot.simulation.kernel.advance import advance, signature_in
+from springpot.simulation.kernel.cache import cached
+from springpot.simulation.kernel.lanes import ENTRY
+
+_KINDS = {np.dtype(np.float32): types.float32, np.dtype(np.float64): types.float64}
+_IN_C = {types.uint32: ctypes.c_uint32, types.boolean: ctypes.c_bool, types.int64: ctypes.c_int64}
+
+
+@cache
+def kernel_in(kind: np.dtype[Any]) -> Callable[..., None]:
+    """The kernel whose sweep is in a precision."""
+    signature = signature_in(_KINDS[kind])
+    dispatcher = cached(numba.njit(**{**ENTRY, "no_cpython_wrapper": True})(advance))
+    dispatcher.compile(signature)
+    made = dispatcher.overloads[signature.args]
+    address = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+    kinds = [_IN_C.get(argument, ctypes.c_void_p) for argument in signature.args]
+    function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)(address)
+    returned, raised = ctypes.c_void_p(), ctypes.c_void_p()
+
+    def call(*arguments: Any) -> None:
+        function(ctypes.byref(returned), ctypes.byref(raised), *arguments)
+
+    call.kept = made  # type: ignore[attr-defined]
+    return call

@@ -1,0 +1,400 @@
+"""One step of all lanes of a vector: the kick of everything that acts at once, and the drift to the next kick.
+
+Everything that a part knows of the masses is its elongation, a row times the coordinates.  All forces act in the kick,
+with the answer of dampers and memory to their own impulse in one small matrix.  Between two kicks lies a drift: straight,
+or on a circle of the coordinate's own.  ``o`` is the first lane of the vector in the block.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from numba import njit
+
+from springpot.simulation.kernel.calling import call_force, doubles
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
+from springpot.simulation.kernel.laws import (
+    ANY,
+    COULOMB,
+    JENKINS,
+    NUMBERS_OF_DAMPER,
+    POWERS,
+    VAN_DER_POL,
+    coulomb,
+    powers,
+    van_der_pol,
+    yielding,
+)
+from springpot.simulation.kernel.tables import (
+    ANSWER,
+    AT,
+    CONSTANT,
+    DAMPER,
+    DAMPER_ALONG,
+    DAMPER_AT,
+    DAMPER_JUMP,
+    DAMPER_KIND,
+    DAMPER_PLACE,
+    DAMPERS,
+    DAMPING,
+    KICK,
+    MODE_BEGIN,
+    MODE_COUNT,
+    MODE_TABLE,
+    NEAR,
+    NOISE,
+    NOISE_AT,
+    NOISE_BEGIN,
+    NOISES,
+    PAPER,
+    POINTS,
+    POWER,
+    ROW,
+    ROW_AT,
+    ROW_BEGIN,
+    ROWS,
+    SHAKEN,
+    SHAKEN_AT,
+    SHAKEN_BEGIN,
+    SHAKEN_STEPS,
+    SHAKING,
+    SHOWN,
+    SOLVE,
+    SOURCE_AT,
+    SOURCE_BEGIN,
+    SOURCE_ROW,
+    SOURCES,
+    SPRING_KIND,
+    STEP,
+    TURN,
+    TURN_OF_MODES,
+    TURNED,
+    TURNED_TABLE,
+    VV,
+    WORKS,
+    WW,
+)
+from springpot.simulation.kernel.vectors import choose, filled, like, load, root, store
+
+NO_SPRING, LINEAR, CUBIC, NINTH = range(4)  # kinds of springs
+NUMBERS_OF_MODE, NUMBERS_OF_TURN = 8, 20
+TURN_NUMBERS = 8
+"""Of a coordinate that turns: of half a drift cosine less 1, sine over frequency, sine times frequency; the same of the
+whole drift; the frequency; and the centre of the circle."""
+
+
+class Lanes(NamedTuple):
+    """Arrays of the block, LANES numbers of each thing; in the precision of the sweep but for the last ones."""
+
+    x0: Any  # of coordinates: displacement at the beginning of the group
+    moved: Any  # since then
+    v: Any
+    gained: Any  # since then
+    before: Any  # ``moved`` before the drift
+    leaving: Any  # v before the kick, then before the drift
+    seen: Any  # ``moved`` at the observation
+    seen_v: Any
+    impulse: Any
+    u: Any  # of rows: elongation, in the present group
+    w: Any  # its rate
+    u0: Any  # before the drift
+    seen_u: Any
+    pull: Any  # of dampers and memory
+    middle: Any  # mean of the rates before and after the kick
+    d: Any  # GROUP + 2 increments of each row: the two before the group first
+    h: Any  # GROUP forces of the modes of each row
+    z: Any  # modes
+    g: Any  # GROUP normals of each noise
+    given: Any  # GROUP impulses of each source
+    state: Any  # of sources, of what yields, and of rows at rest
+    fx: Any  # of coordinates and rows in flight
+    fu: Any
+    touched: Any  # of contacts: the elongation when it was last looked at
+    terms: Any  # sums of the group, as in a row of results
+    now_x: Any  # double: at the beginning of the group
+    now_v: Any
+    sums: Any
+    leant: Any  # impulses of walls on rows at rest
+    own: Any  # three vectors, for functions of the user and for observers
+    peaks: Any  # of contacts: the largest force of the present touch
+
+
+@njit(**INLINE)
+def add(array, at, value):
+    """Add a vector to what is there."""
+    store(array, at, load(array, at) + value)
+
+
+@njit(**INLINE)
+def sum_of(I, what, k=0):
+    """Where a sum is among the lane arrays of sums."""
+    return (I[I[AT] + what] + k) * LANES
+
+
+@njit(**INLINE)
+def stretch(I, F, e, source, o):
+    """A row of numbers of coordinates."""
+    first, last = I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]
+    total = F[I[ROW] + first] * load(source, I[I[ROW_AT] + first] * LANES + o)
+    for p in range(first + 1, last):
+        total = total + F[I[ROW] + p] * load(source, I[I[ROW_AT] + p] * LANES + o)
+    return total
+
+
+@njit(**INLINE)
+def push_row(I, F, T, e, f, o):
+    """Add the impulse of a row to those of the coordinates."""
+    for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
+        add(T.impulse, I[I[ROW_AT] + p] * LANES + o, F[I[ROW] + p] * f)
+
+
+@njit(**INLINE)
+def springs(F, kind, b, u):
+    """The impulse of springs whose numbers begin at b, towards smaller u where they are positive."""
+    f = F[b] + F[b + 1] * u
+    if kind == CUBIC:
+        f = f + u * u * (F[b + 2] + F[b + 3] * u)
+    elif kind == NINTH:
+        high = F[b + 5] + u * (F[b + 6] + u * (F[b + 7] + u * (F[b + 8] + u * F[b + 9])))
+        f = f + u * u * (F[b + 2] + u * (F[b + 3] + u * (F[b + 4] + u * high)))
+    return f
+
+
+@njit(**INLINE)
+def gather(I, F, T, j, o):
+    """The impulses of constant forces, noise and other excitation on the coordinates in step j of the group."""
+    for i in range(I[POINTS]):
+        store(T.impulse, i * LANES + o, F[I[CONSTANT] + i])
+    for r in range(I[NOISES]):
+        normal = load(T.g, (GROUP * r + j) * LANES + o)
+        for p in range(I[I[NOISE_BEGIN] + r], I[I[NOISE_BEGIN] + r + 1]):
+            add(T.impulse, I[I[NOISE_AT] + p] * LANES + o, F[I[NOISE] + p] * normal)
+    for r in range(I[SOURCES]):
+        given = load(T.given, (GROUP * r + j) * LANES + o)
+        for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
+            add(T.impulse, I[I[SOURCE_AT] + p] * LANES + o, F[I[SOURCE_ROW] + p] * given)
+
+
+@njit(**LINKED)
+def shake(I, F, T, j, step, within, o):
+    """The impulses of noise that multiplies elongations, and its expected works."""
+    for r in range(I[SHAKEN]):
+        e, normal = I[I[SHAKEN_AT] + r], load(T.g, (GROUP * (I[NOISES] + r) + j) * LANES + o)
+        square, feed = F[I[SHAKING] + 2 * r], F[I[SHAKING] + 2 * r + 1]
+        begin, steps = I[I[SHAKEN_BEGIN] + r], I[I[SHAKEN_STEPS] + r]
+        if steps > 0:
+            factor = F[begin + min(step, steps - 1)]
+            square, feed = square * factor, feed * factor
+        u = load(T.u, e * LANES + o)
+        if within:
+            add(T.terms, sum_of(I, WORKS, I[SOURCES] + I[DAMPERS] + r) + o, feed * u * u)
+        push_row(I, F, T, e, root(square * u * u) * normal, o)
+
+
+@njit(**INLINE)
+def pull(I, F, T, j, o):
+    """The impulses of springs, dampers and memory on the coordinates."""
+    step = F[I[STEP]]
+    for e in range(I[ROWS]):
+        u = load(T.u, e * LANES + o)
+        force = F[I[DAMPING] + e] * load(T.w, e * LANES + o)
+        if I[I[MODE_COUNT] + e] > 0:
+            b, q = I[NEAR] + 20 * e + 5 * j, (GROUP + 2) * e * LANES + o
+            force = force + load(T.h, (GROUP * e + j) * LANES + o)
+            force = force + F[b] * load(T.d, q) + F[b + 1] * load(T.d, q + LANES)
+            force = force + F[b + 2] * load(T.d, q + 2 * LANES)
+            force = force + F[b + 3] * load(T.d, q + 3 * LANES)
+            force = force + F[b + 4] * load(T.d, q + 4 * LANES)
+        store(T.pull, e * LANES + o, force)
+        f, kind = 0.0 - step * force, I[I[SPRING_KIND] + e]
+        if kind != NO_SPRING:
+            f = f - springs(F, kind, I[KICK] + 10 * e, u)
+        push_row(I, F, T, e, f, o)
+
+
+@njit(**INLINE)
+def work(I, F, T, j, o):
+    """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
+    for r in range(I[SOURCES]):
+        given = load(T.given, (GROUP * r + j) * LANES + o)
+        for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
+            v = load(T.v, I[I[SOURCE_AT] + p] * LANES + o)
+            add(T.terms, sum_of(I, WORKS, r) + o, 0.5 * F[I[SOURCE_ROW] + p] * given * v)
+
+
+@njit(**INLINE)
+def kick(I, F, T, o):
+    """The change of all velocities."""
+    n = I[POINTS]
+    for i in range(n):
+        change = F[I[SOLVE] + i * n] * load(T.impulse, o)
+        for k in range(1, n):
+            change = change + F[I[SOLVE] + i * n + k] * load(T.impulse, k * LANES + o)
+        at = i * LANES + o
+        v = load(T.v, at)
+        store(T.leaving, at, v)
+        store(T.v, at, v + change)
+        add(T.gained, at, change)
+
+
+@njit(**INLINE)
+def rates(I, F, T, within, felt, o):
+    """The rates of all rows after the kick; squares of velocities and the power of dampers and memory, by the means."""
+    if within:
+        for i in range(I[POINTS]):
+            middle = 0.5 * (load(T.leaving, i * LANES + o) + load(T.v, i * LANES + o))
+            add(T.terms, sum_of(I, VV, i) + o, middle * middle)
+    for e in range(I[ROWS]):
+        at = e * LANES + o
+        new, old = stretch(I, F, e, T.v, o), load(T.w, at)
+        middle = 0.5 * (new + old)
+        store(T.middle, at, middle)
+        store(T.w, at, new)
+        if within or felt:
+            store(T.pull, at, load(T.pull, at) + F[I[ANSWER] + e] * (new - old))
+        if within:
+            add(T.terms, sum_of(I, POWER) + o, load(T.pull, at) * middle)
+            if e < I[SHOWN]:
+                add(T.terms, sum_of(I, WW, e) + o, middle * middle)
+
+
+@njit(**INLINE)
+def _change(I, D, F, T, k, n, after, o):
+    """What damper k changes of its elongation's velocity in half of step n."""
+    e, kind, b = I[I[DAMPER_AT] + k] * LANES + o, I[I[DAMPER_KIND] + k], I[DAMPER] + NUMBERS_OF_DAMPER * k
+    u, w, state = load(T.u, e), load(T.w, e), beyond(T.state, I[I[DAMPER_PLACE] + k] * LANES)
+    if kind == COULOMB:
+        return coulomb(F[b], w)
+    if kind == POWERS:
+        return powers(F[b], F[b + 1], w, after)
+    if kind == VAN_DER_POL:
+        return van_der_pol(F[b], F[b + 1], u, w)
+    if kind <= ANY:
+        return yielding(kind, F[b], F[b + 1], F[b + 2], F[b + 3], F[I[STEP]], u, w, state, o, after)
+    own = T.own  # of the user: always in double precision
+    store(own, 0, u)
+    store(own, WIDTH, w)
+    call_force(kind, (D[I[STEP]] * (n + 0.5), beyond(D, b), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH))
+    return filled(u, load(own, 2 * WIDTH))
+
+
+@njit(**LINKED)
+def damp(I, D, F, T, n, after, within, o):
+    """Half of step n of all dampers, one after another; after the kick in reverse."""
+    count = I[DAMPERS]
+    for number in range(count):
+        k = count - 1 - number if after else number
+        e = I[I[DAMPER_AT] + k]
+        change = (_change(I, D, F, T, k, n, after, o))
+        if within:
+            w = load(T.w, e * LANES + o)
+            add(T.terms, sum_of(I, WORKS, I[SOURCES] + k) + o, change * (w + 0.5 * change))
+        for i in range(I[POINTS]):
+            more, at = F[I[DAMPER_JUMP] + k * I[POINTS] + i] * change, i * LANES + o
+            add(T.v, at, more)
+            add(T.gained, at, more)
+        for r in range(I[ROWS]):
+            add(T.w, r * LANES + o, F[I[DAMPER_ALONG] + k * I[ROWS] + r] * change)
+
+
+@njit(**INLINE)
+def drift(I, F, T, j, o):
+    """Straight; the paper's scheme sees its end."""
+    step = F[I[STEP]]
+    half = step if I[PAPER] > 0 else 0.5 * step
+    for i in range(I[POINTS]):
+        at = i * LANES + o
+        x, v = load(T.moved, at), load(T.v, at)
+        store(T.before, at, x)
+        store(T.seen, at, x + half * v)
+        store(T.seen_v, at, v)
+        store(T.moved, at, x + step * v)
+    for e in range(I[ROWS]):
+        at = e * LANES + o
+        u, w = load(T.u, at), load(T.w, at)
+        store(T.d, ((GROUP + 2) * e + 2 + j) * LANES + o, step * w)
+        store(T.u0, at, u)
+        store(T.seen_u, at, u + half * w)
+        store(T.u, at, u + step * w)
+
+
+@njit(**INLINE)
+def turn(I, F, T, j, o):
+    """On a circle of each coordinate's own: changes of x and v until the observation and the end."""
+    for e in range(I[ROWS]):
+        store(T.u0, e * LANES + o, load(T.u, e * LANES + o))
+    for i in range(I[POINTS]):
+        b, at = I[TURN] + TURN_NUMBERS * i, i * LANES + o
+        moved, v = load(T.moved, at), load(T.v, at)
+        x = load(T.x0, at) + moved - F[b + 7]
+        store(T.before, at, moved)
+        store(T.leaving, at, v)
+        store(T.seen, at, moved + (F[b] * x + F[b + 1] * v))
+        store(T.seen_v, at, v + (F[b] * v - F[b + 2] * x))
+        store(T.moved, at, moved + (F[b + 3] * x + F[b + 4] * v))
+        change = F[b + 3] * v - F[b + 5] * x
+        store(T.v, at, v + change)
+        add(T.gained, at, change)
+    carry(I, F, T, j, o)
+
+
+@njit(**INLINE)
+def carry(I, F, T, j, o):
+    """The elongations at the observation and after a drift, from the coordinates."""
+    for i in range(I[POINTS]):
+        at = i * LANES + o
+        store(T.impulse, at, load(T.moved, at) - load(T.before, at))
+    for e in range(I[ROWS]):
+        at, moved = e * LANES + o, stretch(I, F, e, T.impulse, o)
+        store(T.w, at, stretch(I, F, e, T.v, o))
+        store(T.d, ((GROUP + 2) * e + 2 + j) * LANES + o, moved)
+        store(T.u, at, load(T.u0, at) + moved)
+    for i in range(I[POINTS]):
+        at = i * LANES + o
+        store(T.impulse, at, load(T.seen, at) - load(T.before, at))
+    for e in range(I[ROWS]):
+        store(T.seen_u, e * LANES + o, load(T.u0, e * LANES + o) + stretch(I, F, e, T.impulse, o))
+
+
+@njit(**INLINE)
+def remember(I, F, T, o):
+    """Add four increments to every mode; the force of the modes in the next four steps."""
+    for e in range(I[ROWS]):
+        q, count = (GROUP + 2) * e * LANES + o, I[I[MODE_COUNT] + e]
+        if count > 0:
+            e0, e1 = load(T.d, q + LANES), load(T.d, q + 2 * LANES)  # the newest has a weight of its own until later
+            e2, e3 = load(T.d, q + 3 * LANES), load(T.d, q + 4 * LANES)
+            h0 = h1 = h2 = h3 = filled(e0, 0.0)
+            t, b = I[I[MODE_TABLE] + e], I[I[MODE_BEGIN] + e] * LANES + o
+            for k in range(count):  # a^4 - 1 is stored, not a^4: for slow modes a^4 rounds to 1
+                y = load(T.z, b + k * LANES)
+                y = y + (F[t + 3] * y + F[t + 2] * e0 + F[t + 1] * e1 + F[t] * e2 + e3)
+                store(T.z, b + k * LANES, y)
+                h0 = h0 + F[t + 4] * y
+                h1 = h1 + F[t + 5] * y
+                h2 = h2 + F[t + 6] * y
+                h3 = h3 + F[t + 7] * y
+                t += NUMBERS_OF_MODE
+            t, b = I[I[TURNED_TABLE] + e], b + count * LANES
+            for k in range(I[I[TURNED] + e]):  # of circuits with a coil: two states, which a step turns into each other
+                y, r = load(T.z, b), load(T.z, b + LANES)
+                y1 = y + (
+                    F[t] * y + F[t + 1] * r + F[t + 4] * e0 + F[t + 6] * e1 + F[t + 8] * e2 + F[t + 10] * e3
+                )  # fmt: skip
+                r1 = r + (
+                    F[t + 2] * y + F[t + 3] * r + F[t + 5] * e0 + F[t + 7] * e1 + F[t + 9] * e2 + F[t + 11] * e3
+                )  # fmt: skip
+                store(T.z, b, y1)
+                store(T.z, b + LANES, r1)
+                h0 = h0 + (F[t + 12] * y1 + F[t + 13] * r1)
+                h1 = h1 + (F[t + 14] * y1 + F[t + 15] * r1)
+                h2 = h2 + (F[t + 16] * y1 + F[t + 17] * r1)
+                h3 = h3 + (F[t + 18] * y1 + F[t + 19] * r1)
+                t, b = t + NUMBERS_OF_TURN, b + 2 * LANES
+            b = GROUP * e * LANES + o
+            store(T.h, b, h0)
+            store(T.h, b + LANES, h1)
+            store(T.h, b + 2 * LANES, h2)
+            store(T.h, b + 3 * LANES, h3)
+        store(T.d, q, load(T.d, q + GROUP * LANES))
+        store(T.d, q + LANES, load(T.d, q + (GROUP + 1) * LANES))

@@ -1,0 +1,262 @@
+"""Impacts in all lanes of a vector at once, the earliest of each lane first.
+
+An impact changes the velocities along the row of its wall only, by the inverse of the mass matrix: the momentum of all
+masses is unchanged, and so is what the row does not see.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from springpot.simulation.kernel.calling import call_share
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
+from springpot.simulation.kernel.motion import NO_SPRING, TURN_NUMBERS, add, carry, springs, sum_of
+from springpot.simulation.kernel.tables import (
+    ALONG,
+    CONSTANT,
+    HITS,
+    JUMP,
+    LIMITS,
+    OF_A_WALL,
+    PLACE,
+    POINTS,
+    REDUCED,
+    RESTITUTION,
+    ROUNDING,
+    ROW,
+    ROW_AT,
+    ROW_BEGIN,
+    ROWS,
+    SIDE,
+    SMOOTH,
+    SOURCE_AT,
+    SOURCE_BEGIN,
+    SOURCE_ROW,
+    SOURCES,
+    SPRING,
+    SPRING_KIND,
+    STEP,
+    TURN,
+    WALL_AT,
+    WALL_KIND,
+    WALLS,
+)
+from springpot.simulation.kernel.vectors import (
+    choose,
+    double,
+    filled,
+    larger,
+    like,
+    load,
+    opposite,
+    power,
+    root,
+    size,
+    smaller,
+    some,
+    store,
+)
+from springpot.simulation.kernel.watch import show_impacts
+
+MOST_EVENTS = 64  # of a lane in a drift, after which impacts are plastic; after twice as many it stays until the end
+FIXED, POWER = 0, 1  # kinds of restitution; larger numbers are addresses of functions
+
+
+@njit(**INLINE)
+def restitution(I, F, k, speed, where, room):
+    """Of wall k at the speeds of some lanes."""
+    b, kind = I[RESTITUTION] + 3 * k, I[I[WALL_KIND] + k]
+    if kind == FIXED:
+        return filled(speed, F[b])
+    if kind == POWER:
+        share = F[b] * power(speed / F[b + 1], filled(speed, 0.0) - F[b + 2])
+        return choose(speed > 0.0, smaller(share, 1.0), 1.0)
+    store(room, 0, choose(where, double(speed), -1.0))
+    for lane in range(WIDTH):
+        room[WIDTH + lane] = call_share(kind, (F[b] * f64(room[lane]),)) if room[lane] >= 0.0 else 0.0
+    return filled(speed, load(room, WIDTH))
+
+
+@njit(**INLINE)
+def count_impacts(I, F, T, k, where, within, reduced, closing, r, change, o):
+    """Add impacts of some lanes to the sums of a wall; ``within`` is 1 in lanes in the window, otherwise 0."""
+    to = sum_of(I, HITS, OF_A_WALL * k) + o
+    one = choose(where, within, 0.0)
+    more = one * closing
+    add(T.sums, to, double(one))
+    add(T.sums, to + LANES, double(more))
+    add(T.sums, to + 2 * LANES, double(more * closing))
+    add(T.sums, to + 3 * LANES, double(0.5 * reduced * (1.0 - r * r) * (more * closing)))
+    add(T.sums, to + 4 * LANES, double(one * reduced * change))
+
+
+@njit(**INLINE)
+def _given_along(I, F, T, k, j, o):
+    """What springs and smooth forces change of the velocity of wall k's elongation in a step, times its reduced mass."""
+    n, m = I[POINTS], I[ROWS]
+    given = filled(load(T.fx, o), 0.0)
+    for i in range(n):
+        given = given + F[I[CONSTANT] + i] * F[I[JUMP] + k * n + i]
+    for r in range(I[SOURCES]):
+        if F[I[SMOOTH] + r] > 0.0:
+            impulse = load(T.given, (GROUP * r + j) * LANES + o)
+            for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
+                given = given + F[I[SOURCE_ROW] + p] * F[I[JUMP] + k * n + I[I[SOURCE_AT] + p]] * impulse
+    for e in range(m):
+        kind, along = I[I[SPRING_KIND] + e], F[I[ALONG] + k * m + e]
+        if kind != NO_SPRING and along != 0.0:
+            given = given - springs(F, kind, I[SPRING] + 10 * e, load(T.fu, e * LANES + o)) * along
+    return given
+
+
+@njit(**INLINE)
+def take_off(I, T, o):
+    """Begin a flight where the drift begins."""
+    for i in range(I[POINTS]):
+        store(T.fx, i * LANES + o, load(T.before, i * LANES + o))
+        store(T.leaving, i * LANES + o, load(T.v, i * LANES + o))
+    for e in range(I[ROWS]):
+        store(T.fu, e * LANES + o, load(T.u0, e * LANES + o))
+
+
+@njit(**INLINE)
+def land(I, F, T, j, ever, o):
+    """The end of a flight becomes that of the drift, in lanes where something happened.
+
+    Else the lanes beside a path would decide its last bits.
+    """
+    for i in range(I[POINTS]):
+        at = i * LANES + o
+        store(T.moved, at, choose(ever, load(T.fx, at), load(T.moved, at)))
+        v, before = load(T.v, at), load(T.leaving, at)
+        add(T.gained, at, choose(ever, v - before, 0.0))
+        store(T.v, at, choose(ever, v, before))
+    for e in range(I[ROWS]):
+        at, to = e * LANES + o, ((GROUP + 2) * e + 2 + j) * LANES + o
+        now = load(T.fu, at)
+        store(T.u, at, choose(ever, now, load(T.u, at)))
+        store(T.d, to, choose(ever, now - load(T.u0, at), load(T.d, to)))
+
+
+@njit(**INLINE)
+def advance(I, T, time, o):
+    """All coordinates and rows over some time, which may differ from lane to lane."""
+    for i in range(I[POINTS]):
+        add(T.fx, i * LANES + o, time * load(T.v, i * LANES + o))
+    for e in range(I[ROWS]):
+        add(T.fu, e * LANES + o, time * load(T.w, e * LANES + o))
+
+
+@njit(**INLINE)
+def push_all(I, F, T, jump, along, change, o):
+    """Change the velocities along one row; ``jump`` and ``along`` are where its numbers begin."""
+    for i in range(I[POINTS]):
+        add(T.v, i * LANES + o, F[jump + i] * change)
+    for e in range(I[ROWS]):
+        add(T.w, e * LANES + o, F[along + e] * change)
+
+
+@njit(**LINKED)
+def fly(I, F, T, O, j, begin, span, within, beyond_it, o):
+    """Straight flight of all lanes over a part of a drift with its impacts; in which lanes there were some.
+
+    It begins at the time ``begin`` after the kick.  Before the middle between two kicks the last one has given the
+    masses more of the impulse of springs and smooth forces than they have by then, after it less: an impact takes the
+    velocity without this, else each changes the energy at random, which heats a motion with little damping.  An impact
+    after which the masses would not part in spite of the restitution, no faster than what presses on them makes them
+    within a step, is their rest on each other: the sums have it, observers do not see it.
+    """
+    step, n, m = F[I[STEP]], I[POINTS], I[ROWS]
+    left = filled(load(T.fx, o), span)
+    ever = left < 0.0
+    hit = ever
+    for event in range(2 * MOST_EVENTS):
+        soonest, speed, struck = left, filled(left, 0.0), filled(left, -1.0)
+        for k in range(I[WALLS]):
+            at, side = I[I[WALL_AT] + k] * LANES + o, F[I[SIDE] + k]
+            distance, rate = side * (load(T.fu, at) - F[I[PLACE] + k]), 0.0 - side * load(T.w, at)
+            until = larger(distance / rate, 0.0)
+            first = (rate > 0.0) & (distance < rate * soonest) & ((until < soonest) | (struck < 0.0))
+            soonest, speed = choose(first, until, soonest), choose(first, rate, speed)
+            struck = choose(first, filled(struck, k), struck)
+        hit = struck >= 0.0
+        if not some(hit):
+            break
+        if event == MOST_EVENTS:
+            add(T.sums, sum_of(I, LIMITS) + o, choose(hit, filled(double(left), 1.0), 0.0))
+        ever = ever | hit
+        soonest = choose(hit, soonest, 0.0)
+        left = left - soonest
+        late = (begin + span) - left - 0.5 * step  # after the middle between two kicks
+        advance(I, T, soonest, o)
+        weight = choose(late <= 0.0, filled(late, within), beyond_it)
+        for k in range(I[WALLS]):
+            here = struck == filled(struck, k)
+            if not some(here):
+                continue
+            e, side, reduced = I[I[WALL_AT] + k], F[I[SIDE] + k], F[I[REDUCED] + k]
+            gain = 0.0 - side * _given_along(I, F, T, k, j, o) / (reduced * step)  # of closing speed per time
+            closing = speed + gain * late
+            closing = choose(closing > 0.0, closing, speed)
+            r = restitution(I, F, k, closing, here, T.own)
+            if event >= MOST_EVENTS:
+                r = filled(r, 0.0)
+            change = closing + r * closing
+            rests = (change <= speed) & (closing <= gain * step)
+            rate = filled(closing, 0.0)  # nothing still closes, nor by rounding: that would be struck again and again
+            for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
+                rate = rate + size(F[I[ROW] + p] * load(T.v, I[I[ROW_AT] + p] * LANES + o))
+            change = larger(change, speed + F[I[ROUNDING]] * rate)
+            count_impacts(I, F, T, k, here, weight, reduced, closing, r, change, o)
+            show_impacts(O, k, here & (weight > 0.0) & opposite(rests), closing, o, T.own)
+            off = choose(here, F[I[PLACE] + k] - load(T.fu, e * LANES + o), 0.0)  # rounding, or as it began
+            for i in range(n):
+                add(T.fx, i * LANES + o, F[I[JUMP] + k * n + i] * off)
+            for r_ in range(m):
+                add(T.fu, r_ * LANES + o, F[I[ALONG] + k * m + r_] * off)
+            push_all(I, F, T, I[JUMP] + k * n, I[ALONG] + k * m, choose(here, side * change, 0.0), o)
+        seen = hit & (late <= 0.0)
+        for i in range(n):
+            at = i * LANES + o
+            v = load(T.v, at)
+            store(T.seen, at, choose(seen, load(T.fx, at) - late * v, load(T.seen, at)))
+            store(T.seen_v, at, choose(seen, v, load(T.seen_v, at)))
+        for e in range(m):
+            at = e * LANES + o
+            store(T.seen_u, at, choose(seen, load(T.fu, at) - late * load(T.w, at), load(T.seen_u, at)))
+    if some(hit):  # lanes without an end stay where they are
+        add(T.sums, sum_of(I, LIMITS, 1) + o, choose(hit, filled(double(left), 1.0), 0.0))
+        left = choose(hit, 0.0, left)
+    advance(I, T, left, o)
+    return ever
+
+
+@njit(**INLINE)
+def is_behind(I, F, T, o):
+    """Whether the end of a straight drift lies behind a wall in some lane."""
+    behind = load(T.v, o) < load(T.v, o)
+    for k in range(I[WALLS]):
+        side = F[I[SIDE] + k]
+        behind = behind | (side * load(T.u, I[I[WALL_AT] + k] * LANES + o) < side * F[I[PLACE] + k])
+    return some(behind)
+
+
+@njit(**LINKED)
+def bounce(I, F, T, O, within, o):
+    """As the paper prints it: the velocity is reversed where x is at the wall or beyond it and moves towards it."""
+    for k in range(I[WALLS]):
+        e, side = I[I[WALL_AT] + k], F[I[SIDE] + k]
+        speed = 0.0 - side * load(T.w, e * LANES + o)
+        here = (side * (load(T.u, e * LANES + o) - F[I[PLACE] + k]) <= 0.0) & (speed > 0.0)
+        if some(here):
+            r = restitution(I, F, k, speed, here, T.own)
+            change = speed + r * speed
+            weight = filled(speed, within)
+            count_impacts(I, F, T, k, here, weight, F[I[REDUCED] + k], speed, r, change, o)
+            show_impacts(O, k, here & (weight > 0.0), speed, o, T.own)
+            change = choose(here, side * change, 0.0)
+            push_all(I, F, T, I[JUMP] + k * I[POINTS], I[ALONG] + k * I[ROWS], change, o)
+            for i in range(I[POINTS]):
+                more = F[I[JUMP] + k * I[POINTS] + i] * change
+                add(T.gained, i * LANES + o, more)
+                store(T.seen_v, i * LANES + o, load(T.v, i * LANES + o))
