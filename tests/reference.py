@@ -303,7 +303,8 @@ def complementary(a: Floats, w: Floats) -> Floats:
 
 def walk(
     system: sp.System, h: float, steps: int, *, seed: int, path: int = 0, words: int = 1, flight: float = 0.0,
-    x: Floats | float = 0.0, v: Floats | float = 0.0, remembered: float = 0.0, draw: Callable[..., Floats] = normals,
+    x: Floats | float = 0.0, v: Floats | float = 0.0, remembered: float = 0.0, substeps: int = 1,
+    draw: Callable[..., Floats] = normals,
 ) -> Path:  # fmt: skip
     """One path, from the displacements ``x`` and velocities ``v`` and an empty memory.
 
@@ -338,9 +339,7 @@ def walk(
         (only,) = rows.values()
         only.springs[1] -= only.mass * flight**2
     contacts = [(name, part, row) for row in rows.values() for name, part in row.contacts]
-    dampers = [(name, each, row) for row in rows.values() for name, each in row.dampers] + [
-        (name, _Dissipation(part, row.mass, h), row) for name, part, row in contacts if part.dissipation
-    ]
+    dampers = [(name, each, row) for row in rows.values() for name, each in row.dampers]
     solve = np.linalg.inv(at.mass + h * sum(row.answer * np.outer(row.g, row.g) for row in rows.values()))
     constant, impulses, smooth = _excitation(system, h, steps, seed, path, words, draw)
 
@@ -478,6 +477,24 @@ def walk(
             wall, row = by_name[one]
             x = x + (wall.position - row.g @ x) * row.jump
 
+    def drift(since: float, n: int) -> None:
+        """Half a drift; with contacts in short steps, in the middle of each a kick by the contacts alone."""
+        if not contacts:
+            fly(0.5 * h, since, n)
+        short = 0.5 * h / substeps
+        for k in range(substeps if contacts else 0):
+            fly(0.5 * short, since + k * short, n)
+            touch(short)
+            fly(0.5 * short, since + (k + 0.5) * short, n)
+
+    def touch(short: float) -> None:
+        """The elastic force of each contact; its dissipation k d^p chi d' with the mean of the rates before and after."""
+        nonlocal v
+        for _, part, row in contacts:
+            rate, force = float(row.g @ v), _elastic(part, float(row.g @ x))
+            share = 0.5 * short * abs(force) * part.dissipation / row.mass
+            v = v + (short * force / row.mass - 2.0 * share * rate) / (1.0 + share) * row.jump
+
     seen = [(x.copy(), v.copy())]
     before = x.copy()
     fly(0.5 * h, 0.0, 0)
@@ -494,7 +511,6 @@ def walk(
         for row in rows.values():
             u, rate = float(row.g @ x), float(row.g @ v)
             force = -np.polyval(row.springs[::-1], u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
-            force += sum(_elastic(part, u) for _, part in row.contacts)
             impulse = impulse + h * force * row.g
         leant, change = {}, solve @ impulse
         v = v + change
@@ -510,9 +526,9 @@ def walk(
         if dampers and resting and not flight:
             hold(n)
         pressing = constant + smooth(n)
-        fly(0.5 * h, -0.5 * h, n)
+        drift(-0.5 * h, n)
         seen.append((x.copy(), v.copy()))
-        fly(0.5 * h, 0.0, n)
+        drift(0.0, n)
     return Path(*(np.array(each) for each in zip(*seen, strict=True)), impacts, rest)
 
 
@@ -545,14 +561,6 @@ def walk_as_printed(
 def _elastic(part: sp.Contact, u: float) -> float:
     depth = max(part.inwards * (part.position - u), 0.0)
     return part.inwards * part.stiffness * depth**part.exponent
-
-
-class _Dissipation(Damper):
-    """The dissipation k d^p chi d' of a contact; it never turns the rate round."""
-
-    def follow(self, n: int, u: float, rate: float, after: bool) -> float:
-        a = 0.5 * self.h / self.mass * abs(_elastic(self.part, u)) * self.part.dissipation
-        return rate / (1.0 + a + 0.5 * a * a)
 
 
 def _lies(wall: sp.Barrier, row: Row, x: Floats, v: Floats) -> bool:

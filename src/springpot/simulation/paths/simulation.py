@@ -77,6 +77,11 @@ class Simulation:
         """Of the plan."""
         return self.plan.motion
 
+    @property
+    def substeps(self) -> int:
+        """Short steps of half a drift in which a contact is touched."""
+        return self.parts.tables.count("substeps")
+
     def but(self, **changes: Any) -> Simulation:
         """The same with other settings; step, start and memory cannot be changed, the parts depend on them."""
         return replace(self, plan=self.plan.but(**changes))
