@@ -99,10 +99,9 @@ def cache_folder() -> dict[str, Any]:
     ['folder', 'memory_folder', 'memory_reason', 'memory_used', 'reason', 'used']
     """
     from springpot.memory import store
-    from springpot.simulation.kernel.block import block
-    from springpot.simulation.kernel.cache import find_folder
+    from springpot.simulation.kernel.compiled import find_kernels
 
-    folder, reason = find_folder(block)
+    folder, reason = find_kernels()
     memory = store.folder()
     against = "this user has no home folder" if memory is None else _against(memory)
     return {

@@ -82,9 +82,9 @@ def estimate(study: Study) -> Estimate:
 
 
 def _kernels() -> int:
-    """Number of kernels that are compiled or read from disk: systems with other kinds of parts have other ones."""
-    kernel = sys.modules.get("springpot.simulation.kernel.block")
-    return 0 if kernel is None else len(kernel.block.signatures)
+    """Number of kernels that are compiled or read from disk: there is one for each precision."""
+    kernel = sys.modules.get("springpot.simulation.kernel.compiled")
+    return 0 if kernel is None else kernel.kernel_in.cache_info().currsize
 
 
 class _Enough(Exception):

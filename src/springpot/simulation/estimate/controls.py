@@ -28,7 +28,6 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier, Dashpot, FractionalMaxwell, Mass, Maxwell, Spring, Springpot, WhiteNoise
-from springpot.simulation.estimate.samples import taken_by_walls
 from springpot.simulation.paths.simulation import Simulation
 
 SUMMED = (Mass, Spring, Springpot, Dashpot, FractionalMaxwell, Maxwell, Barrier, WhiteNoise)
@@ -55,8 +54,8 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -
 
 
 def _are_summed(simulation: Simulation) -> bool:
-    """Whether the kernel has the sums of all forces; that of several masses has none."""
-    if "virial" not in simulation.parts.columns:
+    """Whether the kernel has the sums of all forces but those of exact flights."""
+    if not simulation.parts.tables.count("turns"):
         return False
     stiffness = simulation.motion.unit.stiffness  # a flight has all of it, unless there is none
     return all(isinstance(part, SUMMED) for part in simulation.motion.centred.parts) and math.isclose(
@@ -71,18 +70,22 @@ def _balances(simulation: Simulation, column: dict[str, Floats]) -> tuple[Floats
     frequency = _frequency(simulation)
     turn = frequency * step
     jumps = [(place, jump / (steps * step)) for place, jump in _jumps(simulation, column)]
-    pushed = sum((jump for _, jump in jumps), np.zeros(column["x"].size))
-    turned = sum((place * jump for place, jump in jumps), np.zeros(column["x"].size))
-    x = column["x"] / steps * _sinc(0.5 * turn) + step**2 / 24.0 * pushed
-    both = (column["v_square"] - frequency**2 * column["x_square"]) / steps * _sinc(turn) - turn**2 / 6.0 * turned
-    return pushed - frequency**2 * x - column["force"] / steps, both + turned - column["virial"] / steps
+    none, origin, mass = np.zeros(column["force"].size), simulation.motion.origin, simulation.parts.mass
+    pushed = sum((jump for _, jump in jumps), none)
+    turned = sum((place * jump for place, jump in jumps), none)
+    x, xx, vv = (column[f"{name} of {simulation.parts.points[0]}"] / steps for name in ("x", "x^2", "v^2"))
+    x, xx = x - origin, xx - origin * (2.0 * x - origin)
+    force, virial = column["force"] / steps / mass, column["virial"] / steps / mass
+    mean = x * _sinc(0.5 * turn) + step**2 / 24.0 * pushed
+    both = (vv - frequency**2 * xx) * _sinc(turn) - turn**2 / 6.0 * turned
+    return pushed - frequency**2 * mean - force, both + turned - (virial - origin * force)
 
 
 def _jumps(simulation: Simulation, column: dict[str, Floats]) -> list[tuple[float, Floats]]:
     """The place of each wall as the kernel has it, and the sum of the jumps of the velocity there."""
     found = []
-    for name, (_, momentum) in taken_by_walls(simulation.motion.system, column).items():
-        wall = simulation.motion.touched[name]
+    for name in simulation.parts.walls:
+        wall, momentum = simulation.motion.touched[name], column[f"{name} momentum"] / simulation.parts.mass
         found.append((wall.position - simulation.motion.origin, momentum if wall.side == "above" else -momentum))
     return found
 

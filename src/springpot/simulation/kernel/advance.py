@@ -45,6 +45,7 @@ from springpot.simulation.kernel.tables import (
     DAMPERS,
     DRIVE,
     DRIVE_STEPS,
+    EARLY,
     EARLY_VV,
     EARLY_XX,
     ENERGY,
@@ -56,6 +57,7 @@ from springpot.simulation.kernel.tables import (
     NOISES,
     PAPER,
     POINTS,
+    POWER,
     RESTING,
     ROW,
     ROW_AT,
@@ -87,7 +89,7 @@ from numba import njit
 MOST_ROWS, MOST_NOISES, MOST_DAMPERS, MOST_TAPS, MOST_SHAKEN = 16, 16, 12, 12, 16
 MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources, of parts that yield, and of rows at rest
-MOST_COLUMNS = 7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 5
+MOST_COLUMNS = 7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 9
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
 _lane = stack_array(LANES)
@@ -150,6 +152,9 @@ def _see(I, T, o):
         x = load(T.x0, i * LANES + o) + load(T.seen, i * LANES + o)
         add(T.terms, sum_of(I, X, i) + o, x)
         add(T.terms, sum_of(I, XX, i) + o, x * x)
+        if I[TURNS] + I[PAPER] > 0:
+            v = load(T.seen_v, i * LANES + o)
+            add(T.terms, sum_of(I, VV, i) + o, v * v)
     for e in range(I[GAUGED]):
         u = load(T.seen_u, e * LANES + o)
         add(T.terms, sum_of(I, U, e) + o, u)
@@ -289,6 +294,12 @@ def advance(
                 begin(I, D, T, O, start, path, x, v, lane, 1.0 if low == 0 < high else 0.0)
         for o in range(0, LANES if I[TURNS] > 0 else 0, WIDTH):
             begin_turning(I, F, T, O, start, 1.0 if low == 0 < high else 0.0, o)
+        for i in range(n * LANES):
+            T.now_x[i] += D[I[EARLY] + i // LANES]
+        for e in range(m):
+            for lane in range(LANES):
+                for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
+                    T.d[((GROUP + 2) * e + 1) * LANES + lane] += D[I[ROW] + p] * D[I[EARLY] + I[I[ROW_AT] + p]]
         wake_sources(I, who, stream, k0, k1, F, T.state, fine)
         _drive(I, F, T, 0)
         for t in range(t_0, steps, GROUP):
@@ -345,7 +356,7 @@ def advance(
                         record_felt(O, n + m, shown_x, t, j, every, lane)
             if watched:
                 at = (n + m) * GROUP * LANES
-                begun = kept_terms - works - 1
+                begun = sum_of(I, POWER) // LANES
                 for i in range((works + 1) * LANES):
                     shown_v[at + i] = T.terms[begun * LANES + i]
                 show_steps(O, shown_x, shown_v, D[I[STEP]], t, low, high)

@@ -14,7 +14,6 @@ from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
 from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch, sum_of
 from springpot.simulation.kernel.striking import MOST_EVENTS, count_impacts, restitution
 from springpot.simulation.kernel.tables import (
-    LIMITS,
     PLACE,
     POINTS,
     REDUCED,
@@ -133,7 +132,6 @@ def _half_turn(I, F, T, O, i, b, x, v, weight, o):
         moved, change = choose(rests, 0.0, moved), choose(rests, 0.0 - from_v, change)
         goes_on = hit & opposite(rests)
     if some(hit & goes_on):  # tiny hops on a wall against which it is pressed: it stays there
-        add(T.sums, sum_of(I, LIMITS) + o, choose(goes_on, filled(double(x), 1.0), 0.0))
         for k in range(I[WALLS]):
             if _point(I, k) == i:
                 p, side = F[I[PLACE] + k] - F[b + 7], F[I[SIDE] + k]

@@ -12,18 +12,27 @@ import numpy as np
 from numba import types
 
 from springpot.simulation.kernel.advance import advance, signature_in
-from springpot.simulation.kernel.cache import cached
+from springpot.simulation.kernel.cache import cached, find_folder
 from springpot.simulation.kernel.lanes import ENTRY
 
 _KINDS = {np.dtype(np.float32): types.float32, np.dtype(np.float64): types.float64}
 _IN_C = {types.uint32: ctypes.c_uint32, types.boolean: ctypes.c_bool, types.int64: ctypes.c_int64}
 
 
+def _dispatcher() -> Any:
+    return cached(numba.njit(**{**ENTRY, "no_cpython_wrapper": True})(advance))
+
+
+def find_kernels() -> tuple[str | None, str | None]:
+    """The folder in which compiled code is kept, or None and the reason why there is none."""
+    return find_folder(_dispatcher())
+
+
 @cache
 def kernel_in(kind: np.dtype[Any]) -> Callable[..., None]:
     """The kernel whose sweep is in a precision."""
     signature = signature_in(_KINDS[kind])
-    dispatcher = cached(numba.njit(**{**ENTRY, "no_cpython_wrapper": True})(advance))
+    dispatcher = _dispatcher()
     dispatcher.compile(signature)
     made = dispatcher.overloads[signature.args]
     address = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)

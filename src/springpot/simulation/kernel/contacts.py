@@ -22,6 +22,7 @@ from springpot.simulation.kernel.tables import (
     OF_A_WALL,
     POINTS,
     ROWS,
+    SOFT,
     STEP,
     SUBSTEPS,
     WALLS,
@@ -98,12 +99,13 @@ def _touches(I, F, T, O, hit, weight, o):
 def _push(I, F, T, O, short, weight, o):
     """A kick by the contacts alone; where there was one."""
     pushed = load(T.v, o) < load(T.v, o)
+    deepest = filled(load(T.v, o), 0.0)
     for c in range(I[CONTACTS]):
         e, b = I[I[CONTACT_AT] + c] * LANES + o, I[CONTACT] + NUMBERS_OF_CONTACT * c
         depth, force = elastic(F, b, load(T.fu, e))
         inside = depth > 0.0
         if some(inside):
-            pushed = pushed | inside
+            pushed, deepest = pushed | inside, larger(deepest, depth)
             w, impulse, away, mass = load(T.w, e), force * short, F[b + 1], F[b + 5]
             share = (0.5 * F[b + 4] / mass) * impulse
             change = ((away / mass) * impulse - 2.0 * share * w) / (1.0 + share)
@@ -115,6 +117,9 @@ def _push(I, F, T, O, short, weight, o):
             if O[ON_IMPACTS_COUNT] > 0:
                 store(T.peaks, c * LANES + o, larger(load(T.peaks, c * LANES + o), double(momentum / short)))
             push_all(I, F, T, I[CONTACT_JUMP] + c * I[POINTS], I[CONTACT_ALONG] + c * I[ROWS], change, o)
+    at = sum_of(I, SOFT) + o
+    add(T.sums, at, double(choose(pushed, short * weight, 0.0)))
+    store(T.sums, at + LANES, larger(load(T.sums, at + LANES), double(weight * deepest)))
     return pushed
 
 

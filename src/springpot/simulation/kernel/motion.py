@@ -28,7 +28,6 @@ from springpot.simulation.kernel.laws import (
 from springpot.simulation.kernel.tables import (
     ANSWER,
     AT,
-    CONSTANT,
     DAMPER,
     DAMPER_ALONG,
     DAMPER_AT,
@@ -37,6 +36,8 @@ from springpot.simulation.kernel.tables import (
     DAMPER_PLACE,
     DAMPERS,
     DAMPING,
+    FORCE,
+    FORCED,
     KICK,
     MODE_BEGIN,
     MODE_COUNT,
@@ -49,6 +50,7 @@ from springpot.simulation.kernel.tables import (
     PAPER,
     POINTS,
     POWER,
+    PUSHED,
     ROW,
     ROW_AT,
     ROW_BEGIN,
@@ -70,6 +72,8 @@ from springpot.simulation.kernel.tables import (
     TURN_OF_MODES,
     TURNED,
     TURNED_TABLE,
+    TURNS,
+    VIRIAL,
     VV,
     WORKS,
     WW,
@@ -164,7 +168,7 @@ def springs(F, kind, b, u):
 def gather(I, F, T, j, o):
     """The impulses of constant forces, noise and other excitation on the coordinates in step j of the group."""
     for i in range(I[POINTS]):
-        store(T.impulse, i * LANES + o, F[I[CONSTANT] + i])
+        store(T.impulse, i * LANES + o, F[I[PUSHED] + i])
     for r in range(I[NOISES]):
         normal = load(T.g, (GROUP * r + j) * LANES + o)
         for p in range(I[I[NOISE_BEGIN] + r], I[I[NOISE_BEGIN] + r + 1]):
@@ -240,7 +244,7 @@ def kick(I, F, T, o):
 @njit(**INLINE)
 def rates(I, F, T, within, felt, o):
     """The rates of all rows after the kick; squares of velocities and the power of dampers and memory, by the means."""
-    if within:
+    if within and I[TURNS] + I[PAPER] == 0:
         for i in range(I[POINTS]):
             middle = 0.5 * (load(T.leaving, i * LANES + o) + load(T.v, i * LANES + o))
             add(T.terms, sum_of(I, VV, i) + o, middle * middle)
@@ -254,6 +258,9 @@ def rates(I, F, T, within, felt, o):
             store(T.pull, at, load(T.pull, at) + F[I[ANSWER] + e] * (new - old))
         if within:
             add(T.terms, sum_of(I, POWER) + o, load(T.pull, at) * middle)
+            if e < I[FORCED]:
+                add(T.terms, sum_of(I, FORCE, e) + o, load(T.pull, at))
+                add(T.terms, sum_of(I, VIRIAL, e) + o, load(T.pull, at) * load(T.u, at))
             if e < I[SHOWN]:
                 add(T.terms, sum_of(I, WW, e) + o, middle * middle)
 

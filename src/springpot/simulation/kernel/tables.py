@@ -21,6 +21,7 @@ COUNTS = (
     "rows",  # elongations
     "gauged",  # the first of them, whose mean and mean square are summed
     "shown",  # the first of these, whose velocity's mean square is summed too: points that are no coordinates
+    "forced",  # the first rows, of which the mean force of dampers and memory is summed, and its virial
     "walls",
     "noises",  # white
     "sources",  # other excitation
@@ -61,6 +62,8 @@ NUMBERS = (
     "wave",  # (2 sources) see `springpot.simulation.kernel.sources`
     "smooth",  # of each source: 1 of a force that changes little within a step, otherwise 0
     "constant",  # impulse of constant forces on each coordinate in a step
+    "pushed",  # the same without what the drift has
+    "early",  # displacement of each coordinate at the first kick by what springpots remember of the start
     "spring",  # (10 rows) coefficients of the springs, times the step
     "kick",  # the same without what the drift has
     "damping",  # weight of the present velocity in the force of springpots and dashpots
@@ -87,21 +90,22 @@ NUMBERS = (
     "turns_of_modes",  # (20 of each)
 )  # fmt: skip
 SUMS = (
-    "x", "xx", "vv", "u", "uu", "ww", "power", "works", "hits", "taps", "energy", "x_end", "v_end", "limits", "early_xx",
-    "early_vv",
+    "x", "xx", "vv", "u", "uu", "ww", "power", "works", "force", "virial", "hits", "soft", "taps", "energy", "x_end",
+    "v_end", "limits", "early_xx", "early_vv",
 )  # fmt: skip
 
 _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" for name in NUMBERS)))}
-(POINTS, ROWS, GAUGED, SHOWN, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES, TURNS,
+(POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES, TURNS,
  PAPER, PARTS, SUBSTEPS, STRIDE, COLUMNS,
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
- STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, SPRING, KICK, DAMPING, ANSWER, NEAR, SOLVE, SIDE, PLACE,
+ STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, PUSHED, EARLY, SPRING, KICK, DAMPING, ANSWER, NEAR, SOLVE, SIDE, PLACE,
  RESTITUTION, JUMP, ALONG, REDUCED, RESTS, LEAN, HEAVY, MASS, DAMPER, DAMPER_JUMP, DAMPER_ALONG, CONTACT, CONTACT_JUMP,
  CONTACT_ALONG, SHAKING, TURN, MODE, TURN_OF_MODES) = range(len(_WHERE))  # fmt: skip
-(X, XX, VV, U, UU, WW, POWER, WORKS, HITS, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS, EARLY_XX,
- EARLY_VV) = range(len(SUMS))  # fmt: skip
+(X, XX, VV, U, UU, WW, POWER, WORKS, FORCE, VIRIAL, HITS, SOFT, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS,
+ EARLY_XX, EARLY_VV) = range(len(SUMS))  # fmt: skip
+# of contacts together: time in touch, and the largest depth
 OF_A_WALL = 5  # sums of a wall or contact: impacts, speeds, their squares, energy taken, momentum
 OF_A_SOURCE = 8
 
@@ -187,6 +191,7 @@ def begins_of_sums(counts: Mapping[str, int]) -> npt.NDArray[np.int64]:
     sizes = {
         "x": n, "xx": n, "vv": n, "u": counts["gauged"], "uu": counts["gauged"], "ww": counts["shown"], "power": 1,
         "works": counts["sources"] + counts["dampers"] + counts["shaken"],
+        "force": counts["forced"], "virial": counts["forced"], "soft": 2 if counts["contacts"] else 0,
         "hits": OF_A_WALL * (counts["walls"] + counts["contacts"]), "taps": counts["taps"], "energy": 2, "x_end": n,
         "v_end": n, "limits": 2, "early_xx": n, "early_vv": n,
     }  # fmt: skip

@@ -1,280 +1,997 @@
-"""From a problem and settings to the kernel's parts, and from its sums back: units and side are converted here.
+"""From the plan of a system of several masses to the arguments of its kernel, and from its sums to results.
 
-In the kernel a lone wall of the paper's problem is always below the motion; a wall above is mirrored, x -> -x.  The
-kernel's units are powers of two near the problem's scales, so that its numbers are near 1 and a change of scale by a
-power of two changes no bit.
+Each part is lowered as in a system of one mass (`springpot.simulation.lowering.parts.lower`), per unit of mass of the
+kernel, and what it adds goes to its row: parts between the same two ends share one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import reduce
-from operator import add
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
-from springpot.memory import direct
-from springpot.problem.parts import ThermalNoise
-from springpot.simulation.kernel import block as kernel
-from springpot.simulation.kernel import questions as parts
-from springpot.simulation.kernel.block import COLUMNS, Memory, modes_of
-from springpot.simulation.kernel.branches import NO_BRANCHES
-from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES
-from springpot.simulation.kernel.questions import Start
+from springpot.memory import ExponentialSum, direct
+from springpot.problem.coordinates import Coordinates
+from springpot.problem.parts import Barrier, Contact, PoissonImpulses, ThermalNoise
+from springpot.problem.parts.circuits import Circuit
+from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop
+from springpot.problem.system import System
+from springpot.simulation.kernel import excitations, forces, hysteresis, laws, offspring, sources, watch
+from springpot.simulation.kernel import advance as kernel
+from springpot.simulation.kernel.branches import MARKS, NO_BRANCHES, Kept
+from springpot.simulation.kernel.compiled import kernel_in
+from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING
+from springpot.simulation.kernel.of_users import force_of, restitution_of
 from springpot.simulation.kernel.random import start_normals
-from springpot.simulation.kernel.rigid_wall import Rigid
+from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
+from springpot.simulation.kernel.striking import FIXED, POWER
+from springpot.simulation.kernel.tables import Tables, packed
+from springpot.simulation.kernel.turning import NUMBERS
 from springpot.simulation.kernel.watching import Observer
-from springpot.simulation.lowering.composed import Composed
-from springpot.simulation.lowering.felt import lowered_felt
+from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import answer_of, memory_of, taps_of
-from springpot.simulation.lowering.modulated import mean_squares
-from springpot.simulation.lowering.parts import Lowered, forces_of, lower, modulated_noise, thermal_noise, wall_of
-from springpot.simulation.lowering.precision import single_of, sweeps_in_single, with_arrays
-from springpot.simulation.lowering.walls import sums_of
-from springpot.simulation.plan.motion import Motion
+from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
+from springpot.simulation.lowering.parts import (
+    MOST_SUBSTEPS,
+    SUBSTEPS,
+    Lowered,
+    Named,
+    contact_time,
+    lower,
+    modulated_noise,
+    numbers_of,
+    thermal_noise,
+)
+from springpot.simulation.lowering.precision import is_random, turned_in_single
+from springpot.simulation.lowering.readings import Reading
+from springpot.simulation.plan.guess import BoltzmannLaw
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.settings import Settings
+from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
-if TYPE_CHECKING:
-    from springpot.simulation.lowering.several import PartsOfSeveral
-
-_FASTEST_FLIGHT = 6.0  # standard deviations of the speed for which contacts are resolved
+_ENDS = "x_end", "v_end"
+_TOUCHING_SPEED = 6.0  # in the kernel's units, which are those of the motion: of a rare flight
+_OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Parts(Composed):
-    """The arguments of the kernel of one mass.
+class Parts:
+    """The arguments of the kernel for one system and one step, and how its sums are read.
 
     Attributes
     ----------
-    scheme, load, memory
-        Parts of the kernel, in its units; ``load`` is the sum of all forces.
-    drive : ndarray
-        Force in each step due to x(0); empty with Caputo's derivative, or if x(0) = 0.
-    tapped : ndarray of int
-        The modes of the taps in the memory.
-    states_of_sources : int
-        Numbers that the forces keep for each path.
+    tables : Tables
+    kept : tuple
+        Functions of the user, whose addresses the tables have.
+    start : ndarray, shape (1, 2 coordinates)
+        x and v at time 0, in the kernel's units.
+    half_drift : tuple of float
+        Shares of a place, and of a velocity over ``frequency``, in the place half a drift away; and the latter again
+        where a drift may turn in between.
+    units : Units
+    unit_mass : float
+        The kernel's unit, in kg.
+    history : ExponentialSum
+        The memory without units.
+    expected_power : float
+        Mean input power of the noise whose increments are independent.
+    expected_in : callable, optional
+        The same between each two of some steps, where it changes in time.
+    taken_at_once : float
+        What dampers and memory take of the expected power within the kicks that bring it; the sums of a run do not have
+        it.
+    named : tuple of Named
+        The forces with names, in the order of their works.
+    moved : tuple of float
+        The mass in which the work of each of them is counted, in that of the kernel.
+    taps : tuple of Tap
+        Circuits whose voltage is observed.
+    points, gauged : tuple of str
+        Names in the columns: of the coordinates, and of all rows.
+    others : ndarray, shape (other points, coordinates)
+        The rows of points that are no coordinates.
+    law : BoltzmannLaw, BoltzmannOfSeveral or None
+        From which x and v at time 0 are drawn; otherwise they are those of ``start``.
+    frequency, centre : float
+        Of the circle on which a lone coordinate turns, in the kernel's units; 1 and 0 where none does.
+    mass : float
+        By which a motion's energies are counted per unit: that of a lone coordinate, otherwise 1.
+    wall_position : float
+        Of a single rigid wall of a lone coordinate, in the kernel's units; 0 without.
+    walls : tuple of str
+        Walls and contacts by the numbers with which observers see their impacts.
+    contacts : tuple of str
+        The soft ones, in the order of the kernel.
+    damped : dict
+        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
+    readings : tuple of Reading
+        The results that are read by the names of the columns.
+    felt : FeltInKernel
     """
 
-    scheme: parts.Splitting | parts.Euler
-    load: Any
-    memory: Memory
-    drive: npt.NDArray[np.floating]
-    tapped: npt.NDArray[np.int64]
-    states_of_sources: int
-
-    def of_kernel(self) -> tuple[kernel.Parts, parts.Sweep]:
-        """Scheme, wall and load in double precision, and as the sweep over all lanes takes them."""
-        exact = kernel.Parts(self.scheme, self.wall, self.load)
-        if self.memory.newest.dtype == np.float64 or not sweeps_in_single(exact):
-            return exact, parts.Sweep(*exact, 0.0)
-        exact = exact._replace(load=with_arrays(self.load, np.float32))
-        return exact, single_of(exact)
-
-    def kernel(self) -> Callable[..., None]:
-        """The kernel, with all arguments that are the same for all blocks."""
-        exact, sweep = self.of_kernel()
-
-        def advance(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
-            low, high = settings.window_steps
-            kernel.block(
-                exact, sweep, self.memory, self.drive, self.start._replace(states=states), self.tapped,
-                self.frequency**2, self.units.shift, first, blocks, settings.steps, low, high, k0, k1, stream, halved,
-                observers, record, settings.record_every, stop, rows, *(branches or (NO_BRANCHES,)),
-            )  # fmt: skip
-
-        return advance
+    tables: Tables
+    kept: tuple[Any, ...]
+    start: Floats
+    half_drift: tuple[float, float, float]
+    units: Units
+    unit_mass: float
+    history: ExponentialSum
+    expected_power: float
+    expected_in: Callable[[Sequence[int]], Floats] | None = None
+    taken_at_once: float = 0.0
+    named: tuple[Named, ...] = ()
+    moved: tuple[float, ...] = ()
+    taps: tuple[Tap, ...] = ()
+    points: tuple[str, ...] = ()
+    gauged: tuple[str, ...] = ()
+    others: Floats
+    law: Any = None
+    frequency: float = 1.0
+    centre: float = 0.0
+    mass: float = 1.0
+    wall_position: float = 0.0
+    walls: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
+    damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
+    readings: tuple[Reading, ...] = ()
+    felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
-    def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
-        """Those of one coordinate and one row."""
-        of_sources = np.dtype(type(self.of_kernel()[1].zero))
-        return 1, 1, modes_of(self.memory), self.memory.newest.dtype, self.states_of_sources, of_sources
-
-    def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
-        """x, v and energy at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
-        if self.law is None or settings.start != "stationary":
-            return self.start.states
-        from scipy import special  # slow to import, and most runs need none of it
-
-        normals = start_normals(settings.seed, first, paths, stream=stream).astype(float)
-        x = self.law.drawn(special.ndtr(normals[:, 0])) / self.units.length
-        v = math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]
-        return np.stack([x, v, 0.5 * (v * v + self.frequency**2 * x * x)], axis=1)
-
-    def frequency_and_wall(self, observer: Observer) -> tuple[float, float]:
-        """The same for all observers, which see x with its shift."""
-        return self.frequency, self.wall_position + self.units.shift
-
-    @property
-    def shape_of_state(self) -> tuple[int, ...]:
-        """Of x and v at a time."""
-        return (2,)
-
-    def start_of_record(self, states: Floats) -> Floats:
-        """x and v at time 0 as the record has them."""
-        return states[:, :2] + (self.units.shift, 0.0)
-
-    @property
-    def taken_at_once(self) -> float:
-        """What springpots and dashpots take of the expected power within the kicks that bring it; in m^2/s^3.
-
-        The sums of a run do not have it: the mean of the velocities before and after a kick does not show it.
-        """
-        return self.expected_power * (1.0 - self.scheme.share)
-
-    @property
-    def wall_position(self) -> float:
-        """Place of a single rigid wall in the kernel's units; 0 without one."""
-        return self.wall.position if isinstance(self.wall, Rigid) else 0.0
-
-    @property
-    def halves(self) -> dict[str, tuple[str, str]]:
-        """Of x and v."""
-        return {f"{name}_mean_square": (f"{name}_square", f"{name}_square_early") for name in "xv"}
+    def struck(self) -> dict[str, str]:
+        """The column with the impacts of each wall and contact, by its name."""
+        return {name: f"{name} impacts" for name in self.walls}
 
     @property
     def columns(self) -> dict[str, float]:
         """The numbers of a row by name, each with the factor from the kernel's units."""
-        units = self.units
-        square = units.speed**2
-        extra = {f"work of {named.name}": square for named in self.named}
-        speed = units.speed
-        factors = {"impacts": 1.0, "speeds": speed, "momentum": speed, "time": units.time, "depth": units.length}
-        extra |= {name: factors.get(name.split()[-1], square) for name in sums_of(self.wall)}
-        extra |= {tap.name: tap.factor**2 for tap in self.taps}
-        return {**dict(zip(COLUMNS, units.columns, strict=True)), **extra}
+        length, speed, time = self.units.length, self.units.speed, self.units.time
+        energy = self.unit_mass * speed**2
+        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed
+        return {
+            **{f"x of {point}": length for point in self.points},
+            **{f"x^2 of {point}": length**2 for point in self.points},
+            **{f"v^2 of {point}": speed**2 for point in self.points},
+            **{f"u of {row}": length for row in self.gauged},
+            **{f"u^2 of {row}": length**2 for row in self.gauged},
+            **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.tables.count("shown")]},
+            "power": energy / time,
+            **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
+            **({"force": self.unit_mass * speed / time, "virial": energy} if self.tables.count("forced") else {}),
+            **{
+                f"{wall} {name}": factor
+                for wall in self.walls
+                for name, factor in zip(_OF_A_WALL, of_walls, strict=True)
+            },
+            **({"contacts' time": time, "contacts' depth": length} if self.contacts else {}),
+            **{tap.name: tap.factor**2 * self.unit_mass for tap in self.taps},
+            "energy_first": energy,
+            "energy_last": energy,
+            **{f"x_end of {point}": length for point in self.points},
+            **{f"v_end of {point}": speed for point in self.points},
+            "collapses": 1.0,
+            "halts": 1.0,
+            **{f"early x^2 of {point}": length**2 for point in self.points},
+            **{f"early v^2 of {point}": speed**2 for point in self.points},
+        }
+
+    @property
+    def sees_v(self) -> bool:
+        """Whether v^2 is summed at the observation; otherwise it is that of the mean before and after each kick."""
+        return bool(self.tables.count("turns") or self.tables.count("paper"))
+
+    @property
+    def halves(self) -> dict[str, tuple[str, str]]:
+        """By the mean squares of each coordinate, the columns of the sum over the window and over its first half."""
+        return {
+            f"{point}_{name}_mean_square"[0 if self.shape_of_state != (2,) else len(point) + 1 :]: (f"{name}^2 of {point}", f"early {name}^2 of {point}")
+            for point in self.points
+            for name in "xv"
+        }
+
+    @property
+    def shape_of_state(self) -> tuple[int, ...]:
+        """Of x and v of all points at a time."""
+        points = len(self.points) + len(self.others)
+        return (points, 2) if points > 1 else (2,)
+
+    def start_of_record(self, states: Floats) -> Floats:
+        """x and v at time 0 as the record has them."""
+        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+        whole = np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
+        return whole.reshape(-1, *self.shape_of_state)
+
+    def header_of(self, observer: Observer) -> list[float]:
+        """Of an observer's array."""
+        (length, speed), frequency = self.units.state, self.frequency
+        wall = observer.place / self.units.length if observer.place else self.wall_position
+        if observer.feels:
+            frequency, wall = self.felt.scale, self.felt.exceeding(observer.feels[0])
+        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
+        return [length, speed, self.units.time, frequency, wall, LANES]
+
+    def room_for_states(self, many: int) -> Kept:
+        """A pool of states, each in the precision in which the kernel has it; only what is used of it takes memory."""
+        points, rows, modes, of_memory, states, of_sources = self.numbers_kept
+        return Kept(
+            state=np.empty((many, 2 * points + MARKS)),
+            memory=np.empty((many, (2 + GROUP) * rows + modes), of_memory),
+            sources=np.empty((many, states), of_sources),
+            step=np.empty(many, np.int64),
+            next=np.empty(many, np.int64),
+        )
+
+    def expected_in_bins(self, edges: npt.NDArray[np.int64]) -> Floats:
+        """The expected power between each two of some steps."""
+        if self.expected_in is None:
+            return np.full(edges.size - 1, self.expected_power)
+        return self.expected_in(edges.tolist())
+
+    @property
+    def numbers_kept(self) -> tuple[int, int, int, npt.DTypeLike, int, npt.DTypeLike]:
+        """All in the precision of the sweep."""
+        kind, count = self.tables.sweep.dtype, self.tables.count
+        states = count("states") + (count("walls") + 1 if count("resting") else 0)  # which rows rest
+        return count("points"), count("rows"), count("modes"), kind, states, kind
+
+    def states(self, settings: Settings, first: int, paths: int, stream: int) -> Floats:
+        """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
+        if self.law is None or settings.start != "stationary":
+            return self.start
+        if isinstance(self.law, BoltzmannLaw):
+            from scipy import special  # slow to import, and most runs need none of it
+
+            normals = start_normals(settings.seed, first, paths, stream=stream).astype(float)
+            x = self.law.drawn(special.ndtr(normals[:, 0])) / self.units.length
+            return np.stack([x, math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]], axis=1)
+        drawn = []
+        for block in range(first // LANES, (first + paths) // LANES):  # each is the same whatever the others are
+            normals = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
+            drawn.append(np.hstack(self.law.drawn(normals, LANES)))
+        size = len(self.points)
+        return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
+
+    def kernel(self) -> Callable[..., None]:
+        """The kernel, with all arguments that are the same for all blocks."""
+
+        advance, (integers, double, sweep) = kernel_in(self.tables.sweep.dtype), self.tables
+
+        def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
+            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
+            (low, high), watched = settings.window_steps, watch.table_of(observers)
+            table, *kept = offspring.table_of(*(branches or (NO_BRANCHES,)))
+            states = np.ascontiguousarray(states)
+            arrays = (integers, sweep, double, states)
+            advance(
+                *(array.ctypes.data for array in arrays), len(states), first, blocks, settings.steps, low, high,
+                int(k0), int(k1), stream, halved, watched.ctypes.data, table.ctypes.data, record.ctypes.data,
+                record.shape[0], len(self.points) + len(self.others), settings.record_every, record.shape[1],
+                stop.ctypes.data, rows.ctypes.data,
+            )  # fmt: skip
+            if self.others.size:
+                record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
+
+        return run
 
 
-def compose(plan: Plan, *, halved: bool = False) -> Parts | PartsOfSeveral:
-    """The arguments of the kernel.
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """The rows of a system in the kernel's units, and what lies on each, at one step.
 
-    With ``halved`` the excitation is that of a run with half the step, summed in pairs; white noise alone is chosen
-    when the paths are advanced.
-
-    Raises
-    ------
-    ValueError
-        If x(0) is not known yet, or the memory has too many terms for the kernel.
-    NotCoveredError
-        If parts of the system cannot be simulated together.
+    Attributes
+    ----------
+    at : Coordinates
+    units : Units
+    unit_mass, step : float
+        The kernel's unit in kg, and the step in its units.
+    rows : ndarray, shape (rows, coordinates)
+    parts : list of dict
+        What lies on each row, by the names of the parts.
+    totals : list of Lowered
+        All of it together.
+    answers : ndarray, shape (rows,)
+        Of dampers and memory to a change of each row's velocity.
+    reduced : ndarray, shape (rows,)
+        The mass that moves along each.
+    jumps : ndarray, shape (rows, coordinates)
+        Of velocities, per unit of each row's own.
+    solve : ndarray, shape (coordinates, coordinates)
+        Changes of velocities per impulse on the masses, with those answers.
+    flight, centre : float
+        Frequency and centre of the circle on which a lone coordinate turns; 0 of a straight drift.
     """
-    if len(plan.system.points) > 1:
-        from springpot.simulation.lowering.several import compose_several  # loaded for several masses only
 
-        return compose_several(plan, 2 if halved else 1)
-    motion, settings, parts_of_step = plan.motion, plan.settings, 2 if halved else 1
-    unit, scales = motion.unit, motion.scales
-    position, velocity = cast(float | None, settings.initial_position), cast(float, settings.initial_velocity)
-    if position is None:
-        raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
-    units = _units(motion, position, velocity)
-    step = settings.step / units.time
-    parts_by_name = {name: lower(part, name, units, step).over(settings.steps) for name, part in unit.named()}
-    total = reduce(add, parts_by_name.values(), Lowered())
-    frequency = scales.flight_frequency * units.time
-    steady = total.white + total.poisson
-    total += modulated_noise(total, units, step, settings.steps, settings.window_steps)
-    # kicks have what the exact flight has not; rounding of k - k is nothing
-    remainder = (0.0, -(frequency * frequency), *(0.0,) * 8)
-    beside = total + Lowered(springs=remainder)
-    linear = sum(abs(k) for k in (total.springs[1:2] or (0.0,))) + frequency**2
-    springs = [0.0 if n == 1 and abs(k) < 1e-12 * linear else k for n, k in enumerate(beside.springs)]
-    if total.temperature > 0.0:
-        name = unit.name_of(unit.of(ThermalNoise)[0])
-        beside = beside + Lowered(forces=(thermal_noise(name, total, step, settings.steps, parts_of_step),))
-    scheme = settings.numerical_scheme
-    answer = answer_of(total, step)
-    at_this_step = scheme.at(frequency, answer, step, units.length)
-    memory, history = memory_of(total.springpots, total.arms, scheme, step, settings)
-    load, named = forces_of(replace(beside, springs=tuple(springs)), at_this_step.share, step, parts_of_step)
-    x0, v0 = units.into(position, velocity)
-    drives = [_drive(order, c * step**-order, x0 + units.shift, settings) for order, c in total.springpots]
-    early = sum(
-        scheme.early_displacement(order, float(drive[0]), step)
-        for (order, _), drive in zip(total.springpots, drives, strict=True)
-        if drive.size > 0
-    )
-    taps = tuple(taps_of(total.arms, memory, history, step))
-    if len(taps) > MOST_FORCES:
-        raise ValueError(f"the system has {len(taps)} circuits, but the kernel holds at most {MOST_FORCES}.")
-    phase = 0.5 * frequency * step  # of half a drift on the circle of the linear spring
-    brought = np.array([[at_this_step.share * step * (total.white + total.poisson)]])
-    (low, high), modulated = settings.window_steps, list[tuple[Floats, Floats]]()
-    for noise in (each for each in total.modulated if each.intensity > 0.0 and not each.multiplies):
-        squares = noise.squares(units, step, settings.steps)
-        mean = float(squares[low:high].mean())
-        own = np.array([[at_this_step.share * step * noise.intensity * mean]])
-        modulated += [(own, squares / mean)] if mean > 0.0 else []
-    fastest = _touching_speed(motion, position, velocity) if total.contacts else 0.0
+    at: Coordinates
+    units: Units
+    unit_mass: float
+    step: float
+    rows: Floats
+    parts: list[dict[str, Lowered]]
+    totals: list[Lowered]
+    answers: Floats
+    reduced: Floats
+    jumps: Floats
+    solve: Floats
+    flight: float
+    centre: float
 
-    def expected_in(edges: Sequence[int]) -> Floats:
-        own = (np.array(mean_squares(each, units, step, edges)) for each in total.modulated if not each.multiplies)
-        return 0.5 * (steady + sum(own, np.zeros(len(edges) - 1))) * units.speed**2 / units.time
+    @property
+    def half_drift(self) -> tuple[float, float, float]:
+        """As of `Parts`."""
+        phase = 0.5 * self.flight * self.step
+        return (math.cos(phase), math.sin(phase), math.sin(phase)) if self.flight else (1.0, 0.5 * self.step, 0.0)
 
-    return Parts(
-        scheme=at_this_step,
-        wall=wall_of(
-            total, fastest / units.speed, scales.spread / units.length, units.speed, step, motion.rested_on
-        ),
-        load=load,
-        memory=memory,
-        start=Start(np.array([[x0, v0, 0.5 * (v0 * v0 + frequency * frequency * x0 * x0)]]), float(early)),
-        half_drift=(math.cos(phase), math.sin(phase), math.sin(phase)),
-        drive=reduce(add, drives) if drives else np.zeros(0, settings.precision),
-        frequency=frequency,
-        expected_power=0.5 * (total.white + total.poisson) * units.speed**2 / units.time,
-        expected_in=expected_in if total.modulated else None,
-        units=units,
-        history=history,
-        named=named,
-        taps=taps,
-        tapped=np.array([tap.mode for tap in taps], np.int64),
-        law=motion.law if total.temperature > 0.0 else None,
-        mass=plan.system.inertia,
-        walls=_walls_of(total),
-        contacts=tuple(name for name, _ in total.contacts),
-        states_of_sources=sum(force.states for force in beside.forces),
-        felt=lowered_felt(
-            plan, [parts_by_name], np.ones((1, 1)), brought, plan.system.inertia / units.time**2, units.length, step,
-            named, modulated, units.shift,
-        ),
+    @property
+    def power(self) -> float:
+        """The kernel's unit, in W."""
+        return self.unit_mass * self.units.speed**2 / self.units.time
+
+    def accelerations(self, forces: Floats) -> Floats:
+        """Those of the coordinates under forces on them, in the kernel's units."""
+        return self.unit_mass * self.at.accelerations(forces)
+
+
+def _frame(plan: Plan) -> _Frame:
+    at, parts, (units, unit_mass) = plan.system.coordinates, dict(plan.system.named()), _units(plan)
+    step = plan.settings.step / units.time
+    found: dict[tuple[float, ...], dict[str, Lowered]] = {row: {} for row in at.numbers}
+    for name, row in at.elongations.items():
+        if not parts[name].inertia:
+            found[tuple(row)][name] = lower(parts[name].per_mass(unit_mass), name, units, step)
+    totals, g = [sum(own.values(), Lowered()) for own in found.values()], np.array([*found]).reshape(-1, len(at.names))
+    paper = plan.settings.numerical_scheme.family == "grunwald"
+    answers = np.array([0.0 if paper else answer_of(total, step) for total in totals])
+    reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
+    jumps = unit_mass * at.accelerations(reduced[:, None] * g)
+    solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
+    return _Frame(
+        at, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
+        flight := _flight(plan) * units.time, plan.motion.origin / units.length if flight else 0.0,
     )  # fmt: skip
 
 
-def _walls_of(total: Lowered) -> tuple[str, ...]:
-    """The rigid wall below the motion, the one above it, and the contacts; a lone wall is below in the kernel."""
-    below, above = ([name for name, wall in total.barriers if wall.side == side] for side in ("above", "below"))
-    return *(below or [""]), *(above or [""]), *(name for name, _ in total.contacts)
+def _flight(plan: Plan) -> float:
+    """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
+
+    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.
+    """
+    motion, system = plan.motion, plan.system
+    if len(system.coordinates.names) > 1 or plan.settings.numerical_scheme.family == "grunwald":
+        return 0.0
+    straight = system.of(SoftStop, PoissonImpulses) or motion.rested_on
+    return 0.0 if straight else motion.scales.flight_frequency
 
 
-def _touching_speed(motion: Motion, position: float, velocity: float) -> float:
-    """Largest speed for which soft contacts are resolved: that of a rare flight, or of a start with more energy."""
-    energy = motion.unit.potential.energy(np.append(motion.law.places, position - motion.origin))
-    started = velocity**2 + 2.0 * float(energy[-1] - energy.min())
-    return math.sqrt(max(_FASTEST_FLIGHT**2 * motion.law.temperature, started))
+def compose(plan: Plan, *, halved: bool = False) -> Parts:
+    """The arguments of the kernel; with ``halved`` the excitation is that of half the step, summed in pairs.
+
+    Raises
+    ------
+    NotCoveredError
+        If a part of the system cannot be simulated yet.
+    ValueError
+        If the system has more of something than the kernel holds.
+    """
+    settings, frame, parts_of_step = plan.settings, _frame(plan), 2 if halved else 1
+    at, units, totals, many = frame.at, frame.units, frame.totals, len(frame.at.names)
+    memories = _memories(frame, settings)
+    noises, given, constant = _excitation(plan, frame, parts_of_step)
+    walls = {name: wall for total in totals for name, wall in total.barriers}
+    touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
+    dampers = [*_dampers(frame, sum(each.named.states for each in given))]
+    shaken = [*_shaken(frame, settings)]
+    named = *(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)
+    rests = [float(name in plan.motion.rested_on and not touched) for name in walls]
+    rules = [_restitution(wall, name, units.speed) for name, wall in walls.items()]
+    random = bool(len(noises) or shaken) or any(is_random(each.law) for each in given)
+    kind = np.dtype(_precision(settings, random))
+    rough = [each for each in given if each.named.does == "nothing"]
+    fresh = noises.T @ noises + sum(each.brought / frame.step * np.outer(each.row, each.row) for each in rough)
+    fed, kept = (0.5 * float((fresh * inverse).sum()) for inverse in (frame.accelerations(np.eye(many)), frame.solve))
+    # twice the energy that a kick along a row brings and dampers leave
+    keep = np.einsum("ei,ij,ej->e", frame.rows, frame.solve, frame.rows)
+    x0, v0 = start_of(plan)
+    names = *walls, *(name for _, name, _ in touched)
+    tables = _tables(
+        frame, settings, memories, noises, given, constant, walls, rules, rests, dampers, touched, shaken,
+        kind, parts_of_step, x0 / units.length,
+    )  # fmt: skip
+    whole = Parts(
+        tables=tables,
+        kept=(*(each.law for each in dampers), *rules),
+        start=np.concatenate([x0 / units.length, v0 / units.speed])[None, :],
+        half_drift=frame.half_drift,
+        units=units,
+        unit_mass=frame.unit_mass,
+        history=memories.history,
+        expected_power=frame.power * fed,
+        expected_in=_expected_in(frame, noises, rough),
+        taken_at_once=frame.power * (fed - kept),
+        law=plan.motion.drawn_about(x0) if settings.start == "stationary" and (many > 1 or plan.motion.is_thermal) else None,
+        named=named,
+        moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
+        damped={
+            "power": 1.0,
+            **{f"work of {each.named.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
+               for each in shaken},
+        },
+        taps=memories.taps,
+        points=at.names,
+        others=at.rows[many:],
+        gauged=tuple(f"row {n}" for n in range(tables.count("gauged"))),
+        frequency=frame.flight or 1.0,
+        centre=frame.centre,
+        mass=plan.system.inertia if many == 1 else 1.0,
+        wall_position=next(iter(walls.values())).position if many == len(walls) == 1 else 0.0,
+        walls=names,
+        contacts=tuple(name for _, name, _ in touched),
+    )  # fmt: skip
+    _check_sizes(whole.tables)
+    brought = frame.step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
+    lack = frame.accelerations(frame.solve @ brought)
+    lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", at.rows, lack, at.rows)
+    shaking = [
+        (f"row {n}", 0.25 * each.mean_square(settings) * (units.speed / units.length) ** 2
+         * (at.rows @ frame.solve @ frame.rows[n]) * (at.rows @ frame.jumps[n] / frame.reduced[n]))
+        for each in shaken for n in (each.row,)
+    ]  # fmt: skip
+    modulated = [
+        (frame.accelerations(frame.solve @ (each.brought * np.outer(each.row, each.row))), each.course)
+        for each in given if each.course.size and each.brought > 0.0
+    ]  # fmt: skip
+    felt = lowered_felt(
+        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, whole.named,
+        modulated,
+    )  # fmt: skip
+    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
+    return replace(whole, readings=readings, felt=felt)
 
 
-def _units(motion: Motion, position: float, velocity: float) -> Units:
-    """Powers of two near the largest length and the shortest time of the motion."""
-    scales = motion.scales
-    potential, position = motion.unit.potential, position - motion.origin
-    walls = [abs(end) for end in (potential.low, potential.high) if math.isfinite(end)]
-    longest = max(scales.length, abs(position), abs(velocity) / scales.flight_frequency, *walls, 0.0)
-    return Units.near(longest, scales.fastest_rate, motion.sign, motion.origin)
+def _expected_in(frame: _Frame, noises: Floats, rough: Sequence[_Given]) -> Callable[[Sequence[int]], Floats] | None:
+    """The expected power between each two of some steps, where envelopes change it."""
+    if not any(each.course.size for each in rough):
+        return None
+    own = [0.5 * each.brought / frame.step * float(each.row @ frame.accelerations(each.row)) for each in rough]
+    white = 0.5 * float((noises * frame.accelerations(noises)).sum())
+
+    def means(edges: Sequence[int]) -> Floats:
+        found = np.full(len(edges) - 1, white)
+        for power, each in zip(own, rough, strict=True):
+            ends = np.concatenate([[0.0], np.cumsum(each.course if each.course.size else np.ones(edges[-1]))])
+            whole = ends[np.minimum(edges, ends.size - 1)]
+            found += power * np.diff(whole) / np.diff(edges)
+        return frame.power * found
+
+    return means
 
 
-def _drive(order: float, scale: float, x0: float, settings: Settings) -> npt.NDArray[np.floating]:
-    """Riemann-Liouville's force x(0) t^-alpha / Gamma(1 - alpha), with the weights of the scheme."""
+def _tables(
+    frame: _Frame, settings: Settings, memories: _Memories, noises: Floats, given: Sequence[_Given], constant: Floats,
+    walls: Mapping[str, Barrier], rules: Sequence[_Rule], rests: Sequence[float], dampers: Sequence[_Damper],
+    touched: Sequence[tuple[int, str, Contact]], shaken: Sequence[_Shaken], kind: np.dtype[Any], parts_of_step: int,
+    x0: Floats,
+) -> Tables:  # fmt: skip
+    """The tables of the kernel; long lists are those of sources, of noise with an envelope and of given forces."""
+    at, step, many, g = frame.at, frame.step, len(frame.at.names), frame.rows
+    struck = [at.numbers[tuple(at.elongations[name])] for name in walls]
+    turned, soft = [each.row for each in dampers], [n for n, _, _ in touched]
+    lean = g[struck] @ frame.solve
+    heavy = 1.0 / np.einsum("wi,wi->w", lean, g[struck])
+    springs = step * np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
+    sources_of, waves, long = [], [], []
+    for each in given:
+        told, wave, own = _told(each.law)
+        sources_of += [*told, len(long), len(own)]
+        waves.append(wave)
+        long.append(own)
+    begun = [_drives(total, float(row @ x0), step, settings) for total, row in zip(frame.totals, g, strict=True)]
+    drives = [len(long) + n if force.size else -1 for n, (force, _) in enumerate(begun)]
+    long += [force for force, _ in begun]
+    kicks, mass = springs.copy(), at.mass / frame.unit_mass
+    if frame.flight:  # kicks have what the drift has not; rounding of k - k is nothing
+        kicks[0, 1] -= step * mass[0, 0] * frame.flight**2
+        kicks[abs(kicks) < 1e-12 * (abs(springs[0, 1]) + step * mass[0, 0] * frame.flight**2)] = 0.0
+    paper = settings.numerical_scheme.family == "grunwald"
+    near = settings.contact_tolerance / frame.units.length if paper else 0.0
+    envelopes = [len(long) + n if each.squares.size else -1 for n, each in enumerate(shaken)]
+    long += [each.squares for each in shaken]
+    gauged = len(g) if len(at.rows) > many or at.pairs or shaken else 0
+    counts = dict(
+        points=many, rows=len(g), gauged=gauged, shown=len({*map(tuple, at.rows[many:])}), walls=len(walls),
+        noises=len(noises), sources=len(given), dampers=len(dampers), contacts=len(touched), shaken=len(shaken),
+        taps=len(memories.taps), modes=memories.modes, resting=int(sum(rests)),
+        states=sum(each.named.states for each in (*given, *dampers)), parts=parts_of_step,
+        substeps=_substeps(frame, touched), turns=int(frame.flight > 0.0), paper=int(paper), forced=int(many == 1),
+    )  # fmt: skip
+    (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
+        _sparse(rows) for rows in (g, math.sqrt(step) * noises, np.array([each.row for each in given]).reshape(-1, many))
+    )
+    lists = dict(
+        row_begin=row_begin, row_at=row_at, noise_begin=noise_begin, noise_at=noise_at, source_begin=source_begin,
+        source_at=source_at, source=sources_of, spring_kind=[max(map(_kind_of, both)) for both in zip(springs, kicks, strict=True)],
+        mode_count=memories.count, mode_begin=memories.begin, mode_table=memories.table, turned=memories.turned,
+        turned_table=memories.turned_table, drive=drives, drive_steps=[force.size for force, _ in begun],
+        tapped=[tap.mode for tap in memories.taps], wall_at=struck, wall_kind=[rule.kind for rule in rules],
+        damper_at=turned, damper_kind=[each.kind for each in dampers], damper_place=[each.place for each in dampers],
+        contact_at=soft, shaken_at=[each.row for each in shaken], shaken_begin=envelopes,
+        shaken_steps=[each.squares.size for each in shaken],
+    )  # fmt: skip
+    numbers = dict(
+        step=step, rounding=4.0 * float(np.finfo(kind).eps), row=row, noise=noise, source_row=source_row, wave=waves,
+        smooth=[float(each.is_smooth) for each in given], constant=step * constant,
+        pushed=step * constant if frame.centre == 0.0 else 0.0 * constant, early=sum(early for _, early in begun) * np.ones(many), spring=springs, kick=kicks,
+        damping=2.0 * frame.answers, answer=frame.answers, near=memories.near, solve=frame.solve,
+        side=[wall.inwards for wall in walls.values()], place=[wall.position + near * wall.inwards for wall in walls.values()],
+        restitution=[rule.numbers for rule in rules], jump=frame.jumps[struck], along=frame.jumps[struck] @ g.T,
+        reduced=frame.reduced[struck], rests=rests, lean=heavy[:, None] * lean, heavy=heavy,
+        mass=mass, damper=[each.padded for each in dampers], damper_jump=frame.jumps[turned],
+        damper_along=frame.jumps[turned] @ g.T,
+        contact=[[*numbers_of(contact), frame.reduced[n]] for n, _, contact in touched],
+        contact_jump=frame.jumps[soft], contact_along=frame.jumps[soft] @ g.T,
+        shaken=[[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken], turn=_turn(frame, kind) if frame.flight else np.zeros(8 * many),
+        modes=memories.numbers, turns_of_modes=memories.turns,
+    )  # fmt: skip
+    return packed(counts, lists, numbers, long, kind)
+
+
+def _turn(frame: _Frame, kind: np.dtype[Any]) -> Floats:
+    """The numbers of a drift on a circle, as `springpot.simulation.kernel.motion.turn` has them."""
+    w, numbers = frame.flight, list[float]()
+    for phase in (0.5 * w * frame.step, w * frame.step):
+        exact = -2.0 * math.sin(0.5 * phase) ** 2, math.sin(phase) / w, math.sin(phase) * w
+        numbers += exact if kind == np.float64 else turned_in_single(*exact)
+    return np.array([*numbers, w, frame.centre])
+
+
+def _drives(total: Lowered, x0: float, step: float, settings: Settings) -> tuple[Floats, float]:
+    """Riemann and Liouville's force x(0) t^-alpha / Gamma(1 - alpha) in each step, and what it moves before the first.
+
+    With the weights of the scheme.
+    """
+    force, early = np.zeros(0), 0.0
     if settings.derivative == "caputo" or x0 == 0.0:
-        return np.zeros(0, settings.precision)
-    weights = direct(settings.numerical_scheme.family, order, settings.steps + GROUP)
-    return np.asarray(scale * x0 * weights, settings.precision)
+        return force, early
+    for order, c in total.springpots:
+        scheme = settings.numerical_scheme
+        own = c * step**-order * x0 * direct(scheme.family, order, settings.steps + GROUP)
+        early += scheme.early_displacement(order, float(own[0]), step)
+        force = own + (force if force.size else 0.0)
+    return force, early
+
+
+def _substeps(frame: _Frame, touched: Sequence[tuple[int, str, Contact]]) -> int:
+    """Of half a drift with a contact, such that the shortest contact has many."""
+    needed = 1
+    for n, name, contact in touched:
+        free = replace(contact, stiffness=contact.stiffness / frame.reduced[n])
+        parts = math.ceil(min(0.5 * frame.step / (contact_time(free, _TOUCHING_SPEED) / SUBSTEPS), 2.0 * MOST_SUBSTEPS))
+        if parts > MOST_SUBSTEPS:
+            raise ValueError(
+                f"{name} is so stiff that half a step would need more than {MOST_SUBSTEPS} parts: use a Barrier, "
+                "which is the limit."
+            )
+        needed = max(needed, parts)
+    return needed
+
+
+@dataclass(frozen=True, eq=False)
+class _Rule:
+    """A restitution in the kernel: its kind or an address, three numbers, and the function of the user, if any."""
+
+    kind: int
+    numbers: tuple[float, float, float]
+    law: Any = None
+
+
+def _restitution(wall: Barrier, name: str, unit: float) -> _Rule:
+    """The rule of a wall; ``unit`` is the kernel's unit of speed."""
+    law = wall.restitution
+    if isinstance(law, PowerRestitution):
+        return _Rule(POWER, (law.restitution, law.speed / unit, law.exponent))
+    if isinstance(law, Restitution):
+        own = restitution_of(type(law).formula, name, tuple(law.values))
+    elif callable(law):
+        own = restitution_of(law, name)
+    else:
+        return _Rule(FIXED, (law, 0.0, 0.0))
+    return _Rule(own.address, (unit, 0.0, 0.0), own)
+
+
+@dataclass(frozen=True, eq=False)
+class _Shaken:
+    """A white noise that multiplies an elongation: the variance of its impulses, and its envelope in each step.
+
+    Attributes
+    ----------
+    row : int
+    square : float
+    squares : ndarray
+        Of the envelope in each step; empty without one.
+    named : Named
+    """
+
+    row: int
+    square: float
+    squares: Floats
+    named: Named
+
+    def mean_square(self, settings: Settings) -> float:
+        """The mean variance in the window."""
+        return self.square * float(self.squares[slice(*settings.window_steps)].mean() if self.squares.size else 1.0)
+
+
+def _shaken(frame: _Frame, settings: Settings) -> Iterator[_Shaken]:
+    for n, total in enumerate(frame.totals):
+        if total.parametric > 0.0:
+            named = Named(f"parametric {n}", _no_law, 0, "expected")
+            yield _Shaken(n, frame.step * total.parametric, np.zeros(0), named)
+        for noise in total.modulated:
+            squares = noise.squares(frame.units, frame.step, settings.steps)
+            named = Named(f"parametric {noise.name}", _no_law, 0, "expected")
+            yield _Shaken(n, frame.step * noise.intensity, squares, named)
+
+
+def _check_sizes(tables: Tables) -> None:
+    count = tables.count
+    for what, has, most in (
+        ("masses", count("points"), MOST_POINTS), ("points and pairs of ends", count("rows"), kernel.MOST_ROWS),
+        ("walls and contacts", count("walls") + count("contacts"), MOST_WALLS),
+        ("sources of white noise", count("noises") + count("shaken"), kernel.MOST_NOISES),
+        ("sources of other excitation", count("sources"), excitations.MOST_SOURCES),
+        ("nonlinear dampers and forces", count("dampers"), kernel.MOST_DAMPERS),
+        ("memory modes", count("modes"), kernel.MOST_MODES), ("circuits", count("taps"), kernel.MOST_TAPS),
+        ("states of noise, of what yields and of walls", count("states") + count("walls") + 1, kernel.MOST_STATES),
+    ):  # fmt: skip
+        if has > most:
+            raise ValueError(f"the system has {has} {what}, but the kernel holds at most {most}.")
+
+
+def _units(plan: Plan) -> tuple[Units, float]:
+    """Powers of two near the largest length, the shortest time and the usual mass of the motion."""
+    scales, (x0, v0) = plan.motion.scales, start_of(plan)
+    walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
+    longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
+    masses = np.diag(plan.system.coordinates.mass)
+    return Units.near(longest, scales.fastest_rate), 2.0 ** round(float(np.log2(masses).mean()))
+
+
+def _kind_of(springs: Floats) -> int:
+    degree = max((n for n, k in enumerate(springs) if k != 0.0), default=-1)
+    return NO_SPRING if degree < 0 else LINEAR if degree <= 1 else CUBIC if degree <= 3 else NINTH
+
+
+def start_of(plan: Plan) -> tuple[Floats, Floats]:
+    """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
+    names = plan.system.coordinates.names
+    if plan.settings.initial_position is None:
+        raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
+    both = plan.settings.initial_position, plan.settings.initial_velocity
+    x0, v0 = (np.array([given[name] for name in names] if isinstance(given, Mapping) else [given]) for given in both)
+    return x0, v0
+
+
+def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
+    begin = np.concatenate([[0], np.cumsum((rows != 0.0).sum(axis=1))]).astype(np.int64)
+    return begin, np.nonzero(rows)[1].astype(np.int64), rows[rows != 0.0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Memories:
+    """The modes of the springpots and arms of each row; rows with the same parts share their numbers.
+
+    Attributes
+    ----------
+    begin, count, turned : ndarray of int
+        Of each row: its first mode, how many there are, and how many modes of circuits with a coil follow.
+    table, turned_table : ndarray of int
+        Where their numbers begin.
+    near : ndarray, shape (rows, GROUP, 5)
+        Weights of the newest increments in each step of a group.
+    numbers, turns : ndarray
+        Of the modes, and of circuits with a coil.
+    modes : int
+        How many numbers all of them keep.
+    history : ExponentialSum
+        All modes together.
+    taps : tuple of Tap
+    """
+
+    begin: npt.NDArray[np.int64]
+    count: npt.NDArray[np.int64]
+    turned: npt.NDArray[np.int64]
+    table: npt.NDArray[np.int64]
+    turned_table: npt.NDArray[np.int64]
+    near: Floats
+    numbers: Floats
+    turns: Floats
+    modes: int
+    history: ExponentialSum
+    taps: tuple[Tap, ...]
+
+
+def _memories(frame: _Frame, settings: Settings) -> _Memories:
+    totals, step, tables = frame.totals, frame.step, dict[Any, tuple[int, int, Any, ExponentialSum]]()
+    begin, count, table, turned, turned_table = (np.zeros(len(totals), np.int64) for _ in range(5))
+    near = np.zeros((len(totals), GROUP, 5))
+    numbers, turns = (list[Any]([np.zeros(0)]) for _ in range(2))
+    modes, histories, taps = 0, [], list[Tap]()
+    for e, total in enumerate(totals):
+        key = total.springpots, total.arms
+        if key not in tables:
+            own, history = memory_of(*key, settings.numerical_scheme, step, settings)
+            tables[key] = sum(part.size for part in numbers), sum(part.size for part in turns), own, history
+            numbers.append(np.hstack([own.powers.reshape(-1, GROUP), own.weights.reshape(-1, GROUP)]).ravel())
+            turns.append(own.turns)
+        table[e], turned_table[e], own, history = tables[key]
+        begin[e], count[e], turned[e] = modes, own.powers.size // GROUP, own.turns.size // NUMBERS
+        taps += taps_of(total.arms, own, history, step, modes)
+        modes += int(count[e] + 2 * turned[e])
+        histories.append(history)
+        new, old, r1, r2, r3 = (float(number) for number in own[2:7])
+        near[e] = [[old, new, 0, 0, 0], [0, r1, new, 0, 0], [0, r2, r1, new, 0], [0, r3, r2, r1, new]]
+    together = ExponentialSum(
+        np.concatenate([np.zeros(0), *(history.rates for history in histories)]),
+        np.concatenate([np.zeros(0), *(history.weights for history in histories)]),
+        max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
+    )  # fmt: skip
+    return _Memories(
+        begin, count, turned, table, turned_table, near, np.concatenate(numbers), np.concatenate(turns), modes, together,
+        tuple(taps),
+    )  # fmt: skip
+
+
+def _no_law(word: int, place: int, parts: int) -> None:
+    """The kernel has its numbers elsewhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Damper:
+    """A nonlinear damper, a part that yields, the dissipation of a contact, or a force of the user.
+
+    Attributes
+    ----------
+    named : Named
+    row, kind : int
+        The number of its elongation, and the kind of its law.
+    numbers : tuple of float
+        Of its law per unit of the reduced mass, and that.
+    law : NamedTuple or None
+        Of the user's force.
+    """
+
+    named: Named
+    row: int
+    kind: int
+    numbers: tuple[float, ...]
+    place: int = 0
+    law: Any = None
+
+    @property
+    def padded(self) -> list[float]:
+        """As the kernel has them, the reduced mass last."""
+        *own, mass = self.numbers
+        return [*own, *(0.0,) * (laws.NUMBERS_OF_DAMPER - len(self.numbers)), mass]
+
+
+def _dampers(frame: _Frame, place: int) -> Iterator[_Damper]:
+    """With the first place of their states."""
+    kinds = {hysteresis.Plastic: laws.JENKINS, hysteresis.WholePower: laws.WHOLE, hysteresis.AnyPower: laws.ANY}
+    for n, total in enumerate(frame.totals):
+        mass = float(frame.reduced[n])
+        for named in total.forces:
+            match law := named.make(0, place, 1):
+                case forces.CoulombDamper():
+                    yield _Damper(named, n, laws.COULOMB, (law.impulse / mass, mass))
+                case forces.PowerDamper():
+                    yield _Damper(named, n, laws.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
+                case forces.VanDerPolDamper():
+                    yield _Damper(named, n, laws.VAN_DER_POL, (law.rate / mass, law.square, mass))
+                case hysteresis.Hysteresis(impulse, _, _, inner):
+                    own = replace(named, place=place, states=laws.STATES_OF_YIELDING)
+                    yield _Damper(own, n, kinds[type(inner)], (impulse / mass, *inner, mass), place)
+                    place += own.states
+                case _:
+                    function = law.function
+                    yield _Damper(named, n, function.address, (law.half / mass, *law.units, mass), law=function)
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """A source of excitation: its law in the kernel, its name, and the row on which it acts.
+
+    ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
+    steps are nearly alike.  ``course`` is that of each step over this, where an envelope changes it.
+    """
+
+    named: Named
+    law: Any
+    row: Floats
+    brought: float
+    is_smooth: bool
+    course: Floats
+
+
+def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, list[_Given], Floats]:
+    """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
+    many, unit_mass, step, parts = len(frame.at.names), frame.unit_mass, frame.step, dict(plan.system.named())
+    white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(many)
+    for name, row in plan.system.coordinates.forces.items():
+        part = parts[name]
+        row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
+        own = part.per_mass(1.0 if part.of_ground else unit_mass)
+        more = lower(own, name, frame.units, step).over(plan.settings.steps)
+        if more.white > 0.0:
+            white.append(math.sqrt(more.white) * row)
+        constant -= sum(more.springs[:1]) * row
+        more += modulated_noise(more, frame.units, step, plan.settings.steps, plan.settings.window_steps)
+        given += [(named, row, None) for named in more.forces]
+    for thermal in plan.system.of(ThermalNoise):
+        name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
+        for n, (total, row) in enumerate(zip(frame.totals, frame.rows, strict=True)):
+            if total.remembers:
+                own, hot = f"{name} of row {n}", replace(total, temperature=warm)
+                noise = thermal_noise(own, hot, step, plan.settings.steps, parts_of_step)
+                given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
+            elif total.springpots:
+                white.append(math.sqrt(2.0 * warm * total.dashpots) * row)
+    placed = [*_placed(given, parts_of_step, plan.settings.window_steps)]
+    return np.array(white).reshape(-1, many), placed, constant
+
+
+def _temperature(thermal: ThermalNoise, frame: _Frame) -> float:
+    return lower(thermal.per_mass(frame.unit_mass), "", frame.units, frame.step).temperature
+
+
+def _of_thermal_noise(plan: Plan, parts: Parts, frame: _Frame) -> Iterator[Reading]:
+    """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
+    for thermal in plan.system.of(ThermalNoise):
+        name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
+        white = sum(
+            warm * total.dashpots / float(mass)
+            for total, mass in zip(frame.totals, frame.reduced, strict=True)
+            if not total.remembers
+        )
+        works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
+        yield Reading(f"{name}_power", works, "time", frame.power * white)
+
+
+def _drawn(law: Any, window: tuple[int, int]) -> tuple[float, Floats]:
+    """Variance of what a source draws anew for the impulse of a step: its mean over the window, and that of each step
+    over this, which is empty without an envelope.
+    """
+    size, roots = {
+        sources.Modulated: lambda: (1.0, law.roots),
+        sources.ModulatedWhite: lambda: (1.0, law.roots),
+        sources.Poisson: lambda: (float(law.size**2 * law.rate), law.envelope),
+        sources.Filtered: lambda: (float(law.newest[0]) ** 2, law.envelope),
+    }.get(type(law), lambda: (0.0, np.zeros(0)))()
+    mean = float((roots[slice(*window)] ** 2).mean()) if roots.size else 1.0
+    return size * mean, np.asarray(roots**2 / mean if mean > 0.0 else np.zeros(0))
+
+
+def _placed(
+    given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int, window: tuple[int, int]
+) -> Iterator[_Given]:
+    """Each source with its own counter words and its place among the states."""
+    word, place = kernel.MOST_NOISES, 0
+    for named, row, brought in given:
+        law = named.make(word, place, parts_of_step)
+        whole, course = brought, np.zeros(0)
+        if whole is None:  # some laws take long to make
+            whole, course = _drawn(law if parts_of_step == 1 else named.make(word, place, 1), window)
+        rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
+        yield _Given(replace(named, does="nothing" if rough else "feeds"), law, row, whole, not rough and brought is None, course)
+        word, place = word + sources.WORDS, place + named.states
+
+
+def _told(law: Any) -> tuple[list[int], tuple[float, float], Floats]:
+    """A law in the kernel, as `springpot.simulation.kernel.excitations` has it: six integers, two numbers, and a long list."""
+    word, place, none = law.word, getattr(law, "place", 0), (0.0, 0.0)
+    match law:
+        case sources.Filtered():
+            long = np.concatenate([law.newest, law.pairs.ravel(), law.start.ravel(), law.envelope])
+            return [excitations.FILTERED, word, place, len(law.pairs), len(law.start), 0], none, long
+        case sources.Harmonic():
+            return [excitations.HARMONIC, word, place, 0, 0, 0], (law.impulse, law.turn), np.zeros(0)
+        case sources.Poisson():
+            return [excitations.POISSON, word, place, 0, 0, 0], (law.rate, law.size), law.envelope
+        case sources.Table():
+            return [excitations.TABLE, word, place, len(law.impulses), int(law.drawn), 0], none, law.impulses.ravel()
+        case sources.ModulatedWhite():
+            return [excitations.MODULATED, word, place, 0, law.roots.size, 0], none, law.roots
+    long = np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
+    return [excitations.MODULATED, word, place, law.seen.shape[1], law.roots.size, 0], none, long
+
+
+def _precision(settings: Settings, noisy: bool) -> str:
+    """Of the sweep: double without noise.
+
+    Without it one path is the answer, and its last digits may be wanted.
+    """
+    single = noisy and settings.precision == "float32" and settings.memory_tolerance >= SINGLE_PRECISION
+    return "float32" if single else "float64"
+
+
+def _readings(
+    plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple[str, Floats]]
+) -> Iterator[Reading]:
+    """Every result but the balance of energy.
+
+    ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a
+    quarter of their difference squared, by noise and by the dampers that take it again.  With S of `compose`,
+    M and the covariance B of the noise's impulse it is p S B M^-1 p / 4 of a point with the row p: exact for matched
+    noise of dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and
+    white noise.  ``shaking``: the same of noise that multiplies an elongation, per square of that, by its row.
+    """
+    system, at = plan.system, plan.system.coordinates
+    gauged = dict(zip(at.numbers, parts.gauged, strict=False))
+    for i, (point, own, lack) in enumerate(zip(at.points, at.rows.tolist(), lacking, strict=True)):
+        letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
+        called = name_at(system, point)
+        yield Reading(f"{called}x_mean", {f"{letters[0]} of {of}": 1.0})
+        yield Reading(f"{called}x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
+        above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
+        if parts.sees_v:
+            yield Reading(f"{called}v_mean_square", {f"v^2 of {of}": 1.0})
+        else:
+            yield Reading(f"{called}v_mean_square", above, added=float(lack))
+    for pair, own_row in at.pairs.items():
+        row = gauged[tuple(own_row.tolist())]
+        yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
+        yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
+    for name, part in system.named():
+        if isinstance(part, Stop):
+            yield Reading(f"{name}_impact_rate", {f"{name} impacts": 1.0}, "time")
+            yield Reading(f"{name}_impact_speed_mean", {f"{name} speeds": 1.0}, (f"{name} impacts",))
+            yield Reading(f"{name}_impact_speed_mean_square", {f"{name} squares": 1.0}, (f"{name} impacts",))
+            yield Reading(f"{name}_power", {f"{name} loss": 1.0}, "time")
+            yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
+    if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
+        for tap in parts.taps:
+            square, _, name = tap.name.partition(" of ")
+            yield Reading(f"{name}_{square}_mean_square", {tap.name: 1.0}, "groups")
+            if square == "current" and (count := system.counts.get(name)):
+                yield Reading(f"{name}_current_of_one_mean_square", {tap.name: 1.0 / count**2}, "groups")
+        circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
+        loads = {f"{part.of_load} of {name}": 1.0 / part.load for name, part in circuits}
+        yield Reading("harvested_power", loads, "groups")
+    if any(part.dissipates and "damping" in part.powers for part in system.parts):
+        yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
+    yield from _of_a_lone_mass(system, parts)
+    for point, shares in zip(at.points, at.rows.tolist(), strict=True):
+        x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
+        called = name_at(system, point)
+        yield Reading(f"{called}x_mean_end", x, "one")
+        yield Reading(f"{called}x_mean_square_end", x, "one", power=2)
+        yield Reading(f"{called}v_mean_square_end", v, "one", power=2)
+
+
+def name_at(system: System, point: str) -> str:
+    """How the names of results of a point begin: those of a lone mass have no name."""
+    return f"{point}_" if len(system.points) > 1 else ""
+
+
+def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
+    """The results that only a lone mass has: its amplitude, the impacts on all stops, the force of its dampers."""
+    if not parts.tables.count("forced"):
+        return
+    x, v = (f"{name} of {parts.points[0]}" for name in ("x^2", "v^2"))
+    if system.stiffness > 0.0:
+        share = system.natural_frequency**-2
+        yield Reading("amplitude_mean_square", {x: 1.0, v: share})
+        ends = (f"{end} of {parts.points[0]}" for end in _ENDS)
+        yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
+    impacts, speeds, squares = (tuple(f"{stop} {of}" for stop in parts.walls) for of in _OF_A_WALL[:3])
+    if parts.walls:
+        yield Reading("impact_rate", dict.fromkeys(impacts, 1.0), "time")
+        yield Reading("impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
+        yield Reading("impact_speed_mean_square", dict.fromkeys(squares, 1.0), impacts)
+    yield Reading("damping_force_mean", {"force": 1.0})
+    yield Reading("damping_virial", {"virial": 1.0})
+    if parts.contacts:
+        yield Reading("contact_share", {"contacts' time": 1.0}, "time")
+        yield Reading("contact_penetration", {"contacts' depth": 1.0}, "one")

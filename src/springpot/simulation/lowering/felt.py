@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.excitations import Excitation
-from springpot.simulation.kernel.felt import NUMBERS
-from springpot.simulation.kernel.hysteresis import STATES
+from springpot.simulation.kernel.feeling import NUMBERS
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
 from springpot.simulation.plan.plan import Plan
@@ -76,7 +75,7 @@ def roughness_in_steps(plan: Plan, felt: FeltInKernel, seen: Seen) -> Floats:
 
 def lowered_felt(
     plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
-    step: float, named: Sequence[Named], modulated: Sequence[tuple[Floats, Floats]] = (), shift: float = 0.0,
+    step: float, named: Sequence[Named], modulated: Sequence[tuple[Floats, Floats]] = (),
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -96,8 +95,6 @@ def lowered_felt(
         The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
     modulated : sequence of (ndarray, ndarray)
         Of each noise with an envelope its part of ``jumps``, and by which factor that differs from it in each step.
-    shift : float
-        Of the displacements that observers see, from those of the parts.
     """
     felt, excitations = plan.motion.felt, dict(plan.system.named())
     # of a run that is far shorter than any time of the motion there would be as many as memory holds
@@ -129,11 +126,10 @@ def lowered_felt(
             for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
                 term = new_term(e)
                 term[12], term[15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
-                term[15] += shift
             for n in (n for n in own if n in yields):
                 term = new_term(e)
                 term[13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
-                term[14] = yields[n].place + STATES - GROUP
+                term[14] = yields[n].place + 3
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}

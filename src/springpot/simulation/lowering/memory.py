@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.memory import ExponentialSum, exponential_sum
 from springpot.memory.exponential_sum import shared_span
-from springpot.simulation.kernel.block import Memory
 from springpot.simulation.kernel.lanes import GROUP, MOST_MODES
 from springpot.simulation.kernel.questions import answer_of_springpot
 from springpot.simulation.lowering.parts import Arm, Lowered
@@ -19,6 +19,19 @@ from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings
 
 _SMOOTHED = 0.27  # by the spectra of the step, at orders from 0.3 to 0.9: within 0.06
+
+
+class Memory(NamedTuple):
+    """Weights of the springpot's memory, in units of force: of the modes and of the newest increments."""
+
+    powers: npt.NDArray[np.floating]  # (4 * modes,) a, a^2, a^3, a^4 - 1 of each mode
+    weights: npt.NDArray[np.floating]  # (4 * modes,) w a, w a^2, w a^3, w a^4
+    newest: np.floating  # weight of the last increment
+    older: np.floating  # extra weight of the one before it, which is in the modes already
+    recent1: np.floating  # full weight of the one before the last, which is not in the modes yet; and so on
+    recent2: np.floating
+    recent3: np.floating
+    turns: npt.NDArray[np.floating]  # of circuits with a coil, as `springpot.simulation.kernel.motion.remember` has them
 
 
 def answer_of(total: Lowered, step: float) -> float:

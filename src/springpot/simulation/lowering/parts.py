@@ -50,13 +50,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.hysteresis import Yielding
 from springpot.simulation.kernel import forces, hysteresis, sources
 from springpot.simulation.kernel.lanes import GROUP, MOST_CONTACTS, MOST_FORCES, MOST_STATES
-from springpot.simulation.kernel.no_wall import NoWall
-from springpot.simulation.kernel.restitution import rule_of
-from springpot.simulation.kernel.rigid_wall import Rigid
-from springpot.simulation.kernel.soft_contacts import Soft
-from springpot.simulation.kernel.two_walls import Pair
 from springpot.simulation.kernel.of_users import OwnForce, force_of
-from springpot.simulation.lowering import walls
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, check_table, law_of, mean_squares
 from springpot.simulation.plan.settings import MOST_STEPS
@@ -202,8 +196,6 @@ def lower(part: object, name: str, units: Units, step: float) -> Lowered:
     name : str
         Its name in the system.
     units : Units
-        Mirrored for the paper's problem with an upper wall only: springs, springpots and white noise are the same then.
-        Places are measured from their origin.
     step : float
         In the kernel's units.
     """
@@ -504,9 +496,7 @@ def _(part: ThermalNoise, name: str, units: Units, step: float) -> Lowered:
 
 @lower.register
 def _(part: Barrier, name: str, units: Units, step: float) -> Lowered:
-    # a lone upper wall is a lower one in the mirror
-    side = part.side if units.sign > 0.0 else "above"
-    return Lowered(barriers=((name, Barrier(units.sign * part.position / units.length, part.restitution, side)),))
+    return Lowered(barriers=((name, replace(part, position=part.position / units.length)),))
 
 
 @lower.register
@@ -587,101 +577,9 @@ def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int
     return _filtered(name, filters, parts * step, 2.0 * theta * white * parts * step)
 
 
-def forces_of(total: Lowered, share: float, step: float, parts_of_step: int) -> tuple[Any, tuple[Named, ...]]:
-    """The sum of all forces in the kernel, and those of them that have a name, in the order of their work."""
-    named: list[Named] = []
-    if total.parametric > 0.0:
-        law = forces.Parametric(total.white * step, total.parametric * step, 0.5 * share * total.parametric * step)
-        parts: list[Any] = [law]
-        named.append(Named("parametric", lambda word, place, parts: law, 0, "expected"))
-    else:
-        parts = [forces.White(math.sqrt(total.white * step))]
-    coefficients = [step * k for k in total.springs]
-    if any(coefficients):
-        degree = max(n for n, k in enumerate(coefficients) if k != 0.0)
-        kind: Any = forces.Cubic if degree <= 3 else forces.Nonic
-        size = len(kind._fields)
-        spring = kind(*[*coefficients, *(0.0,) * size][:size])
-        parts.append(spring)
-        named.append(Named("springs", lambda word, place, parts: spring, 0, "springs"))
-    word, place = 1, 0
-    for force in total.forces:
-        if isinstance(parts[0], forces.White) and force.join is not None:
-            parts[0] = force.join(word, place, parts_of_step, total.white * step)
-            named.insert(0, force)
-        else:
-            law = force.make(word, place, parts_of_step)
-            parts.append(law._replace(share=share) if isinstance(law, sources.ModulatedParametric) else law)
-            named.append(replace(force, place=place))
-        word, place = word + sources.WORDS, place + force.states
-    if len(named) > MOST_FORCES or place > MOST_STATES:
-        raise ValueError(
-            f"the system has {len(named)} forces with {place} states of their own, but the kernel holds at most "
-            f"{MOST_FORCES} with {MOST_STATES}: leave some out."
-        )
-    whole = parts[-1]
-    for part in reversed(parts[:-1]):
-        whole = forces.Sum(part, whole)
-    return whole, tuple(named)
-
-
 def numbers_of(contact: Contact) -> tuple[float, ...]:
     """A contact as the kernels have it: where it is, the sign of its force, and its law."""
     return contact.position, contact.inwards, contact.stiffness, contact.exponent, contact.dissipation
-
-
-def wall_of(
-    total: Lowered, speed: float, spread: float, unit: float, step: float, resting: Collection[str] = ()
-) -> Any:
-    """The wall of the kernel.
-
-    Parameters
-    ----------
-    total : Lowered
-    speed : float
-        The largest one for which soft contacts are resolved.
-    spread : float
-        Standard deviation of the displacement, about.
-    unit : float
-        The kernel's unit of speed, in m/s.
-    step : float
-    resting : collection of str
-        The walls on which the mass can rest.
-    """
-    low = [(name, wall) for name, wall in total.barriers if wall.side == "above"]
-    high = [(name, wall) for name, wall in total.barriers if wall.side == "below"]
-    near = all(walls.is_near(wall.position, spread) for _, wall in total.barriers)
-    if not total.contacts and not high:
-        if not low:
-            return NoWall(0.0)
-        ((name, wall),) = low
-        return Rigid(wall.position, rule_of(wall, name, unit), near, name in resting)
-    below, above = (found[0] if found else ("", Barrier(end)) for found, end in ((low, -_FAR), (high, _FAR)))
-    rules = rule_of(below[1], below[0], unit), rule_of(above[1], above[0], unit)
-    rests = (not total.contacts and name in resting for name in (below[0], above[0]))
-    rigid = Pair(below[1].position, above[1].position, *rules, near, *rests)
-    return _soft(total, rigid, speed, step) if total.contacts else rigid
-
-
-def _soft(total: Lowered, rigid: Pair, speed: float, step: float) -> Soft:
-    if len(total.contacts) > MOST_CONTACTS:
-        raise ValueError(f"the system has {len(total.contacts)} contacts, but the kernel holds only {MOST_CONTACTS}.")
-    substeps = 1
-    for name, contact in total.contacts:
-        needed = math.ceil(min(0.5 * step / (contact_time(contact, speed) / SUBSTEPS), 2.0 * MOST_SUBSTEPS))
-        if needed > MOST_SUBSTEPS:
-            raise ValueError(
-                f"{name} is so stiff that half a step would need more than {MOST_SUBSTEPS} parts: use a Barrier, "
-                "which is the limit."
-            )
-        substeps = max(substeps, needed)
-    return Soft(
-        max([rigid.low, *(c.position for _, c in total.contacts if c.side == "above")]),
-        min([rigid.high, *(c.position for _, c in total.contacts if c.side == "below")]),
-        rigid if total.barriers else NoWall(0.0),
-        np.array([numbers_of(contact) for _, contact in total.contacts]).ravel(),
-        substeps,
-    )
 
 
 def contact_time(contact: Contact, speed: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 
@@ -17,17 +17,20 @@ class Reading:
         Of the result.
     above : dict
         The columns of the sum, each with its factor.
-    over : {"steps", "time", "groups", "one"} or str
-        What it is divided by: the steps, the time or the groups of steps of the window, nothing, or the column of that
-        name (a ratio of two means over all paths).
+    over : {"steps", "time", "groups", "one"} or sequence of str
+        What it is divided by: the steps, the time or the groups of steps of the window, nothing, or the sum of columns
+        (a ratio of two means over all paths).
     added : float
         To the quotient.
     power : int
         Of the sum of each path.
+    squares : dict
+        Columns whose squares are added to that, each with its factor.
     """
 
     name: str
     above: Mapping[str, float]
-    over: Literal["steps", "time", "groups", "one"] | str = "steps"
+    over: Literal["steps", "time", "groups", "one"] | tuple[str, ...] = "steps"
     added: float = 0.0
     power: int = 1
+    squares: Mapping[str, float] = field(default_factory=dict)

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +21,6 @@ from springpot.simulation.lowering.compose import Parts, compose
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-
-if TYPE_CHECKING:
-    from springpot.simulation.lowering.several import PartsOfSeveral
 
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
 
@@ -61,11 +58,11 @@ class Simulation:
     ----------
     plan : Plan
         Complete: x(0) is known.
-    parts : Parts or PartsOfSeveral
+    parts : Parts
     """
 
     plan: Plan
-    parts: Parts | PartsOfSeveral
+    parts: Parts
 
     @property
     def settings(self) -> Settings:
@@ -191,7 +188,7 @@ def _rooms(observer: Observer, blocks: int) -> tuple[Floats, Floats]:
     return own, np.zeros((blocks if observer.per_block else min(blocks, BATCHES), others))
 
 
-def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts | PartsOfSeveral) -> Observers:
+def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts) -> Observers:
     """The observers in the form that the kernel takes: addresses; walls and what is felt are those of the parts."""
 
     def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:

@@ -35,7 +35,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System
-from springpot.simulation.kernel.felt import MOST_FELT
+from springpot.simulation.kernel.feeling import MOST_FELT
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
@@ -277,8 +277,9 @@ class Motion:
 
     @property
     def displacements_shown(self) -> int:
-        """How many displacements the kernel shows before what is felt."""
-        return 1
+        """How many displacements the kernel shows before what is felt: of coordinates, and of all rows."""
+        at = self.system.coordinates
+        return len(at.names) + len(at.numbers)
 
     @property
     def arguments(self) -> dict[str, tuple[str, int]]:

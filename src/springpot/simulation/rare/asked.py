@@ -32,7 +32,7 @@ from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.kernel.cache import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
-from springpot.simulation.lowering.composed import Composed
+from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
@@ -192,7 +192,7 @@ class Asked:
         return replace(self, target=target, floor=float(floor), iterations=1.0 + math.log2(0.5 / _RARE) * max(far, 0.0))
 
 
-def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, sign: float) -> Asked:
+def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign: float) -> Asked:
     """The quantity, in the window of the plan; the coordinate counts in that of the run.
 
     Parameters
@@ -203,7 +203,7 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
         1 if levels of a quantity with sides are exceeded upwards, -1 downwards.
     """
     motion, units, (low, high) = plan.motion, parts.units, plan.settings.window_steps
-    kind, seen, up = quantity.kind, quantity.seen, sign * units.sign if quantity.has_sides else 0.0
+    kind, seen, up = quantity.kind, quantity.seen, sign if quantity.has_sides else 0.0
     scale = {"own": 1.0, "energy": units.speed**2}.get(kind, units.speed if quantity.unit == "m s-1" else units.length)
     kernels = np.asarray(levels, float) * (sign if quantity.has_sides else 1.0) / scale
     constants = np.zeros(_MARKS - _FIRST)
@@ -218,8 +218,8 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
-    put(_CENTRE, 0.0 if kind == "force" else units.shift)
-    put(_LOWEST, sorted(units.sign * end / units.length for end in (seen.low, seen.high)))
+    put(_CENTRE, 0.0 if kind == "force" else parts.centre)
+    put(_LOWEST, sorted(end / units.length for end in (seen.low, seen.high)))
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
     if kind in ("v", "speed", "force"):
@@ -265,16 +265,16 @@ def asked_of(plan: Plan, parts: Composed, quantity: Quantity, levels: Floats, si
 
 
 def _put_energy(
-    put: Callable[[int, Any], None], motion: Motion, parts: Composed, quantity: Quantity, sign: float
+    put: Callable[[int, Any], None], motion: Motion, parts: Parts, quantity: Quantity, sign: float
 ) -> None:
     """What the energy of one mass, and the loss at a wall behind its motion, is made of."""
-    ends = sorted(parts.units.sign * end / parts.units.length for end in (motion.low, motion.high))
+    ends = sorted(end / parts.units.length for end in (motion.low, motion.high))
     energy = _energy(motion, parts)
     put(_STIFFNESS, energy.stiffness)
     put(_LEFT, (1.0, 1.0))
     put(_STRUCK, min((energy(end) for end in ends if math.isfinite(end)), default=0.0))
     if quantity.kind == "x" and (loss := _loss(motion, sign)):
-        put(_BEHIND, energy(loss.place * parts.units.sign / parts.units.length))
+        put(_BEHIND, energy(loss.place / parts.units.length))
         put(_LEFT, (loss.left, loss.raised))
     put(_COUNT, len(energy.beyond))
     put(_COEFFICIENTS, energy.beyond)
@@ -291,11 +291,11 @@ class _Energy:
         return 0.5 * self.stiffness * x * x + sum(c * x ** (n + 1) for n, c in enumerate(self.beyond))
 
 
-def _energy(motion: Motion, parts: Composed) -> _Energy:
+def _energy(motion: Motion, parts: Parts) -> _Energy:
     """Of the springs, with what the elements with memory add at the resonance."""
     units, system = parts.units, motion.system
     force = [
-        c * units.sign ** (n + 1) * units.length ** (n - 1) * units.time**2
+        c * units.length ** (n - 1) * units.time**2
         for n, c in enumerate(system.potential.coefficients)
     ]
     stiffness = force[1] if len(force) > 1 else 0.0

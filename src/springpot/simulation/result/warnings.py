@@ -97,7 +97,7 @@ def doubts(
 def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
     """Of steps in which the kernel did not follow every impact."""
     column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    if "halts" in column and (count := int(column["collapses"].sum())):
+    if count := int(column["collapses"].sum()):
         yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
 
 
@@ -293,7 +293,7 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
-    walls = [f"{wall}_" for wall in reached.simulation.parts.struck] or [""]
+    walls = [f"{wall}_" for wall in reached.simulation.parts.struck if not reached.simulation.parts.tables.count("forced")] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
         for name in (f"{wall}{of}" for wall in walls for of in ("impact_rate", "impact_speed_mean"))

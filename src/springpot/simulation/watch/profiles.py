@@ -32,7 +32,6 @@ from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import observer_of
 
 if TYPE_CHECKING:
-    from springpot.simulation.lowering.several import PartsOfSeveral
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
 _KINDS = 7  # x, x^2, v^2, impacts, squares of their speeds, speeds, and impacts and speeds together
@@ -222,7 +221,7 @@ def _end_bin(array, sums, kinds):
 
 
 def powers_of(
-    parts: Parts | PartsOfSeveral, motion: Motion, edges: npt.NDArray[np.int64], settings: Settings
+    parts: Parts, motion: Motion, edges: npt.NDArray[np.int64], settings: Settings
 ) -> Observer:
     """The sums of the power that dampers and memory take, and of what excitations feed in beyond an expected power."""
     names = ["power", *(f"work of {each.name}" for each in parts.named)]
@@ -259,7 +258,7 @@ def _power_steps() -> Any:
 
 
 def powers_in(
-    parts: Parts | PartsOfSeveral, motion: Motion, settings: Settings, edges: npt.NDArray[np.int64], found: Floats
+    parts: Parts, motion: Motion, settings: Settings, edges: npt.NDArray[np.int64], found: Floats
 ) -> dict[str, tuple[Floats, Floats, Floats]]:
     """As `profiles_in`, of what `powers_of` kept."""
     sums = found[:, found.shape[1] - 4 * edges.size :].sum(axis=0).reshape(edges.size, _POWERS, 2)[1:]
@@ -269,7 +268,7 @@ def powers_in(
     for kind, (name, beside) in enumerate((("damping_power", share * expected), ("input_power", expected))):
         if name in possible_results(motion.system):
             mean, error = (each / np.diff(edges) for each in _over_paths(sums[:, kind], motion, settings))
-            profiles[f"{name}_profile"] = times, parts.mass * (mean + beside), parts.mass * error
+            profiles[f"{name}_profile"] = times, mean + beside, error
     return profiles
 
 
