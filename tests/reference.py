@@ -615,7 +615,7 @@ def _excitation(
     system: sp.System, h: float, steps: int, seed: int, path: int, words: int, draw: Callable[..., Floats]
 ) -> tuple[Floats, Callable[[int, Floats], Floats], Callable[[int], Floats]]:
     """The impulses on the masses in a step: constant; those of step n, at x; and of these what changes little."""
-    at, parts, alone = system.coordinates, dict(system.named()), len(system.coordinates.names) == 1
+    at, parts = system.coordinates, dict(system.named())
     constant, white, shaken, given = np.zeros(len(at.names)), [], [], []
     for name, force in at.forces.items():
         part = parts[name]
@@ -632,20 +632,14 @@ def _excitation(
     for name, part in parts.items():
         if isinstance(part, sp.ParametricNoise):
             shaken.append((at.elongations[name], math.sqrt(part.intensity * h)))
-    if alone:  # one normal for all white noise
-        white = [np.sqrt(sum((each**2 for each in white), np.zeros(1)))]
-    drawn = [draw(seed, path, steps, word) for word in range(len(white) + (0 if alone else len(shaken)))]
+    drawn = [draw(seed, path, steps, word) for word in range(len(white) + len(shaken))]
 
     def at_step(n: int, x: Floats) -> Floats:
         found = np.zeros(len(at.names))
-        if alone:
-            square = white[0] ** 2 + sum((root * float(g @ x)) ** 2 for g, root in shaken)
-            found = found + np.sqrt(square) * drawn[0][n]
-        else:
-            for force, numbers in zip(white, drawn, strict=False):
-                found = found + force * numbers[n]
-            for (g, root), numbers in zip(shaken, drawn[len(white) :], strict=True):
-                found = found + root * abs(float(g @ x)) * numbers[n] * g
+        for force, numbers in zip(white, drawn, strict=False):
+            found = found + force * numbers[n]
+        for (g, root), numbers in zip(shaken, drawn[len(white) :], strict=True):
+            found = found + root * abs(float(g @ x)) * numbers[n] * g
         return found + sum((row[n] * force for row, force, _ in given), np.zeros(len(at.names)))
 
     def smooth(n: int) -> Floats:

@@ -19,7 +19,7 @@ DOUBLE = 1e-10  # relative error of the memory, with which all is in double prec
 ROUNDING = 2e-6  # of the normals, which the kernels have in single precision, over the size of the motion
 APART = 5e-3  # what becomes of it in 2,000 steps where impacts and bent springs pull neighbouring paths apart
 START = {"a": 0.4, "b": 0.3}
-OF_ONE, OF_SEVERAL = 1, 16  # counter words of their first excitation that is not white
+WORDS = 16  # counter word of the first excitation that is not white
 
 A, AB = ("ground", "a"), ("a", "b")
 SHAKEN = sp.RecordedExcitation(np.linspace(0.0, 60.0, 300), np.sin(np.linspace(0.0, 60.0, 300) ** 1.2), on="ground")
@@ -139,7 +139,7 @@ def test_two_masses(name: str) -> None:
     run, start = _run(system, START), np.array([0.4, 0.3])
     short = simulation_of(plan_of(system, paths=PATHS, duration=STEP * STEPS, step=STEP, start="rest")).substeps
     for path in range(PATHS):
-        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=OF_SEVERAL, x=start, substeps=short)
+        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=WORDS, x=start, substeps=short)
         bent = by_hand.impacts or any(not part.is_odd or part.is_bent for part in system.elements.values())
         assert largest_deviation(run, path, by_hand) < (APART if bent else ROUNDING)
 
@@ -149,7 +149,7 @@ def test_impacts_of_two_masses() -> None:
     """Their number, speeds and momentum at each wall."""
     system = two_masses(*OF_TWO["walls of two rows"])
     run = _run(system, START, paths=1)
-    impacts = walk(system, STEP, STEPS, seed=SEED, words=OF_SEVERAL, x=np.array([0.4, 0.3])).impacts
+    impacts = walk(system, STEP, STEPS, seed=SEED, words=WORDS, x=np.array([0.4, 0.3])).impacts
     for wall in ("barrier_1", "barrier_2"):
         own = [each for each in impacts if each.wall == wall]
         assert len(own) > 20
@@ -164,7 +164,7 @@ def test_impacts_of_two_masses() -> None:
 def test_a_force_of_the_user() -> None:
     system = two_masses(sp.Force(pushed, between=A))
     run = _run(system, START)
-    by_hand = walk(system, STEP, STEPS, seed=SEED, path=1, words=OF_SEVERAL, x=np.array([0.4, 0.3]))
+    by_hand = walk(system, STEP, STEPS, seed=SEED, path=1, words=WORDS, x=np.array([0.4, 0.3]))
     assert largest_deviation(run, 1, by_hand) < ROUNDING
 
 
@@ -178,8 +178,8 @@ def test_one_mass(name: str) -> None:
     run = _run(system, 0.6)
     flight = plan_of(system, start="rest").motion.scales.flight_frequency
     for path in range(PATHS):
-        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=OF_ONE, flight=flight, x=0.6)
-        assert largest_deviation(run, path, by_hand) < 10.0 * ROUNDING
+        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
+        assert largest_deviation(run, path, by_hand) < (APART if name == "many kinds" else 10.0 * ROUNDING)
 
 
 def momenta(by_hand: Path, wall: str) -> float:
@@ -197,8 +197,7 @@ def test_rest_of_one_mass(name: str) -> None:
     start, parts = RESTING[name]
     system = sp.System(sp.Spring(4.0), sp.Dashpot(0.1), *parts)
     run = _run(system, start, paths=1)
-    flight = plan_of(system, start="rest").motion.scales.flight_frequency
-    by_hand = walk(system, STEP, STEPS, seed=SEED, words=OF_ONE, flight=flight, x=start)
+    by_hand = walk(system, STEP, STEPS, seed=SEED, words=WORDS, x=start)
     assert largest_deviation(run, 0, by_hand) < ROUNDING
     assert len(by_hand.rest) > 20
     for wall in (each for each, part in system.named() if isinstance(part, sp.Barrier)):
@@ -215,7 +214,7 @@ def test_rest_of_two_masses(name: str) -> None:
     system = sp.System(sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), *dashpots, *PILES[name])
     start = {"a": 0.3, "b": 0.6}
     run = _run(system, start, paths=1)
-    by_hand = walk(system, STEP, STEPS, seed=SEED, words=OF_SEVERAL, x=np.array([*start.values()]))
+    by_hand = walk(system, STEP, STEPS, seed=SEED, words=WORDS, x=np.array([*start.values()]))
     assert largest_deviation(run, 0, by_hand) < ROUNDING
     assert len(by_hand.rest) > 500
     for wall in (each for each, part in system.named() if isinstance(part, sp.Barrier)):
