@@ -199,7 +199,7 @@ def test_rest_of_one_mass(name: str) -> None:
     run = _run(system, start, paths=1)
     by_hand = walk(system, STEP, STEPS, seed=SEED, words=WORDS, x=start)
     assert largest_deviation(run, 0, by_hand) < ROUNDING
-    assert len(by_hand.rest) > 20
+    assert len(by_hand.rest) >= 20
     for wall in (each for each, part in system.named() if isinstance(part, sp.Barrier)):
         # the last half of a drift is beyond the window
         own = run[f"{wall}_force_mean"].value * STEP * STEPS
