@@ -8,13 +8,27 @@ the precision of the sweep.  The observation is in the middle of the drift.
 from __future__ import annotations
 
 import numpy as np
-from numba import types
+from numba import njit, types
 
+from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep, open_branches
 from springpot.simulation.kernel.circles import begin_turning, is_near, turn_with_impacts
-from springpot.simulation.kernel.contacts import drift_through_contacts, elastic, is_touched
-from springpot.simulation.kernel.feeling import MOST_FELT, feel, record_felt
+from springpot.simulation.kernel.contacts import drift_through_contacts, is_touched
 from springpot.simulation.kernel.excitations import MOST_SOURCES, supply_sources, wake_sources
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64, middle, stack_array, typed, u32
+from springpot.simulation.kernel.feeling import MOST_FELT, feel, record_felt
+from springpot.simulation.kernel.lanes import (
+    GROUP,
+    INLINE,
+    LANES,
+    LINKED,
+    MOST_MODES,
+    WIDTH,
+    beyond,
+    f64,
+    middle,
+    stack_array,
+    typed,
+    u32,
+)
 from springpot.simulation.kernel.motion import (
     Lanes,
     add,
@@ -31,9 +45,8 @@ from springpot.simulation.kernel.motion import (
     turn,
     work,
 )
-from springpot.simulation.kernel.offspring import ANY, bear, close_branches, keep, open_branches
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
-from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, hold, put_in
+from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, hold
 from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_off
 from springpot.simulation.kernel.tables import (
     COLUMNS,
@@ -41,7 +54,6 @@ from springpot.simulation.kernel.tables import (
     CONTACT,
     CONTACT_AT,
     CONTACTS,
-    DAMPER_PLACE,
     DAMPERS,
     DRIVE,
     DRIVE_STEPS,
@@ -52,7 +64,6 @@ from springpot.simulation.kernel.tables import (
     GAUGED,
     HITS,
     MASS,
-    MODE_COUNT,
     MODES,
     NOISES,
     PAPER,
@@ -73,23 +84,23 @@ from springpot.simulation.kernel.tables import (
     TAPPED_SQUARES,
     TAPS,
     TURNS,
-    U,
     UU,
     V_END,
     VV,
     WALLS,
     X_END,
     XX,
+    U,
     X,
 )
 from springpot.simulation.kernel.vectors import double, load, store
-from springpot.simulation.kernel.watch import FEELS, FELT, ON_STEPS_COUNT, show_steps
-from numba import njit
+from springpot.simulation.kernel.watching import FEELS, FELT, ON_STEPS_COUNT, show_steps
 
 MOST_ROWS, MOST_NOISES, MOST_DAMPERS, MOST_TAPS, MOST_SHAKEN = 16, 16, 12, 12, 16
-MOST_MODES = 24 * MOST_ROWS
 MOST_STATES = 480  # of sources, of parts that yield, and of rows at rest
-MOST_COLUMNS = 7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 9
+MOST_COLUMNS = (
+    7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 9
+)
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
 _lane = stack_array(LANES)
@@ -111,34 +122,34 @@ def _fill(array, count, number):
 
 
 @njit(**LINKED)
-def energy_of(I, D, x, v):
+def energy_of(K, D, x, v):
     """Kinetic energy, and that of the springs, contacts and constant forces, of one lane."""
-    energy, n, step = 0.0, I[POINTS], D[I[STEP]]
+    energy, n, step = 0.0, K[POINTS], D[K[STEP]]
     for i in range(n):
         momentum = 0.0
         for k in range(n):
-            momentum += D[I[MASS] + i * n + k] * v[k]
-        energy += 0.5 * momentum * v[i] - D[I[CONSTANT] + i] * x[i] / step
-    for e in range(I[ROWS]):
+            momentum += D[K[MASS] + i * n + k] * v[k]
+        energy += 0.5 * momentum * v[i] - D[K[CONSTANT] + i] * x[i] / step
+    for e in range(K[ROWS]):
         u, power = 0.0, 1.0
-        for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-            u += D[I[ROW] + p] * x[I[I[ROW_AT] + p]]
+        for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+            u += D[K[ROW] + p] * x[K[K[ROW_AT] + p]]
         for k in range(10):
             power *= u
-            energy += D[I[SPRING] + 10 * e + k] * power / ((k + 1.0) * step)
-        for c in range(I[CONTACTS]):
-            b = I[CONTACT] + 6 * c
+            energy += D[K[SPRING] + 10 * e + k] * power / ((k + 1.0) * step)
+        for c in range(K[CONTACTS]):
+            b = K[CONTACT] + 6 * c
             depth = D[b + 1] * (D[b] - u)
-            if I[I[CONTACT_AT] + c] == e and depth > 0.0:
+            if K[K[CONTACT_AT] + c] == e and depth > 0.0:
                 energy += D[b + 2] * depth ** (D[b + 3] + 1.0) / (D[b + 3] + 1.0)
     return energy
 
 
 @njit(**INLINE)
-def _drive(I, F, T, t):
+def _drive(K, F, T, t):
     """Add forces that are given for each step to those of the modes in the four steps from t on."""
-    for e in range(I[ROWS]):
-        begin, steps = I[I[DRIVE] + e], I[I[DRIVE_STEPS] + e]
+    for e in range(K[ROWS]):
+        begin, steps = K[K[DRIVE] + e], K[K[DRIVE_STEPS] + e]
         for j in range(GROUP if steps > 0 else 0):
             force = F[begin + t + j] if t + j < steps else typed(0.0, F[0])
             for lane in range(LANES):
@@ -146,118 +157,118 @@ def _drive(I, F, T, t):
 
 
 @njit(**INLINE)
-def _see(I, T, o):
+def _see(K, T, o):
     """Add the observed displacements and elongations."""
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         x = load(T.x0, i * LANES + o) + load(T.seen, i * LANES + o)
-        add(T.terms, sum_of(I, X, i) + o, x)
-        add(T.terms, sum_of(I, XX, i) + o, x * x)
-        if I[TURNS] + I[PAPER] > 0:
+        add(T.terms, sum_of(K, X, i) + o, x)
+        add(T.terms, sum_of(K, XX, i) + o, x * x)
+        if K[TURNS] + K[PAPER] > 0:
             v = load(T.seen_v, i * LANES + o)
-            add(T.terms, sum_of(I, VV, i) + o, v * v)
-    for e in range(I[GAUGED]):
+            add(T.terms, sum_of(K, VV, i) + o, v * v)
+    for e in range(K[GAUGED]):
         u = load(T.seen_u, e * LANES + o)
-        add(T.terms, sum_of(I, U, e) + o, u)
-        add(T.terms, sum_of(I, UU, e) + o, u * u)
+        add(T.terms, sum_of(K, U, e) + o, u)
+        add(T.terms, sum_of(K, UU, e) + o, u * u)
 
 
 @njit(**INLINE)
-def _show(I, D, T, j, x, v, o):
+def _show(K, D, T, j, x, v, o):
     """Write what observers see of step j: x and v of the coordinates, then the elongations and their rates."""
-    n = I[POINTS]
+    n = K[POINTS]
     for i in range(n):
         store(x, (GROUP * i + j) * LANES + o, load(T.now_x, i * LANES + o) + load(T.seen, i * LANES + o))
         store(v, (GROUP * i + j) * LANES + o, load(T.seen_v, i * LANES + o))
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         store(x, (GROUP * (n + e) + j) * LANES + o, load(T.seen_u, e * LANES + o))
-        store(v, (GROUP * (n + e) + j) * LANES + o, stretch(I, D, e, T.seen_v, o))
+        store(v, (GROUP * (n + e) + j) * LANES + o, stretch(K, D, e, T.seen_v, o))
 
 
 @njit(**LINKED)
-def _mark(I, D, T, x, v, step, low, high, o):
+def _mark(K, D, T, x, v, step, low, high, o):
     """Keep state and energy at the ends of the window and of the run."""
-    n = I[POINTS]
+    n = K[POINTS]
     for lane in range(o, o + WIDTH):
         for i in range(n):
             x[i] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane])
             v[i] = T.seen_v[i * LANES + lane]
-            T.sums[sum_of(I, X_END, i) + lane], T.sums[sum_of(I, V_END, i) + lane] = x[i], v[i]
-        energy = energy_of(I, D, x, v)
+            T.sums[sum_of(K, X_END, i) + lane], T.sums[sum_of(K, V_END, i) + lane] = x[i], v[i]
+        energy = energy_of(K, D, x, v)
         if step == low - 1:
-            T.sums[sum_of(I, ENERGY) + lane] = energy
+            T.sums[sum_of(K, ENERGY) + lane] = energy
         if step == high - 1:
-            T.sums[sum_of(I, ENERGY, 1) + lane] = energy
+            T.sums[sum_of(K, ENERGY, 1) + lane] = energy
 
 
 @njit(**INLINE)
-def _one_step(I, D, F, T, O, x, v, shown_x, j, step, within, next_within, felt, o):
+def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o):
     """From one kick to the next."""
-    damp(I, D, F, T, step, False, within, o)
-    gather(I, F, T, j, o)
-    shake(I, F, T, j, step, within, o)
-    pull(I, F, T, j, o)
+    damp(K, D, F, T, step, False, within, o)
+    gather(K, F, T, j, o)
+    shake(K, F, T, j, step, within, o)
+    pull(K, F, T, j, o)
     if within:
-        work(I, F, T, j, o)
-    kick(I, F, T, o)
+        work(K, F, T, j, o)
+    kick(K, F, T, o)
     weight, later = 1.0 if within else 0.0, 1.0 if next_within else 0.0
-    if I[RESTING] > 0:
-        for k in range(I[WALLS]):
+    if K[RESTING] > 0:
+        for k in range(K[WALLS]):
             store(T.leant, k * LANES + o, 0.0)
-        hold(I, D, T, x, v, weight, o, WIDTH)
+        hold(K, D, T, x, v, weight, o, WIDTH)
     if within:
-        work(I, F, T, j, o)
-    rates(I, F, T, within, felt, o)
-    for k in range(O[FEELS] if felt else 0):
-        which = O[O[FELT] + k]
-        feel(O, T, which, j, beyond(shown_x, (GROUP * (I[POINTS] + I[ROWS] + which) + j) * LANES), o)
-    damp(I, D, F, T, step, True, within, o)
-    if I[RESTING] > 0 and I[DAMPERS] > 0:
-        hold(I, D, T, x, v, weight, o, WIDTH)
-        for e in range(I[ROWS]):
-            store(T.w, e * LANES + o, stretch(I, F, e, T.v, o))
-    if I[TURNS] > 0:
-        turn(I, F, T, j, o)
-        if I[WALLS] > 0 and is_near(I, F, T, o):
-            turn_with_impacts(I, F, T, O, j, weight, later, o)
+        work(K, F, T, j, o)
+    rates(K, F, T, within, felt, o)
+    for k in range(S[FEELS] if felt else 0):
+        which = S[S[FELT] + k]
+        feel(S, T, which, j, beyond(shown_x, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
+    damp(K, D, F, T, step, True, within, o)
+    if K[RESTING] > 0 and K[DAMPERS] > 0:
+        hold(K, D, T, x, v, weight, o, WIDTH)
+        for e in range(K[ROWS]):
+            store(T.w, e * LANES + o, stretch(K, F, e, T.v, o))
+    if K[TURNS] > 0:
+        turn(K, F, T, j, o)
+        if K[WALLS] > 0 and is_near(K, F, T, o):
+            turn_with_impacts(K, F, T, S, j, weight, later, o)
     else:
-        drift(I, F, T, j, o)
-        if I[PAPER] > 0:
-            bounce(I, F, T, O, weight, o)
-        elif I[CONTACTS] > 0 and (is_touched(I, F, T, o) or is_behind(I, F, T, o)):
-            drift_through_contacts(I, F, T, O, j, weight, later, o)
-        elif I[RESTING] > 0:
-            drift_beside_rest(I, D, T, O, j, x, v, weight, later, o, WIDTH)
-        elif I[WALLS] > 0 and is_behind(I, F, T, o):
-            take_off(I, T, o)
-            ever = fly(I, F, T, O, j, 0.0, F[I[STEP]], weight, later, o)
-            land(I, F, T, j, ever, o)
+        drift(K, F, T, j, o)
+        if K[PAPER] > 0:
+            bounce(K, F, T, S, weight, o)
+        elif K[CONTACTS] > 0 and (is_touched(K, F, T, o) or is_behind(K, F, T, o)):
+            drift_through_contacts(K, F, T, S, j, weight, later, o)
+        elif K[RESTING] > 0:
+            drift_beside_rest(K, D, T, S, j, x, v, weight, later, o, WIDTH)
+        elif K[WALLS] > 0 and is_behind(K, F, T, o):
+            take_off(K, T, o)
+            ever = fly(K, F, T, S, j, 0.0, F[K[STEP]], weight, later, o)
+            land(K, F, T, j, ever, o)
 
 
 @njit(**INLINE)
-def _record(I, T, record, recorded, width, points, place, o):
+def _record(K, T, record, recorded, width, points, place, o):
     """Write x and v of recorded paths."""
     for lane in range(o, min(o + WIDTH, recorded)):
-        for i in range(I[POINTS]):
+        for i in range(K[POINTS]):
             at = ((lane * points + place) * width + i) * 2
             record[at] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane])
             record[at + 1] = T.seen_v[i * LANES + lane]
 
 
 def advance(
-    I, F_all, D, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, O, B, record, recorded, width,
+    K, F_all, D, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, S, B, record, recorded, width,
     every, points_in_time, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
-    Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  I, F and D are the
+    Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  K, F and D are the
     tables (`springpot.simulation.kernel.tables`): integers, numbers in the precision of the sweep and in double.
     ``start`` has x and v at time 0 of one path, or of ``starts`` paths.  ``halved``: white noise is that of a run with
-    half the step.  O is the table of observers, B that of branches.  Written: ``record``, x and v of the first
+    half the step.  S is the table of observers, B that of branches.  Written: ``record``, x and v of the first
     ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the SUMS
     of each path.  A block ends early when ``stop[0]`` is not 0.
     """
     zero = F_all[0] * typed(0.0, F_all[0])
-    n, m = I[POINTS], I[ROWS]
+    n, m = K[POINTS], K[ROWS]
     T = Lanes(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero),
         _of_points(zero), _of_points(zero), _of_points(zero),
@@ -269,53 +280,53 @@ def advance(
     fine, x, v = _four(zero), _few(0.0), _few(0.0)
     shown_x, shown_v = _shown(0.0), _shown(0.0)
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
-    works, kept_terms = I[SOURCES] + I[DAMPERS] + I[SHAKEN], sum_of(I, HITS) // LANES
+    works, kept_terms = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS) // LANES
     for number in range(blocks):
-        F, row, births, t_0 = beyond(F_all, number * I[STRIDE]), number * LANES, steps, 0
+        F, row, births, t_0 = beyond(F_all, number * K[STRIDE]), number * LANES, steps, 0
         number_lanes(first + row, who)
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)
-        _fill(T.sums, I[COLUMNS], 0.0)
-        _fill(T.z, I[MODES], zero)
+        _fill(T.sums, K[COLUMNS], 0.0)
+        _fill(T.z, K[MODES], zero)
         _fill(T.h, GROUP * m, zero)
         _fill(T.d, (GROUP + 2) * m, zero)
-        _fill(T.state, I[STATES] + I[WALLS] + 1, zero)
-        _fill(T.peaks, I[CONTACTS], 0.0)
-        _fill(T.leant, I[WALLS], 0.0)
+        _fill(T.state, K[STATES] + K[WALLS] + 1, zero)
+        _fill(T.peaks, K[CONTACTS], 0.0)
+        _fill(T.leant, K[WALLS], 0.0)
         for lane in range(LANES):
             path = (row + lane) % starts
             for i in range(n):
                 x[i], v[i] = start[2 * n * path + i], start[2 * n * path + n + i]
                 T.now_x[i * LANES + lane], T.now_v[i * LANES + lane] = x[i], v[i]
-                T.sums[sum_of(I, X_END, i) + lane] = T.sums[sum_of(I, V_END, i) + lane] = np.nan
-            energy = energy_of(I, D, x, v)
-            T.sums[sum_of(I, ENERGY) + lane] = T.sums[sum_of(I, ENERGY, 1) + lane] = energy
-            if I[TURNS] == 0 and I[PAPER] == 0:
-                begin(I, D, T, O, start, path, x, v, lane, 1.0 if low == 0 < high else 0.0)
-        for o in range(0, LANES if I[TURNS] > 0 else 0, WIDTH):
-            begin_turning(I, F, T, O, start, 1.0 if low == 0 < high else 0.0, o)
+                T.sums[sum_of(K, X_END, i) + lane] = T.sums[sum_of(K, V_END, i) + lane] = np.nan
+            energy = energy_of(K, D, x, v)
+            T.sums[sum_of(K, ENERGY) + lane] = T.sums[sum_of(K, ENERGY, 1) + lane] = energy
+            if K[TURNS] == 0 and K[PAPER] == 0:
+                begin(K, D, T, S, start, path, x, v, lane, 1.0 if low == 0 < high else 0.0)
+        for o in range(0, LANES if K[TURNS] > 0 else 0, WIDTH):
+            begin_turning(K, F, T, S, start, 1.0 if low == 0 < high else 0.0, o)
         for i in range(n * LANES):
-            T.now_x[i] += D[I[EARLY] + i // LANES]
+            T.now_x[i] += D[K[EARLY] + i // LANES]
         for e in range(m):
             for lane in range(LANES):
-                for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-                    T.d[((GROUP + 2) * e + 1) * LANES + lane] += D[I[ROW] + p] * D[I[EARLY] + I[I[ROW_AT] + p]]
-        wake_sources(I, who, stream, k0, k1, F, T.state, fine)
-        _drive(I, F, T, 0)
+                for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+                    T.d[((GROUP + 2) * e + 1) * LANES + lane] += D[K[ROW] + p] * D[K[EARLY] + K[K[ROW_AT] + p]]
+        wake_sources(K, who, stream, k0, k1, F, T.state, fine)
+        _drive(K, F, T, 0)
         for t in range(t_0, steps, GROUP):
             if t == births:
-                births = bear(I, B, T, t, births, row, steps, risen, last)
+                births = bear(K, B, T, t, births, row, steps, risen, last)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for i in range(n * LANES if t == middle(low, high) else 0):
-                T.sums[sum_of(I, EARLY_XX) + i] = T.sums[sum_of(I, XX) + i]
-                T.sums[sum_of(I, EARLY_VV) + i] = T.sums[sum_of(I, VV) + i]
-            for r in range(I[NOISES] + I[SHAKEN]):
+                T.sums[sum_of(K, EARLY_XX) + i] = T.sums[sum_of(K, XX) + i]
+                T.sums[sum_of(K, EARLY_VV) + i] = T.sums[sum_of(K, VV) + i]
+            for r in range(K[NOISES] + K[SHAKEN]):
                 draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, beyond(T.g, r * GROUP * LANES), fine)
-            supply_sources(I, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
+            supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
             in_window = low < t + GROUP and t < high
-            watched = in_window and O[ON_STEPS_COUNT] > 0
-            felt = (watched or recorded > 0) and O[FEELS] > 0
+            watched = in_window and S[ON_STEPS_COUNT] > 0
+            felt = (watched or recorded > 0) and S[FEELS] > 0
             for o in range(0, LANES, WIDTH):
                 for i in range(n):
                     at = i * LANES + o
@@ -324,47 +335,47 @@ def advance(
                     store(T.moved, at, zero)
                     store(T.gained, at, zero)
                 for e in range(m):
-                    store(T.u, e * LANES + o, stretch(I, D, e, T.now_x, o))
-                    store(T.w, e * LANES + o, stretch(I, D, e, T.now_v, o))
+                    store(T.u, e * LANES + o, stretch(K, D, e, T.now_x, o))
+                    store(T.w, e * LANES + o, stretch(K, D, e, T.now_v, o))
                 for k in range(kept_terms if in_window else 0):
                     store(T.terms, k * LANES + o, zero)
                 for j in range(GROUP):
                     step = t + j
                     within, next_within = low <= step < high, low <= step + 1 < high
-                    _one_step(I, D, F, T, O, x, v, shown_x, j, step, within, next_within, felt, o)
+                    _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o)
                     if watched:
-                        _show(I, D, T, j, shown_x, shown_v, o)
+                        _show(K, D, T, j, shown_x, shown_v, o)
                     if within:
-                        _see(I, T, o)
+                        _see(K, T, o)
                     if step == low - 1 or step == high - 1 or step == steps - 1:
-                        _mark(I, D, T, x, v, step, low, high, o)
+                        _mark(K, D, T, x, v, step, low, high, o)
                     if recorded > 0 and step < steps and (step + 1) % every == 0:
-                        _record(I, T, record, recorded, width, points_in_time, (step + 1) // every, o)
+                        _record(K, T, record, recorded, width, points_in_time, (step + 1) // every, o)
                 for i in range(n):
                     add(T.now_x, i * LANES + o, double(load(T.moved, i * LANES + o)))
                     add(T.now_v, i * LANES + o, double(load(T.gained, i * LANES + o)))
-                remember(I, F, T, o)
+                remember(K, F, T, o)
                 for k in range(kept_terms if in_window else 0):
                     add(T.sums, k * LANES + o, double(load(T.terms, k * LANES + o)))
-                for k in range(I[TAPS] if low <= t + GROUP - 1 < high else 0):
-                    mode = double(load(T.z, I[I[TAPPED] + k] * LANES + o))
-                    add(T.sums, sum_of(I, TAPPED_SQUARES, k) + o, mode * mode)
-            _drive(I, F, T, t + GROUP)
+                for k in range(K[TAPS] if low <= t + GROUP - 1 < high else 0):
+                    mode = double(load(T.z, K[K[TAPPED] + k] * LANES + o))
+                    add(T.sums, sum_of(K, TAPPED_SQUARES, k) + o, mode * mode)
+            _drive(K, F, T, t + GROUP)
             for lane in range(min(recorded, LANES) if felt else 0):
                 for j in range(GROUP):
                     if t + j < steps:
-                        record_felt(O, n + m, shown_x, t, j, every, lane)
+                        record_felt(S, n + m, shown_x, t, j, every, lane)
             if watched:
                 at = (n + m) * GROUP * LANES
-                begun = sum_of(I, POWER) // LANES
+                begun = sum_of(K, POWER) // LANES
                 for i in range((works + 1) * LANES):
                     shown_v[at + i] = T.terms[begun * LANES + i]
-                show_steps(O, shown_x, shown_v, D[I[STEP]], t, low, high)
+                show_steps(S, shown_x, shown_v, D[K[STEP]], t, low, high)
             if B[ANY] > 0:
-                keep(I, B, T, t + GROUP, False, row, steps, risen, last)
+                keep(K, B, T, t + GROUP, False, row, steps, risen, last)
         if B[ANY] > 0:
             close_branches(B, row)
-        columns = I[COLUMNS]
+        columns = K[COLUMNS]
         for lane in range(LANES):
             for k in range(columns):
                 out[(row + lane) * columns + k] = T.sums[k * LANES + lane]

@@ -1,13 +1,12 @@
 """Branches of paths, for splitting: a block starts lanes from kept states, and keeps states of its own.
 
-What a call of the kernel does with branches is asked with the functions below; the *type* of ``branches`` chooses the
-code when it is compiled.  Of `NoBranches` every answer is nothing, so that a plain run has none of this in its kernel.
-
 A lane that is not born yet runs on idle, from the start of a run; when the block comes to the step of its birth, the
 kept state is put in its place.  An observer keeps MARKS running maxima of each lane; whenever the first of them, the
 coordinate, has risen, the state is kept with them at the next checkpoint.  The kept states of a path are a list, from
 its birth on, linked by their rows in one pool.  What a path does depends on its number, its generation and its origin
 only, never on the lanes beside it.
+
+The kernel has a table of integers and addresses, whose first number is 0 for a plain run.
 """
 
 from __future__ import annotations
@@ -20,9 +19,10 @@ from numba import njit
 
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import cached
-from springpot.simulation.kernel.lanes import ENTRY, GROUP, LANES, no, u32, yes
-from springpot.simulation.kernel.questions import answers
-from springpot.simulation.kernel.random import number_lanes, philox
+from springpot.simulation.kernel.calling import doubles, integers, pointer_like, words
+from springpot.simulation.kernel.lanes import ENTRY, GROUP, LANES, LINKED, u32
+from springpot.simulation.kernel.random import philox
+from springpot.simulation.kernel.tables import MODES, POINTS, ROWS
 
 Numbers = npt.NDArray[np.int64]
 
@@ -57,171 +57,124 @@ class Branches(NamedTuple):
     kept: Kept
 
 
-class NoBranches(NamedTuple):
-    """A plain run."""
-
-    every: int
-
-
-NO_BRANCHES = NoBranches(0)
-
-
-def name_paths(branches: Any, first: Any, row: Any, who: Any) -> Any:
-    """Compiled code only: the numbers of the paths of a block; ``row`` is that of its first path in the call."""
-    raise NotImplementedError
+TABLE = (
+    "any", "every", "limits", "who", "origin", "born", "marks", "ends", "head", "free", "rows", "used", "state", "memory",
+    "sources", "step", "next", "kept",
+)  # fmt: skip
+"""Whether there are branches; groups between two checkpoints; the address of floor and rise of the coordinate; those of
+the arrays of `Branches`; how many rows are free; those of the pool; and how many
+states of sources it keeps.
+"""
+(ANY, EVERY, EDGES, WHO, ORIGIN, BORN, NOW_MARKS, ENDS, HEAD, FREE, FREE_ROWS, USED, KEPT_STATE, KEPT_MEMORY, KEPT_SOURCES,
+ KEPT_STEP, KEPT_NEXT, KEPT_COUNT) = range(len(TABLE))  # fmt: skip
 
 
-def opened(branches: Any, row: Any, lanes: Any) -> Any:
-    """Compiled code only: the first step of a block, whose marks are set."""
-    raise NotImplementedError
+def table_of(branches: Branches | None = None) -> tuple[Any, ...]:
+    """The table of branches, or of a plain run, and what must live as long as it is used."""
+    if branches is None:
+        return (np.zeros(len(TABLE), np.int64),)
+    edges, kept = np.array([branches.floor, branches.rise]), branches.kept
+    arrays = (
+        edges, branches.who, branches.origin, branches.born, branches.marks, branches.ends, branches.head, branches.free,
+    )  # fmt: skip
+    pool = branches.used, kept.state, kept.memory, kept.sources, kept.step, kept.next
+    addresses = [array.ctypes.data for array in (*arrays, *pool)]
+    table = [1, branches.every, *addresses[:8], branches.free.size, *addresses[8:], kept.sources.shape[1]]
+    return np.array(table, np.int64), arrays, pool
 
 
-def closed(branches: Any, row: Any) -> Any:
-    """Compiled code only: the marks at the end of a block are written."""
-    raise NotImplementedError
-
-
-def may_be_crowded(branches: Any) -> Any:
-    """Compiled code only: whether the lanes beside a path may decide how its impacts are found, and so its bits."""
-    raise NotImplementedError
-
-
-def birth(branches: Any, n: Any, births: Any, row: Any, steps: Any, lanes: Any) -> Any:
-    """Compiled code only: lanes that are born at step n take their kept states; returns the next step of births."""
-    raise NotImplementedError
-
-
-def keep(branches: Any, n: Any, at_birth: Any, row: Any, steps: Any, lanes: Any) -> Any:
-    """Compiled code only: keep the states of lanes whose coordinate has risen: of those born at step n, or sooner."""
-    raise NotImplementedError
-
-
-@answers(name_paths, NoBranches)
-def _name_plain(branches, first, row, who):
-    number_lanes(first + row, who)
-
-
-@answers(opened, NoBranches)
-def _open_plain(branches, row, lanes):
-    return 0
-
-
-@answers(closed, NoBranches)
-def _close_plain(branches, row):
-    pass
-
-
-@answers(may_be_crowded, NoBranches)
-def _may_be_crowded(branches):
-    return yes()
-
-
-@answers(birth, NoBranches)
-def _no_birth(branches, n, births, row, steps, lanes):
-    return births
-
-
-@answers(keep, NoBranches)
-def _keep_nothing(branches, n, at_birth, row, steps, lanes):
-    pass
-
-
-@answers(name_paths, Branches)
-def _name_branches(branches, first, row, who):
+@njit(**LINKED)
+def open_branches(B, row, who, risen, last):
+    """The numbers of the paths of a block and their marks; its first step."""
+    marks, ends, names, floor = doubles(B[NOW_MARKS]), doubles(B[ENDS]), words(B[WHO]), doubles(B[EDGES])[0]
     for lane in range(LANES):
-        who[lane] = branches.who[row + lane]
+        who[lane] = names[row + lane]
+        for k in range(MARKS):
+            marks[k * LANES + lane] = ends[(row + lane) * MARKS + k]
+        risen[lane], last[lane] = floor, -1.0
+    return integers(B[BORN])[row]
 
 
-@answers(opened, Branches)
-def _open_branches(branches, row, lanes):
-    risen, last = lanes[-2], lanes[-1]
+@njit(**LINKED)
+def close_branches(B, row):
+    """Write the marks at the end of a block."""
+    marks, ends = doubles(B[NOW_MARKS]), doubles(B[ENDS])
     for lane in range(LANES):
         for k in range(MARKS):
-            branches.marks[k * LANES + lane] = branches.ends[row + lane, k]
-        risen[lane], last[lane] = branches.floor, -1.0
-    return branches.born[row]
+            ends[(row + lane) * MARKS + k] = marks[k * LANES + lane]
 
 
-@answers(closed, Branches)
-def _close_branches(branches, row):
+@njit(**LINKED)
+def bear(K, B, T, n, births, row, steps, risen, last):
+    """Lanes that are born at step n take their kept states; returns the next step of births."""
+    points, rows, modes, kept, soonest = K[POINTS], K[ROWS], K[MODES], B[KEPT_COUNT], steps
+    state, marks, origin = doubles(B[KEPT_STATE]), doubles(B[NOW_MARKS]), integers(B[ORIGIN])
+    memory, sources = pointer_like(B[KEPT_MEMORY], T.z), pointer_like(B[KEPT_SOURCES], T.state)
     for lane in range(LANES):
-        for k in range(MARKS):
-            branches.ends[row + lane, k] = branches.marks[k * LANES + lane]
-
-
-@answers(may_be_crowded, Branches)
-def _never_crowded(branches):
-    return no()
-
-
-@answers(birth, Branches)
-def _birth(branches, n, births, row, steps, lanes):
-    if n != births:
-        return births
-    points, rows, now, begun, d, h, z, modes, forcing, risen, _ = lanes
-    kept, soonest = branches.kept, steps
-    for lane in range(LANES):
-        i, born = branches.origin[row + lane], branches.born[row + lane]
+        i, born = origin[row + lane], integers(B[BORN])[row + lane]
         if n < born < soonest:
             soonest = born
         if born == n and i >= 0:
+            at, of_memory = i * (2 * points + MARKS), i * ((2 + GROUP) * rows + modes)
             for p in range(points):
-                at = p * LANES + lane
-                now.x[at], now.v[at] = kept.state[i, 2 * p], kept.state[i, 2 * p + 1]
-                begun.x[at], begun.v[at] = now.x[at], now.v[at]
+                T.now_x[p * LANES + lane], T.now_v[p * LANES + lane] = state[at + 2 * p], state[at + 2 * p + 1]
             for k in range(MARKS):
-                branches.marks[k * LANES + lane] = kept.state[i, 2 * points + k]
+                marks[k * LANES + lane] = state[at + 2 * points + k]
             for e in range(rows):
                 for k in range(2):
-                    d[((GROUP + 2) * e + k) * LANES + lane] = kept.memory[i, 2 * e + k]
+                    T.d[((GROUP + 2) * e + k) * LANES + lane] = memory[of_memory + 2 * e + k]
             for j in range(GROUP * rows):
-                h[j * LANES + lane] = kept.memory[i, 2 * rows + j]
+                T.h[j * LANES + lane] = memory[of_memory + 2 * rows + j]
             for k in range(modes):
-                z[k * LANES + lane] = kept.memory[i, (2 + GROUP) * rows + k]
-            for k in range(kept.sources.shape[1]):
-                forcing.state[k * LANES + lane] = kept.sources[i, k]
-            risen[lane] = -np.inf
-    keep(branches, n, yes(), row, steps, lanes)
+                T.z[k * LANES + lane] = memory[of_memory + (2 + GROUP) * rows + k]
+            for k in range(kept):
+                T.state[k * LANES + lane] = sources[i * kept + k]
+            risen[lane] = -1e300
+    keep(K, B, T, n, True, row, steps, risen, last)
     return soonest
 
 
-@answers(keep, Branches)
-def _keep(branches, n, at_birth, row, steps, lanes):
-    """A lane that is born at step n has run idle until now: what it holds at the end of the group before is nobody's.
+@njit(**LINKED)
+def keep(K, B, T, n, at_birth, row, steps, risen, last):
+    """Keep the states of lanes whose coordinate has risen: of those born at step n, or sooner.
 
-    A branch keeps the state of its birth as its own, so that parents and children share no rows.
+    A lane that is born at step n has run idle until now: what it holds at the end of the group before is nobody's.  A
+    branch keeps the state of its birth as its own, so that parents and children share no rows.
     """
-    if not at_birth and (n // GROUP % branches.every != 0 or n >= steps):
+    if not at_birth and (n // GROUP % B[EVERY] != 0 or n >= steps):
         return
-    points, rows, now, _, d, h, z, modes, forcing, risen, last = lanes
-    kept, marks = branches.kept, branches.marks
+    points, rows, modes, kept, rise = K[POINTS], K[ROWS], K[MODES], B[KEPT_COUNT], doubles(B[EDGES])[1]
+    state, marks, used = doubles(B[KEPT_STATE]), doubles(B[NOW_MARKS]), integers(B[USED])
+    memory, sources = pointer_like(B[KEPT_MEMORY], T.z), pointer_like(B[KEPT_SOURCES], T.state)
+    following = integers(B[KEPT_NEXT])
     for lane in range(LANES):
-        born = branches.born[row + lane]
+        born = integers(B[BORN])[row + lane]
         if marks[lane] > risen[lane] and (born == n if at_birth else born < n):
-            if branches.used[0] == branches.free.size:
-                branches.used[1] += 1
+            if used[0] == B[FREE_ROWS]:
+                used[1] += 1
                 continue
-            risen[lane] = marks[lane] + branches.rise
-            i = branches.free[branches.used[0]]
-            branches.used[0] += 1
+            risen[lane] = marks[lane] + rise
+            i = integers(B[FREE])[used[0]]
+            used[0] += 1
+            at, of_memory = i * (2 * points + MARKS), i * ((2 + GROUP) * rows + modes)
             for p in range(points):
-                kept.state[i, 2 * p], kept.state[i, 2 * p + 1] = now.x[p * LANES + lane], now.v[p * LANES + lane]
+                state[at + 2 * p], state[at + 2 * p + 1] = T.now_x[p * LANES + lane], T.now_v[p * LANES + lane]
             for k in range(MARKS):
-                kept.state[i, 2 * points + k] = marks[k * LANES + lane]
+                state[at + 2 * points + k] = marks[k * LANES + lane]
             for e in range(rows):
                 for k in range(2):
-                    kept.memory[i, 2 * e + k] = d[((GROUP + 2) * e + k) * LANES + lane]
+                    memory[of_memory + 2 * e + k] = T.d[((GROUP + 2) * e + k) * LANES + lane]
             for j in range(GROUP * rows):
-                kept.memory[i, 2 * rows + j] = h[j * LANES + lane]
+                memory[of_memory + 2 * rows + j] = T.h[j * LANES + lane]
             for k in range(modes):
-                kept.memory[i, (2 + GROUP) * rows + k] = z[k * LANES + lane]
-            for k in range(kept.sources.shape[1]):
-                kept.sources[i, k] = forcing.state[k * LANES + lane]
-            kept.step[i], kept.next[i] = n, -1
+                memory[of_memory + (2 + GROUP) * rows + k] = T.z[k * LANES + lane]
+            for k in range(kept):
+                sources[i * kept + k] = T.state[k * LANES + lane]
+            integers(B[KEPT_STEP])[i], following[i] = n, -1
             if last[lane] < 0.0:
-                branches.head[row + lane] = i
+                integers(B[HEAD])[row + lane] = i
             else:
-                kept.next[np.int64(last[lane])] = i
+                following[int(last[lane])] = i
             last[lane] = i
 
 

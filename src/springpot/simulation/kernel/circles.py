@@ -11,7 +11,7 @@ from __future__ import annotations
 from numba import njit
 
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
-from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch, sum_of
+from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch
 from springpot.simulation.kernel.striking import MOST_EVENTS, count_impacts, restitution
 from springpot.simulation.kernel.tables import (
     PLACE,
@@ -26,31 +26,42 @@ from springpot.simulation.kernel.tables import (
     WALL_AT,
     WALLS,
 )
-from springpot.simulation.kernel.vectors import choose, double, filled, larger, like, load, opposite, root, size, some, store
-from springpot.simulation.kernel.watch import show_impacts
+from springpot.simulation.kernel.vectors import (
+    choose,
+    double,
+    filled,
+    larger,
+    like,
+    load,
+    opposite,
+    root,
+    some,
+    store,
+)
+from springpot.simulation.kernel.watching import show_impacts
 
 LONGEST = 2.8  # phase of a whole step, of which each half is one flight
 TINY = 5e-5  # hops of a chattering sequence, over a half step, from which on the mass stays on the wall until its end
 
 
 @njit(**INLINE)
-def _point(I, k):
+def _point(K, k):
     """The coordinate of a wall."""
-    return I[I[ROW_AT] + I[I[ROW_BEGIN] + I[I[WALL_AT] + k]]]
+    return K[K[ROW_AT] + K[K[ROW_BEGIN] + K[K[WALL_AT] + k]]]
 
 
 @njit(**INLINE)
-def is_near(I, F, T, o):
+def is_near(K, F, T, o):
     """Whether a half step may have an impact in some lane: an end is behind the wall, or it dips between both ends.
 
     With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
     most (acceleration at the wall) (half step)^2 / 8.
     """
     found = load(T.v, o) < load(T.v, o)
-    for k in range(I[WALLS]):
-        at, side, b = I[I[WALL_AT] + k] * LANES + o, F[I[SIDE] + k], I[TURN] + TURN_NUMBERS * _point(I, k)
-        place = F[I[PLACE] + k]
-        p, turned = side * (place - F[b + 7]), F[b + 6] * F[I[STEP]]
+    for k in range(K[WALLS]):
+        at, side, b = K[K[WALL_AT] + k] * LANES + o, F[K[SIDE] + k], K[TURN] + TURN_NUMBERS * _point(K, k)
+        place = F[K[PLACE] + k]
+        p, turned = side * (place - F[b + 7]), F[b + 6] * F[K[STEP]]
         dip = abs(p) * (turned * turned * (1.01 / 32.0) if p < 0.0 else 0.0) + 1e-6 * abs(place)
         for u in (load(T.u0, at), load(T.seen_u, at), load(T.u, at)):
             found = found | (side * u <= side * place + dip)
@@ -58,13 +69,13 @@ def is_near(I, F, T, o):
 
 
 @njit(**INLINE)
-def _flight(I, F, T, k, b, x, v, moved, change, where):
+def _flight(K, F, T, k, b, x, v, moved, change, where):
     """Of a flight with the changes ``moved`` and ``change`` without a wall: those with wall k, and where it is struck.
 
     x is measured from the centre of the circle.  Returns the speed and the restitution of the impact, too.
     """
-    frequency, side = F[b + 6], F[I[SIDE] + k]
-    p, start, leaving = side * (F[I[PLACE] + k] - F[b + 7]), side * x, side * v
+    frequency, side = F[b + 6], F[K[SIDE] + k]
+    p, start, leaving = side * (F[K[PLACE] + k] - F[b + 7]), side * x, side * v
     x1, v1 = start + side * moved, leaving + side * change
     square = frequency * frequency
     total = leaving * leaving + square * (start * start)
@@ -76,7 +87,7 @@ def _flight(I, F, T, k, b, x, v, moved, change, where):
     if p < 0.0:
         struck = struck | dipped
     struck = struck & where
-    r = restitution(I, F, k, speed, struck, T.own)
+    r = restitution(K, F, k, speed, struck, T.own)
     share = (1.0 + r) * speed / total
     x2 = x1 - share * (speed * x1 + p * v1)
     v2 = v1 + share * (square * p * x1 - speed * v1)
@@ -84,70 +95,76 @@ def _flight(I, F, T, k, b, x, v, moved, change, where):
 
 
 @njit(**LINKED)
-def _half_turn(I, F, T, O, i, b, x, v, weight, o):
+def _half_turn(K, F, T, S, i, b, x, v, weight, o):
     """Half a step of coordinate i with all impacts at its walls, one after another; changes of x and v, and where.
 
     Of two walls that both seem to be struck, in less than a quarter of a cycle, the one towards which it moves comes
     first.
     """
     from_x, from_v = x, v
-    for k in range(I[WALLS]):  # never from behind a wall, where rounding may have left it
-        if _point(I, k) == i:
-            p, side = F[I[PLACE] + k] - F[b + 7], F[I[SIDE] + k]
+    for k in range(K[WALLS]):  # never from behind a wall, where rounding may have left it
+        if _point(K, k) == i:
+            p, side = F[K[PLACE] + k] - F[b + 7], F[K[SIDE] + k]
             from_x = choose(side * from_x < side * p, p, from_x)
     moved = F[b] * from_x + F[b + 1] * v
     change = F[b] * v - F[b + 2] * from_x
     goes_on = x == x  # lanes that may have another impact
     ever = opposite(goes_on)
     hit = goes_on
-    for event in range(MOST_EVENTS):
+    for _ in range(MOST_EVENTS):
         hit, rests = x < x, x < x
         new_x, new_v, at_x, at_v = from_x, from_v, from_x, from_v
         which, fast, left_over = filled(x, -1.0), filled(x, 0.0), filled(x, 0.0)
-        for k in range(I[WALLS]):
-            if _point(I, k) == i:
-                m2, c2, struck, speed, r = _flight(I, F, T, k, b, from_x, from_v, moved, change, goes_on)
-                side, place = F[I[SIDE] + k], F[I[PLACE] + k] - F[b + 7]
+        for k in range(K[WALLS]):
+            if _point(K, k) == i:
+                m2, c2, struck, speed, r = _flight(K, F, T, k, b, from_x, from_v, moved, change, goes_on)
+                side, place = F[K[SIDE] + k], F[K[PLACE] + k] - F[b + 7]
                 mine = struck & (opposite(hit) | (side * from_v < 0.0))
                 new_x, new_v = choose(mine, from_x + m2, new_x), choose(mine, from_v + c2, new_v)
                 at_x, at_v = choose(mine, filled(x, place), at_x), choose(mine, side * r * speed, at_v)
-                which, fast, left_over = choose(mine, filled(x, k), which), choose(mine, speed, fast), choose(mine, r, left_over)
+                which, fast, left_over = (
+                    choose(mine, filled(x, k), which),
+                    choose(mine, speed, fast),
+                    choose(mine, r, left_over),
+                )
                 hit = hit | mine
                 # lossy hops on a wall against which it is pressed
-                hop = TINY * 0.5 * F[I[STEP]] * F[b + 6] * F[b + 6] * side * place
+                hop = TINY * 0.5 * F[K[STEP]] * F[b + 6] * F[b + 6] * side * place
                 rests = rests | (mine & (r * speed < hop) & (r < 1.0))
         if not some(hit):
             break
-        for k in range(I[WALLS]):
-            if _point(I, k) == i:
+        for k in range(K[WALLS]):
+            if _point(K, k) == i:
                 here = which == filled(x, k)
                 if some(here):
                     change_of_speed = fast + left_over * fast
-                    count_impacts(I, F, T, k, here, filled(x, weight), F[I[REDUCED] + k], fast, left_over, change_of_speed, o)
+                    count_impacts(
+                        K, F, T, k, here, filled(x, weight), F[K[REDUCED] + k], fast, left_over, change_of_speed, o
+                    )
                     if weight > 0.0:
-                        show_impacts(O, k, here, fast, o, T.own)
+                        show_impacts(S, k, here, fast, o, T.own)
         ever = ever | hit
         moved, change = choose(hit, new_x - at_x, moved), choose(hit, new_v - at_v, change)
         from_x, from_v = choose(hit, at_x, from_x), choose(hit, at_v, from_v)
         moved, change = choose(rests, 0.0, moved), choose(rests, 0.0 - from_v, change)
         goes_on = hit & opposite(rests)
     if some(hit & goes_on):  # tiny hops on a wall against which it is pressed: it stays there
-        for k in range(I[WALLS]):
-            if _point(I, k) == i:
-                p, side = F[I[PLACE] + k] - F[b + 7], F[I[SIDE] + k]
+        for k in range(K[WALLS]):
+            if _point(K, k) == i:
+                p, side = F[K[PLACE] + k] - F[b + 7], F[K[SIDE] + k]
                 behind = goes_on & (side * (from_x + moved) < side * p)
                 moved, change = choose(behind, p - from_x, moved), choose(behind, 0.0, change)
     return from_x + moved - x, from_v + change - v, ever
 
 
 @njit(**INLINE)
-def turn_with_impacts(I, F, T, O, j, within, beyond_it, o):
+def turn_with_impacts(K, F, T, S, j, within, beyond_it, o):
     """The drift of coordinates that turn again, with impacts; each wall's row has one coordinate."""
-    for i in range(I[POINTS]):
-        b, at = I[TURN] + TURN_NUMBERS * i, i * LANES + o
+    for i in range(K[POINTS]):
+        b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
         x, v = load(T.x0, at) + load(T.before, at) - F[b + 7], load(T.leaving, at)
-        xm, vm, early = _half_turn(I, F, T, O, i, b, x, v, within, o)
-        xn, vn, late = _half_turn(I, F, T, O, i, b, x + xm, v + vm, beyond_it, o)
+        xm, vm, early = _half_turn(K, F, T, S, i, b, x, v, within, o)
+        xn, vn, late = _half_turn(K, F, T, S, i, b, x + xm, v + vm, beyond_it, o)
         ever, start, new = early | late, load(T.before, at), v + (vm + vn)
         store(T.seen, at, choose(ever, start + xm, load(T.seen, at)))
         store(T.seen_v, at, choose(ever, v + vm, load(T.seen_v, at)))
@@ -155,18 +172,18 @@ def turn_with_impacts(I, F, T, O, j, within, beyond_it, o):
         old = load(T.v, at)
         add(T.gained, at, choose(ever, new - old, 0.0))
         store(T.v, at, choose(ever, new, old))
-    carry(I, F, T, j, o)
+    carry(K, F, T, j, o)
 
 
 @njit(**INLINE)
-def begin_turning(I, F, T, O, start, weight, o):
+def begin_turning(K, F, T, S, start, weight, o):
     """From the state at time 0, which ``now_x`` and ``now_v`` have, to the first kick, half a drift later."""
-    for i in range(I[POINTS]):
-        b, at = I[TURN] + TURN_NUMBERS * i, i * LANES + o
+    for i in range(K[POINTS]):
+        b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
         x, v = like(T.v, load(T.now_x, at)), like(T.v, load(T.now_v, at))
-        moved, change, _ever = _half_turn(I, F, T, O, i, b, x - F[b + 7], v, weight, o)
+        moved, change, _ever = _half_turn(K, F, T, S, i, b, x - F[b + 7], v, weight, o)
         store(T.impulse, at, moved)
         add(T.now_x, at, double(moved))
         add(T.now_v, at, double(change))
-    for e in range(I[ROWS]):
-        store(T.d, ((GROUP + 2) * e + 1) * LANES + o, stretch(I, F, e, T.impulse, o))
+    for e in range(K[ROWS]):
+        store(T.d, ((GROUP + 2) * e + 1) * LANES + o, stretch(K, F, e, T.impulse, o))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64
+from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED
 from springpot.simulation.kernel.motion import add, sum_of
 from springpot.simulation.kernel.striking import advance, fly, land, push_all, take_off
 from springpot.simulation.kernel.tables import (
@@ -40,18 +40,18 @@ from springpot.simulation.kernel.vectors import (
     some,
     store,
 )
-from springpot.simulation.kernel.watch import ON_IMPACTS_COUNT, show_impacts, show_peaks
+from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impacts, show_peaks
 
 NUMBERS_OF_CONTACT = 6
 """Place, direction of the force, stiffness, exponent, dissipation, reduced mass along the row."""
 
 
 @njit(**INLINE)
-def is_touched(I, F, T, o):
+def is_touched(K, F, T, o):
     """Whether a drift begins, ends or is seen behind a contact in some lane."""
     inside = load(T.v, o) < load(T.v, o)
-    for c in range(I[CONTACTS]):
-        at, b = I[I[CONTACT_AT] + c] * LANES + o, I[CONTACT] + NUMBERS_OF_CONTACT * c
+    for c in range(K[CONTACTS]):
+        at, b = K[K[CONTACT_AT] + c] * LANES + o, K[CONTACT] + NUMBERS_OF_CONTACT * c
         away, place = F[b + 1], F[b]
         for u in (load(T.u0, at), load(T.seen_u, at), load(T.u, at)):
             inside = inside | (away * (place - u) > 0.0)
@@ -70,38 +70,40 @@ def elastic(F, b, u):
 
 
 @njit(**LINKED)
-def _touches(I, F, T, O, hit, weight, o):
+def _touches(K, F, T, S, hit, weight, o):
     """Count the touches of the last flight, which ``hit`` a rigid wall in some lanes; those that end show their peaks.
 
     The flight ends in the contact, or is out of it again after an impact on the wall behind.
     """
-    for c in range(I[CONTACTS]):
-        e, b, to = I[I[CONTACT_AT] + c] * LANES + o, I[CONTACT] + NUMBERS_OF_CONTACT * c, c * LANES + o
+    for c in range(K[CONTACTS]):
+        e, b, to = K[K[CONTACT_AT] + c] * LANES + o, K[CONTACT] + NUMBERS_OF_CONTACT * c, c * LANES + o
         away, place, u = F[b + 1], F[b], load(T.fu, e)
         outside, inside = away * (load(T.touched, to) - place) >= 0.0, away * (u - place) < 0.0
-        new = outside & (inside | (hit & (away * load(T.touched, to + I[CONTACTS] * LANES) < 0.0) & (away * load(T.w, e) > 0.0)))
+        new = outside & (
+            inside | (hit & (away * load(T.touched, to + K[CONTACTS] * LANES) < 0.0) & (away * load(T.w, e) > 0.0))
+        )
         if some(new):
-            speed = size(choose(inside, load(T.w, e), load(T.touched, to + I[CONTACTS] * LANES)))
-            one, at = choose(new, weight, 0.0), sum_of(I, HITS, OF_A_WALL * (I[WALLS] + c)) + o
+            speed = size(choose(inside, load(T.w, e), load(T.touched, to + K[CONTACTS] * LANES)))
+            one, at = choose(new, weight, 0.0), sum_of(K, HITS, OF_A_WALL * (K[WALLS] + c)) + o
             add(T.sums, at, double(one))
             add(T.sums, at + LANES, double(one * speed))
             add(T.sums, at + 2 * LANES, double(one * speed * speed))
-            show_impacts(O, I[WALLS] + c, new & (weight > 0.0), speed, o, T.own)
+            show_impacts(S, K[WALLS] + c, new & (weight > 0.0), speed, o, T.own)
         store(T.touched, to, u)
-        if O[ON_IMPACTS_COUNT] > 0:
+        if S[ON_IMPACTS_COUNT] > 0:
             ends = opposite(inside) & (load(T.peaks, to) > 0.0)
             if some(ends):
-                show_peaks(O, c, ends & (double(weight) > 0.0), load(T.peaks, to), o, T.own)
+                show_peaks(S, c, ends & (double(weight) > 0.0), load(T.peaks, to), o, T.own)
                 store(T.peaks, to, choose(ends, 0.0, load(T.peaks, to)))
 
 
 @njit(**LINKED)
-def _push(I, F, T, O, short, weight, o):
+def _push(K, F, T, S, short, weight, o):
     """A kick by the contacts alone; where there was one."""
     pushed = load(T.v, o) < load(T.v, o)
     deepest = filled(load(T.v, o), 0.0)
-    for c in range(I[CONTACTS]):
-        e, b = I[I[CONTACT_AT] + c] * LANES + o, I[CONTACT] + NUMBERS_OF_CONTACT * c
+    for c in range(K[CONTACTS]):
+        e, b = K[K[CONTACT_AT] + c] * LANES + o, K[CONTACT] + NUMBERS_OF_CONTACT * c
         depth, force = elastic(F, b, load(T.fu, e))
         inside = depth > 0.0
         if some(inside):
@@ -111,52 +113,52 @@ def _push(I, F, T, O, short, weight, o):
             change = ((away / mass) * impulse - 2.0 * share * w) / (1.0 + share)
             middle = w + 0.5 * change
             viscous = F[b + 4] * impulse * middle
-            momentum, at = impulse - away * viscous, sum_of(I, HITS, OF_A_WALL * (I[WALLS] + c)) + o
+            momentum, at = impulse - away * viscous, sum_of(K, HITS, OF_A_WALL * (K[WALLS] + c)) + o
             add(T.sums, at + 3 * LANES, double(weight * viscous * middle))
             add(T.sums, at + 4 * LANES, double(weight * momentum))
-            if O[ON_IMPACTS_COUNT] > 0:
+            if S[ON_IMPACTS_COUNT] > 0:
                 store(T.peaks, c * LANES + o, larger(load(T.peaks, c * LANES + o), double(momentum / short)))
-            push_all(I, F, T, I[CONTACT_JUMP] + c * I[POINTS], I[CONTACT_ALONG] + c * I[ROWS], change, o)
-    at = sum_of(I, SOFT) + o
+            push_all(K, F, T, K[CONTACT_JUMP] + c * K[POINTS], K[CONTACT_ALONG] + c * K[ROWS], change, o)
+    at = sum_of(K, SOFT) + o
     add(T.sums, at, double(choose(pushed, short * weight, 0.0)))
     store(T.sums, at + LANES, larger(load(T.sums, at + LANES), double(weight * deepest)))
     return pushed
 
 
 @njit(**INLINE)
-def _to(I, F, T, O, j, begin, span, within, beyond_it, o):
+def _to(K, F, T, S, j, begin, span, within, beyond_it, o):
     """A part of the flight; where it struck a wall.  The rates at its beginning are kept for the contacts."""
-    for c in range(I[CONTACTS]):
-        at = I[I[CONTACT_AT] + c] * LANES + o
-        store(T.touched, (I[CONTACTS] + c) * LANES + o, load(T.w, at))
-    if I[WALLS] > 0:
-        return fly(I, F, T, O, j, begin, span, within, beyond_it, o)
-    advance(I, T, span, o)
+    for c in range(K[CONTACTS]):
+        at = K[K[CONTACT_AT] + c] * LANES + o
+        store(T.touched, (K[CONTACTS] + c) * LANES + o, load(T.w, at))
+    if K[WALLS] > 0:
+        return fly(K, F, T, S, j, begin, span, within, beyond_it, o)
+    advance(K, T, span, o)
     return load(T.v, o) < load(T.v, o)
 
 
 @njit(**LINKED)
-def drift_through_contacts(I, F, T, O, j, within, beyond_it, o):
+def drift_through_contacts(K, F, T, S, j, within, beyond_it, o):
     """The drift again, in short steps."""
-    count = 2 * I[SUBSTEPS]
-    short = F[I[STEP]] / count
-    take_off(I, T, o)
-    for c in range(I[CONTACTS]):
-        store(T.touched, c * LANES + o, load(T.fu, I[I[CONTACT_AT] + c] * LANES + o))
+    count = 2 * K[SUBSTEPS]
+    short = F[K[STEP]] / count
+    take_off(K, T, o)
+    for c in range(K[CONTACTS]):
+        store(T.touched, c * LANES + o, load(T.fu, K[K[CONTACT_AT] + c] * LANES + o))
     ever = load(T.v, o) < load(T.v, o)
     for s in range(count):
         weight = filled(load(T.v, o), within if 2 * s < count else beyond_it)
-        hit = _to(I, F, T, O, j, s * short, 0.5 * short, within, beyond_it, o)
-        _touches(I, F, T, O, hit, weight, o)
-        pushed = _push(I, F, T, O, short, weight, o)
-        again = _to(I, F, T, O, j, (s + 0.5) * short, 0.5 * short, within, beyond_it, o)
-        _touches(I, F, T, O, again, weight, o)
+        hit = _to(K, F, T, S, j, s * short, 0.5 * short, within, beyond_it, o)
+        _touches(K, F, T, S, hit, weight, o)
+        pushed = _push(K, F, T, S, short, weight, o)
+        again = _to(K, F, T, S, j, (s + 0.5) * short, 0.5 * short, within, beyond_it, o)
+        _touches(K, F, T, S, again, weight, o)
         ever = ever | hit | pushed | again
         if 2 * s + 2 == count:  # the observation
-            for i in range(I[POINTS]):
+            for i in range(K[POINTS]):
                 at = i * LANES + o
                 store(T.seen, at, choose(ever, load(T.fx, at), load(T.seen, at)))
                 store(T.seen_v, at, choose(ever, load(T.v, at), load(T.seen_v, at)))
-            for e in range(I[ROWS]):
+            for e in range(K[ROWS]):
                 store(T.seen_u, e * LANES + o, choose(ever, load(T.fu, e * LANES + o), load(T.seen_u, e * LANES + o)))
-    land(I, F, T, j, ever, o)
+    land(K, F, T, j, ever, o)

@@ -21,7 +21,7 @@ import math
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, beyond, f32, f64, typed, u32, u64
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, beyond, f64, typed, u32, u64
 from springpot.simulation.kernel.random import draw, philox
 from springpot.simulation.kernel.tables import OF_A_SOURCE, PARTS, SOURCE, SOURCES, WAVE
 
@@ -32,35 +32,35 @@ KIND, WORD, PLACE, ONE, OTHER, _, LONG, LENGTH = range(OF_A_SOURCE)
 
 
 @njit(**INLINE)
-def _of(I, i, what):
-    return I[I[SOURCE] + OF_A_SOURCE * i + what]
+def _of(K, i, what):
+    return K[K[SOURCE] + OF_A_SOURCE * i + what]
 
 
 @njit(**LINKED)
-def wake_sources(I, who, stream, k0, k1, F, state, normals):
+def wake_sources(K, who, stream, k0, k1, F, state, normals):
     """The states of all sources at time 0."""
-    for i in range(I[SOURCES]):
-        kind, place = _of(I, i, KIND), _of(I, i, PLACE)
+    for i in range(K[SOURCES]):
+        kind, place = _of(K, i, KIND), _of(K, i, PLACE)
         if kind == FILTERED:
             _wake_filtered(
-                beyond(F, _of(I, i, LONG) + 4 + 20 * _of(I, i, ONE)), _of(I, i, OTHER), _of(I, i, WORD), who, stream,
+                beyond(F, _of(K, i, LONG) + 4 + 20 * _of(K, i, ONE)), _of(K, i, OTHER), _of(K, i, WORD), who, stream,
                 k0, k1, beyond(state, place * LANES), normals,
             )  # fmt: skip
         elif kind == HARMONIC:
             for lane in range(LANES):
-                word, _a, _b, _c = philox(u32(0), who[lane], u32(stream), u32(_of(I, i, WORD)), k0, k1)
+                word, _a, _b, _c = philox(u32(0), who[lane], u32(stream), u32(_of(K, i, WORD)), k0, k1)
                 phase = 2.0 * math.pi * (f64(word) + 0.5) / 4294967296.0
                 state[place * LANES + lane] = math.cos(phase)
                 state[(place + 1) * LANES + lane] = math.sin(phase)
         elif kind == MODULATED:
-            for k in range(2 * _of(I, i, ONE) * LANES):
+            for k in range(2 * _of(K, i, ONE) * LANES):
                 state[place * LANES + k] = typed(0.0, F[0])
         elif kind == TABLE:
-            records, drawn = u64(_of(I, i, ONE)), _of(I, i, OTHER)
+            records, drawn = u64(_of(K, i, ONE)), _of(K, i, OTHER)
             for lane in range(LANES if records > u64(1) else 0):
                 taken = u64(who[lane]) % records
                 if drawn > 0:
-                    word, _a, _b, _c = philox(u32(0), who[lane], u32(stream), u32(_of(I, i, WORD)), k0, k1)
+                    word, _a, _b, _c = philox(u32(0), who[lane], u32(stream), u32(_of(K, i, WORD)), k0, k1)
                     taken = (u64(word) * records) >> u64(32)
                 state[place * LANES + lane] = taken
 
@@ -80,38 +80,40 @@ def _wake_filtered(start, size, word, who, stream, k0, k1, state, normals):
 
 
 @njit(**LINKED)
-def supply_sources(I, D, F, group, who, stream, k0, k1, state, given, spare, normals):
+def supply_sources(K, D, F, group, who, stream, k0, k1, state, given, spare, normals):
     """The impulses of four steps of all sources, one after another in ``given``."""
-    for i in range(I[SOURCES]):
-        kind, long, own = _of(I, i, KIND), _of(I, i, LONG), beyond(given, i * GROUP * LANES)
-        begun, word, place = beyond(state, _of(I, i, PLACE) * LANES), _of(I, i, WORD), D[I[WAVE] + 2 * i]
+    for i in range(K[SOURCES]):
+        kind, long, own = _of(K, i, KIND), _of(K, i, LONG), beyond(given, i * GROUP * LANES)
+        begun, word, place = beyond(state, _of(K, i, PLACE) * LANES), _of(K, i, WORD), D[K[WAVE] + 2 * i]
         if kind == FILTERED or kind == POISSON:
-            parts = I[PARTS]
+            parts = K[PARTS]
             for part in range(parts):
                 if kind == FILTERED:
                     draw(parts * group + part, who, stream, word, k0, k1, normals)
-                    _next_impulses(beyond(F, long), _of(I, i, ONE), begun, own, normals)
+                    _next_impulses(beyond(F, long), _of(K, i, ONE), begun, own, normals)
                 else:
                     _next_shots(
-                        D[I[WAVE] + 2 * i], D[I[WAVE] + 2 * i + 1], parts * group + part, who, stream, word, k0, k1,
+                        D[K[WAVE] + 2 * i], D[K[WAVE] + 2 * i + 1], parts * group + part, who, stream, word, k0, k1,
                         own, normals,
                     )  # fmt: skip
                 if parts > 1:
                     _sum_pairs(own, spare, 2 * part)
-            shape = 4 + 20 * _of(I, i, ONE) + _of(I, i, OTHER) * _of(I, i, OTHER) if kind == FILTERED else 0
-            if _of(I, i, LENGTH) > shape:
-                _follow_envelope(beyond(F, long + shape), _of(I, i, LENGTH) - shape, group, own)
+            shape = 4 + 20 * _of(K, i, ONE) + _of(K, i, OTHER) * _of(K, i, OTHER) if kind == FILTERED else 0
+            if _of(K, i, LENGTH) > shape:
+                _follow_envelope(beyond(F, long + shape), _of(K, i, LENGTH) - shape, group, own)
         elif kind == HARMONIC:
             for j in range(GROUP):
-                angle = D[I[WAVE] + 2 * i + 1] * (GROUP * group + j + 0.5)
+                angle = D[K[WAVE] + 2 * i + 1] * (GROUP * group + j + 0.5)
                 cosine, sine = typed(place * math.cos(angle), F[0]), typed(place * math.sin(angle), F[0])
                 for lane in range(LANES):
                     own[j * LANES + lane] = cosine * begun[lane] - sine * begun[LANES + lane]
         elif kind == MODULATED:
             draw(group, who, stream, word, k0, k1, normals)
-            _next_modulated(beyond(F, long), _of(I, i, ONE), _of(I, i, OTHER), _of(I, i, LENGTH), group, begun, own, normals)
+            _next_modulated(
+                beyond(F, long), _of(K, i, ONE), _of(K, i, OTHER), _of(K, i, LENGTH), group, begun, own, normals
+            )
         else:
-            records, steps = _of(I, i, ONE), _of(I, i, LENGTH) // _of(I, i, ONE)
+            records, steps = _of(K, i, ONE), _of(K, i, LENGTH) // _of(K, i, ONE)
             for j in range(GROUP):
                 n = GROUP * group + j
                 for lane in range(LANES):

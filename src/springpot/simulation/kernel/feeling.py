@@ -12,7 +12,15 @@ from springpot.simulation.kernel.calling import doubles
 from springpot.simulation.kernel.contacts import elastic
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
 from springpot.simulation.kernel.vectors import double, filled, load, store
-from springpot.simulation.kernel.watch import FEELS, FELT, FELT_BEGIN, FELT_ROW, NUMBERS_OF_FELT, RECORD, RECORD_POINTS
+from springpot.simulation.kernel.watching import (
+    FEELS,
+    FELT,
+    FELT_BEGIN,
+    FELT_ROW,
+    NUMBERS_OF_FELT,
+    RECORD,
+    RECORD_POINTS,
+)
 
 MOST_FELT = 40
 NUMBERS = 20
@@ -23,11 +31,11 @@ as `springpot.simulation.kernel.contacts.elastic` has it, but for its mass.
 
 
 @njit(**LINKED)
-def feel(O, T, number, j, to, o):
+def feel(S, T, number, j, to, o):
     """What is felt in step j of the group; a source has the row -1 less its number."""
-    N, total = doubles(O[NUMBERS_OF_FELT]), filled(double(load(T.u, o)), 0.0)
-    for term in range(O[O[FELT_BEGIN] + number], O[O[FELT_BEGIN] + number + 1]):
-        row, b = O[O[FELT_ROW] + term], NUMBERS * term
+    N, total = doubles(S[NUMBERS_OF_FELT]), filled(double(load(T.u, o)), 0.0)
+    for term in range(S[S[FELT_BEGIN] + number], S[S[FELT_BEGIN] + number + 1]):
+        row, b = S[S[FELT_ROW] + term], NUMBERS * term
         if row < 0:
             total = total + N[b + 10] * double(load(T.given, ((-1 - row) * GROUP + j) * LANES + o))
             continue
@@ -48,17 +56,16 @@ def feel(O, T, number, j, to, o):
 
 
 @njit(**INLINE)
-def record_felt(O, before, shown, n, j, every, lane):
+def record_felt(S, before, shown, n, j, every, lane):
     """Store what is felt in step n + j of a lane; ``before`` displacements are shown before it.
 
     At time 0 nothing is felt yet: there stands what the first kick has.
     """
-    record, seen = doubles(O[RECORD]), O[FEELS]
+    record, seen = doubles(S[RECORD]), S[FEELS]
     for k in range(seen):
-        here = shown[(GROUP * (before + O[O[FELT] + k]) + j) * LANES + lane]
-        row = lane * O[RECORD_POINTS]
+        here = shown[(GROUP * (before + S[S[FELT] + k]) + j) * LANES + lane]
+        row = lane * S[RECORD_POINTS]
         if (n + j + 1) % every == 0:
             record[(row + (n + j + 1) // every) * seen + k] = here
         if n + j == 0:
             record[row * seen + k] = here
-

@@ -30,12 +30,7 @@ def _width() -> int:
 
 WIDTH = _width()
 GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
-MOST_MODES = 128
-MOST_FORCES = 8  # named ones, and taps
-SPARE = 12  # the number of no force, whose place the impulses of half steps have until they are summed
-MOST_STATES = 160  # numbers that forces keep for each path
-MOST_CONTACTS = 6
-MOST_EXTRAS = 14 + 6 * MOST_CONTACTS  # sums of the walls, and the largest force of each present touch
+MOST_MODES = 384
 
 # without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible
 FAST: dict[str, Any] = {

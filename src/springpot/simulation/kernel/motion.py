@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.kernel.calling import call_force, doubles
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
+from springpot.simulation.kernel.calling import call_force
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond
 from springpot.simulation.kernel.laws import (
     ANY,
     COULOMB,
-    JENKINS,
     NUMBERS_OF_DAMPER,
     POWERS,
     VAN_DER_POL,
@@ -69,7 +68,6 @@ from springpot.simulation.kernel.tables import (
     SPRING_KIND,
     STEP,
     TURN,
-    TURN_OF_MODES,
     TURNED,
     TURNED_TABLE,
     TURNS,
@@ -78,7 +76,7 @@ from springpot.simulation.kernel.tables import (
     WORKS,
     WW,
 )
-from springpot.simulation.kernel.vectors import choose, filled, like, load, root, store
+from springpot.simulation.kernel.vectors import filled, load, root, store
 
 NO_SPRING, LINEAR, CUBIC, NINTH = range(4)  # kinds of springs
 NUMBERS_OF_MODE, NUMBERS_OF_TURN = 8, 20
@@ -130,26 +128,26 @@ def add(array, at, value):
 
 
 @njit(**INLINE)
-def sum_of(I, what, k=0):
+def sum_of(K, what, k=0):
     """Where a sum is among the lane arrays of sums."""
-    return (I[I[AT] + what] + k) * LANES
+    return (K[K[AT] + what] + k) * LANES
 
 
 @njit(**INLINE)
-def stretch(I, F, e, source, o):
+def stretch(K, F, e, source, o):
     """A row of numbers of coordinates."""
-    first, last = I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]
-    total = F[I[ROW] + first] * load(source, I[I[ROW_AT] + first] * LANES + o)
+    first, last = K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]
+    total = F[K[ROW] + first] * load(source, K[K[ROW_AT] + first] * LANES + o)
     for p in range(first + 1, last):
-        total = total + F[I[ROW] + p] * load(source, I[I[ROW_AT] + p] * LANES + o)
+        total = total + F[K[ROW] + p] * load(source, K[K[ROW_AT] + p] * LANES + o)
     return total
 
 
 @njit(**INLINE)
-def push_row(I, F, T, e, f, o):
+def push_row(K, F, T, e, f, o):
     """Add the impulse of a row to those of the coordinates."""
-    for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-        add(T.impulse, I[I[ROW_AT] + p] * LANES + o, F[I[ROW] + p] * f)
+    for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+        add(T.impulse, K[K[ROW_AT] + p] * LANES + o, F[K[ROW] + p] * f)
 
 
 @njit(**INLINE)
@@ -165,75 +163,75 @@ def springs(F, kind, b, u):
 
 
 @njit(**INLINE)
-def gather(I, F, T, j, o):
+def gather(K, F, T, j, o):
     """The impulses of constant forces, noise and other excitation on the coordinates in step j of the group."""
-    for i in range(I[POINTS]):
-        store(T.impulse, i * LANES + o, F[I[PUSHED] + i])
-    for r in range(I[NOISES]):
+    for i in range(K[POINTS]):
+        store(T.impulse, i * LANES + o, F[K[PUSHED] + i])
+    for r in range(K[NOISES]):
         normal = load(T.g, (GROUP * r + j) * LANES + o)
-        for p in range(I[I[NOISE_BEGIN] + r], I[I[NOISE_BEGIN] + r + 1]):
-            add(T.impulse, I[I[NOISE_AT] + p] * LANES + o, F[I[NOISE] + p] * normal)
-    for r in range(I[SOURCES]):
+        for p in range(K[K[NOISE_BEGIN] + r], K[K[NOISE_BEGIN] + r + 1]):
+            add(T.impulse, K[K[NOISE_AT] + p] * LANES + o, F[K[NOISE] + p] * normal)
+    for r in range(K[SOURCES]):
         given = load(T.given, (GROUP * r + j) * LANES + o)
-        for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
-            add(T.impulse, I[I[SOURCE_AT] + p] * LANES + o, F[I[SOURCE_ROW] + p] * given)
+        for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
+            add(T.impulse, K[K[SOURCE_AT] + p] * LANES + o, F[K[SOURCE_ROW] + p] * given)
 
 
 @njit(**LINKED)
-def shake(I, F, T, j, step, within, o):
+def shake(K, F, T, j, step, within, o):
     """The impulses of noise that multiplies elongations, and its expected works."""
-    for r in range(I[SHAKEN]):
-        e, normal = I[I[SHAKEN_AT] + r], load(T.g, (GROUP * (I[NOISES] + r) + j) * LANES + o)
-        square, feed = F[I[SHAKING] + 2 * r], F[I[SHAKING] + 2 * r + 1]
-        begin, steps = I[I[SHAKEN_BEGIN] + r], I[I[SHAKEN_STEPS] + r]
+    for r in range(K[SHAKEN]):
+        e, normal = K[K[SHAKEN_AT] + r], load(T.g, (GROUP * (K[NOISES] + r) + j) * LANES + o)
+        square, feed = F[K[SHAKING] + 2 * r], F[K[SHAKING] + 2 * r + 1]
+        begin, steps = K[K[SHAKEN_BEGIN] + r], K[K[SHAKEN_STEPS] + r]
         if steps > 0:
             factor = F[begin + min(step, steps - 1)]
             square, feed = square * factor, feed * factor
         u = load(T.u, e * LANES + o)
         if within:
-            add(T.terms, sum_of(I, WORKS, I[SOURCES] + I[DAMPERS] + r) + o, feed * u * u)
-        push_row(I, F, T, e, root(square * u * u) * normal, o)
+            add(T.terms, sum_of(K, WORKS, K[SOURCES] + K[DAMPERS] + r) + o, feed * u * u)
+        push_row(K, F, T, e, root(square * u * u) * normal, o)
 
 
 @njit(**INLINE)
-def pull(I, F, T, j, o):
+def pull(K, F, T, j, o):
     """The impulses of springs, dampers and memory on the coordinates."""
-    step = F[I[STEP]]
-    for e in range(I[ROWS]):
+    step = F[K[STEP]]
+    for e in range(K[ROWS]):
         u = load(T.u, e * LANES + o)
-        force = F[I[DAMPING] + e] * load(T.w, e * LANES + o)
-        if I[I[MODE_COUNT] + e] > 0:
-            b, q = I[NEAR] + 20 * e + 5 * j, (GROUP + 2) * e * LANES + o
+        force = F[K[DAMPING] + e] * load(T.w, e * LANES + o)
+        if K[K[MODE_COUNT] + e] > 0:
+            b, q = K[NEAR] + 20 * e + 5 * j, (GROUP + 2) * e * LANES + o
             force = force + load(T.h, (GROUP * e + j) * LANES + o)
             force = force + F[b] * load(T.d, q) + F[b + 1] * load(T.d, q + LANES)
             force = force + F[b + 2] * load(T.d, q + 2 * LANES)
             force = force + F[b + 3] * load(T.d, q + 3 * LANES)
             force = force + F[b + 4] * load(T.d, q + 4 * LANES)
         store(T.pull, e * LANES + o, force)
-        f, kind = 0.0 - step * force, I[I[SPRING_KIND] + e]
+        f, kind = 0.0 - step * force, K[K[SPRING_KIND] + e]
         if kind != NO_SPRING:
-            f = f - springs(F, kind, I[KICK] + 10 * e, u)
-        push_row(I, F, T, e, f, o)
+            f = f - springs(F, kind, K[KICK] + 10 * e, u)
+        push_row(K, F, T, e, f, o)
 
 
 @njit(**INLINE)
-def work(I, F, T, j, o):
+def work(K, F, T, j, o):
     """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
-    for r in range(I[SOURCES]):
+    for r in range(K[SOURCES]):
         given = load(T.given, (GROUP * r + j) * LANES + o)
-        for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
-            v = load(T.v, I[I[SOURCE_AT] + p] * LANES + o)
-            add(T.terms, sum_of(I, WORKS, r) + o, 0.5 * F[I[SOURCE_ROW] + p] * given * v)
+        for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
+            v = load(T.v, K[K[SOURCE_AT] + p] * LANES + o)
+            add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + p] * given * v)
 
 
 @njit(**INLINE)
-def kick(I, F, T, o):
+def kick(K, F, T, o):
     """The change of all velocities."""
-    n = I[POINTS]
+    n = K[POINTS]
     for i in range(n):
-        change = F[I[SOLVE] + i * n] * load(T.impulse, o)
+        change = F[K[SOLVE] + i * n] * load(T.impulse, o)
         for k in range(1, n):
-            change = change + F[I[SOLVE] + i * n + k] * load(T.impulse, k * LANES + o)
+            change = change + F[K[SOLVE] + i * n + k] * load(T.impulse, k * LANES + o)
         at = i * LANES + o
         v = load(T.v, at)
         store(T.leaving, at, v)
@@ -242,34 +240,34 @@ def kick(I, F, T, o):
 
 
 @njit(**INLINE)
-def rates(I, F, T, within, felt, o):
+def rates(K, F, T, within, felt, o):
     """The rates of all rows after the kick; squares of velocities and the power of dampers and memory, by the means."""
-    if within and I[TURNS] + I[PAPER] == 0:
-        for i in range(I[POINTS]):
+    if within and K[TURNS] + K[PAPER] == 0:
+        for i in range(K[POINTS]):
             middle = 0.5 * (load(T.leaving, i * LANES + o) + load(T.v, i * LANES + o))
-            add(T.terms, sum_of(I, VV, i) + o, middle * middle)
-    for e in range(I[ROWS]):
+            add(T.terms, sum_of(K, VV, i) + o, middle * middle)
+    for e in range(K[ROWS]):
         at = e * LANES + o
-        new, old = stretch(I, F, e, T.v, o), load(T.w, at)
+        new, old = stretch(K, F, e, T.v, o), load(T.w, at)
         middle = 0.5 * (new + old)
         store(T.middle, at, middle)
         store(T.w, at, new)
         if within or felt:
-            store(T.pull, at, load(T.pull, at) + F[I[ANSWER] + e] * (new - old))
+            store(T.pull, at, load(T.pull, at) + F[K[ANSWER] + e] * (new - old))
         if within:
-            add(T.terms, sum_of(I, POWER) + o, load(T.pull, at) * middle)
-            if e < I[FORCED]:
-                add(T.terms, sum_of(I, FORCE, e) + o, load(T.pull, at))
-                add(T.terms, sum_of(I, VIRIAL, e) + o, load(T.pull, at) * load(T.u, at))
-            if e < I[SHOWN]:
-                add(T.terms, sum_of(I, WW, e) + o, middle * middle)
+            add(T.terms, sum_of(K, POWER) + o, load(T.pull, at) * middle)
+            if e < K[FORCED]:
+                add(T.terms, sum_of(K, FORCE, e) + o, load(T.pull, at))
+                add(T.terms, sum_of(K, VIRIAL, e) + o, load(T.pull, at) * load(T.u, at))
+            if e < K[SHOWN]:
+                add(T.terms, sum_of(K, WW, e) + o, middle * middle)
 
 
 @njit(**INLINE)
-def _change(I, D, F, T, k, n, after, o):
+def _change(K, D, F, T, k, n, after, o):
     """What damper k changes of its elongation's velocity in half of step n."""
-    e, kind, b = I[I[DAMPER_AT] + k] * LANES + o, I[I[DAMPER_KIND] + k], I[DAMPER] + NUMBERS_OF_DAMPER * k
-    u, w, state = load(T.u, e), load(T.w, e), beyond(T.state, I[I[DAMPER_PLACE] + k] * LANES)
+    e, kind, b = K[K[DAMPER_AT] + k] * LANES + o, K[K[DAMPER_KIND] + k], K[DAMPER] + NUMBERS_OF_DAMPER * k
+    u, w, state = load(T.u, e), load(T.w, e), beyond(T.state, K[K[DAMPER_PLACE] + k] * LANES)
     if kind == COULOMB:
         return coulomb(F[b], w)
     if kind == POWERS:
@@ -277,46 +275,46 @@ def _change(I, D, F, T, k, n, after, o):
     if kind == VAN_DER_POL:
         return van_der_pol(F[b], F[b + 1], u, w)
     if kind <= ANY:
-        return yielding(kind, F[b], F[b + 1], F[b + 2], F[b + 3], F[I[STEP]], u, w, state, o, after)
+        return yielding(kind, F[b], F[b + 1], F[b + 2], F[b + 3], F[K[STEP]], u, w, state, o, after)
     own = T.own  # of the user: always in double precision
     store(own, 0, u)
     store(own, WIDTH, w)
-    call_force(kind, (D[I[STEP]] * (n + 0.5), beyond(D, b), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH))
+    call_force(kind, (D[K[STEP]] * (n + 0.5), beyond(D, b), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH))
     return filled(u, load(own, 2 * WIDTH))
 
 
 @njit(**LINKED)
-def damp(I, D, F, T, n, after, within, o):
+def damp(K, D, F, T, n, after, within, o):
     """Half of step n of all dampers, one after another; after the kick in reverse."""
-    count = I[DAMPERS]
+    count = K[DAMPERS]
     for number in range(count):
         k = count - 1 - number if after else number
-        e = I[I[DAMPER_AT] + k]
-        change = (_change(I, D, F, T, k, n, after, o))
+        e = K[K[DAMPER_AT] + k]
+        change = _change(K, D, F, T, k, n, after, o)
         if within:
             w = load(T.w, e * LANES + o)
-            add(T.terms, sum_of(I, WORKS, I[SOURCES] + k) + o, change * (w + 0.5 * change))
-        for i in range(I[POINTS]):
-            more, at = F[I[DAMPER_JUMP] + k * I[POINTS] + i] * change, i * LANES + o
+            add(T.terms, sum_of(K, WORKS, K[SOURCES] + k) + o, change * (w + 0.5 * change))
+        for i in range(K[POINTS]):
+            more, at = F[K[DAMPER_JUMP] + k * K[POINTS] + i] * change, i * LANES + o
             add(T.v, at, more)
             add(T.gained, at, more)
-        for r in range(I[ROWS]):
-            add(T.w, r * LANES + o, F[I[DAMPER_ALONG] + k * I[ROWS] + r] * change)
+        for r in range(K[ROWS]):
+            add(T.w, r * LANES + o, F[K[DAMPER_ALONG] + k * K[ROWS] + r] * change)
 
 
 @njit(**INLINE)
-def drift(I, F, T, j, o):
+def drift(K, F, T, j, o):
     """Straight; the paper's scheme sees its end."""
-    step = F[I[STEP]]
-    half = step if I[PAPER] > 0 else 0.5 * step
-    for i in range(I[POINTS]):
+    step = F[K[STEP]]
+    half = step if K[PAPER] > 0 else 0.5 * step
+    for i in range(K[POINTS]):
         at = i * LANES + o
         x, v = load(T.moved, at), load(T.v, at)
         store(T.before, at, x)
         store(T.seen, at, x + half * v)
         store(T.seen_v, at, v)
         store(T.moved, at, x + step * v)
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         at = e * LANES + o
         u, w = load(T.u, at), load(T.w, at)
         store(T.d, ((GROUP + 2) * e + 2 + j) * LANES + o, step * w)
@@ -326,12 +324,12 @@ def drift(I, F, T, j, o):
 
 
 @njit(**INLINE)
-def turn(I, F, T, j, o):
+def turn(K, F, T, j, o):
     """On a circle of each coordinate's own: changes of x and v until the observation and the end."""
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         store(T.u0, e * LANES + o, load(T.u, e * LANES + o))
-    for i in range(I[POINTS]):
-        b, at = I[TURN] + TURN_NUMBERS * i, i * LANES + o
+    for i in range(K[POINTS]):
+        b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
         moved, v = load(T.moved, at), load(T.v, at)
         x = load(T.x0, at) + moved - F[b + 7]
         store(T.before, at, moved)
@@ -342,37 +340,37 @@ def turn(I, F, T, j, o):
         change = F[b + 3] * v - F[b + 5] * x
         store(T.v, at, v + change)
         add(T.gained, at, change)
-    carry(I, F, T, j, o)
+    carry(K, F, T, j, o)
 
 
 @njit(**INLINE)
-def carry(I, F, T, j, o):
+def carry(K, F, T, j, o):
     """The elongations at the observation and after a drift, from the coordinates."""
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         at = i * LANES + o
         store(T.impulse, at, load(T.moved, at) - load(T.before, at))
-    for e in range(I[ROWS]):
-        at, moved = e * LANES + o, stretch(I, F, e, T.impulse, o)
-        store(T.w, at, stretch(I, F, e, T.v, o))
+    for e in range(K[ROWS]):
+        at, moved = e * LANES + o, stretch(K, F, e, T.impulse, o)
+        store(T.w, at, stretch(K, F, e, T.v, o))
         store(T.d, ((GROUP + 2) * e + 2 + j) * LANES + o, moved)
         store(T.u, at, load(T.u0, at) + moved)
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         at = i * LANES + o
         store(T.impulse, at, load(T.seen, at) - load(T.before, at))
-    for e in range(I[ROWS]):
-        store(T.seen_u, e * LANES + o, load(T.u0, e * LANES + o) + stretch(I, F, e, T.impulse, o))
+    for e in range(K[ROWS]):
+        store(T.seen_u, e * LANES + o, load(T.u0, e * LANES + o) + stretch(K, F, e, T.impulse, o))
 
 
 @njit(**INLINE)
-def remember(I, F, T, o):
+def remember(K, F, T, o):
     """Add four increments to every mode; the force of the modes in the next four steps."""
-    for e in range(I[ROWS]):
-        q, count = (GROUP + 2) * e * LANES + o, I[I[MODE_COUNT] + e]
+    for e in range(K[ROWS]):
+        q, count = (GROUP + 2) * e * LANES + o, K[K[MODE_COUNT] + e]
         if count > 0:
             e0, e1 = load(T.d, q + LANES), load(T.d, q + 2 * LANES)  # the newest has a weight of its own until later
             e2, e3 = load(T.d, q + 3 * LANES), load(T.d, q + 4 * LANES)
             h0 = h1 = h2 = h3 = filled(e0, 0.0)
-            t, b = I[I[MODE_TABLE] + e], I[I[MODE_BEGIN] + e] * LANES + o
+            t, b = K[K[MODE_TABLE] + e], K[K[MODE_BEGIN] + e] * LANES + o
             for k in range(count):  # a^4 - 1 is stored, not a^4: for slow modes a^4 rounds to 1
                 y = load(T.z, b + k * LANES)
                 y = y + (F[t + 3] * y + F[t + 2] * e0 + F[t + 1] * e1 + F[t] * e2 + e3)
@@ -382,8 +380,8 @@ def remember(I, F, T, o):
                 h2 = h2 + F[t + 6] * y
                 h3 = h3 + F[t + 7] * y
                 t += NUMBERS_OF_MODE
-            t, b = I[I[TURNED_TABLE] + e], b + count * LANES
-            for k in range(I[I[TURNED] + e]):  # of circuits with a coil: two states, which a step turns into each other
+            t, b = K[K[TURNED_TABLE] + e], b + count * LANES
+            for k in range(K[K[TURNED] + e]):  # of circuits with a coil: two states, which a step turns into each other
                 y, r = load(T.z, b), load(T.z, b + LANES)
                 y1 = y + (
                     F[t] * y + F[t + 1] * r + F[t + 4] * e0 + F[t + 6] * e1 + F[t + 8] * e2 + F[t + 10] * e3

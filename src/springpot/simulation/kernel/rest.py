@@ -49,10 +49,12 @@ from springpot.simulation.kernel.tables import (
     WALL_KIND,
     WALLS,
 )
-from springpot.simulation.kernel.watch import show_impact
+from springpot.simulation.kernel.watching import show_impact
 
 MOST_POINTS, MOST_WALLS = 8, 12
-MOST_HOPS = 32  # impacts in half a drift, after which they are plastic; after twice as many the masses stay until its end
+MOST_HOPS = (
+    32  # impacts in half a drift, after which they are plastic; after twice as many the masses stay until its end
+)
 CLOSE = 1e-9  # of what a kick or an impact changes: the velocity of a row that rests
 ROUNDING = 1e-14  # of a closing speed, relative to the speeds that it is the difference of
 
@@ -61,46 +63,46 @@ _between = stack_array(MOST_WALLS * MOST_WALLS)
 
 
 @njit(**INLINE)
-def flag(I, wall, lane):
+def flag(K, wall, lane):
     """Where it is kept whether a row rests on a wall; after all walls, how many do."""
-    return (I[STATES] + wall) * LANES + lane
+    return (K[STATES] + wall) * LANES + lane
 
 
 @njit(**INLINE)
-def row_of(I, D, k, array):
+def row_of(K, D, k, array):
     """The elongation of a wall, or its rate."""
-    total, e = 0.0, I[I[WALL_AT] + k]
-    for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-        total += D[I[ROW] + p] * array[I[I[ROW_AT] + p]]
+    total, e = 0.0, K[K[WALL_AT] + k]
+    for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+        total += D[K[ROW] + p] * array[K[K[ROW_AT] + p]]
     return total
 
 
 @njit(**INLINE)
-def count_resting(I, state, lane):
+def count_resting(K, state, lane):
     """Count the rows that rest."""
     count = 0.0
-    for k in range(I[WALLS]):
-        count += f64(state[flag(I, k, lane)])
-    state[flag(I, I[WALLS], lane)] = count
+    for k in range(K[WALLS]):
+        count += f64(state[flag(K, k, lane)])
+    state[flag(K, K[WALLS], lane)] = count
     return count
 
 
 @njit(**INLINE)
-def has_leant(I, leant, lane):
+def has_leant(K, leant, lane):
     """Whether a wall has given something to a row at rest in the last kick."""
     found = False
-    for k in range(I[WALLS]):
+    for k in range(K[WALLS]):
         found = found or leant[k * LANES + lane] != 0.0
     return found
 
 
 @njit(**INLINE)
-def lay_down(I, D, x, v, state, lane):
+def lay_down(K, D, x, v, state, lane):
     """Rows that begin at their walls without velocity rest there."""
-    for k in range(I[WALLS]):
-        lies = D[I[RESTS] + k] > 0.0 and row_of(I, D, k, x) == D[I[PLACE] + k] and row_of(I, D, k, v) == 0.0
-        state[flag(I, k, lane)] = 1.0 if lies else 0.0
-    count_resting(I, state, lane)
+    for k in range(K[WALLS]):
+        lies = D[K[RESTS] + k] > 0.0 and row_of(K, D, k, x) == D[K[PLACE] + k] and row_of(K, D, k, v) == 0.0
+        state[flag(K, k, lane)] = 1.0 if lies else 0.0
+    count_resting(K, state, lane)
 
 
 @njit(**LINKED)
@@ -174,50 +176,50 @@ def _press(n, a, live, w, c, top):
 
 
 @njit(**INLINE)
-def _begin(I, D, turned, v, state, lane, live, w, a):
+def _begin(K, D, turned, v, state, lane, live, w, a):
     """Of the rows that rest: rates, and changes of rates by a unit of change of each other's."""
-    n, points = I[WALLS], I[POINTS]
+    n, points = K[WALLS], K[POINTS]
     for k in range(n):
-        live[k] = f64(state[flag(I, k, lane)])
-        w[k] = D[I[SIDE] + k] * row_of(I, D, k, v) if live[k] > 0.0 else 0.0
+        live[k] = f64(state[flag(K, k, lane)])
+        w[k] = D[K[SIDE] + k] * row_of(K, D, k, v) if live[k] > 0.0 else 0.0
     for k in range(n):
-        e = I[I[WALL_AT] + k]
+        e = K[K[WALL_AT] + k]
         for i in range(n):
             total = 0.0
             if live[k] * live[i] > 0.0:
-                for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-                    total += D[I[ROW] + p] * D[turned + i * points + I[I[ROW_AT] + p]]
-            a[k * n + i] = D[I[SIDE] + k] * D[I[SIDE] + i] * total
+                for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+                    total += D[K[ROW] + p] * D[turned + i * points + K[K[ROW_AT] + p]]
+            a[k * n + i] = D[K[SIDE] + k] * D[K[SIDE] + i] * total
 
 
 @njit(**INLINE)
-def _turn(I, D, turned, c, v):
-    for k in range(I[WALLS]):
+def _turn(K, D, turned, c, v):
+    for k in range(K[WALLS]):
         if c[k] != 0.0:
-            for i in range(I[POINTS]):
-                v[i] += D[I[SIDE] + k] * c[k] * D[turned + k * I[POINTS] + i]
+            for i in range(K[POINTS]):
+                v[i] += D[K[SIDE] + k] * c[k] * D[turned + k * K[POINTS] + i]
 
 
 @njit(**INLINE)
-def _hits(I, k, what, lane):
-    return sum_of(I, HITS, OF_A_WALL * k + what) + lane
+def _hits(K, k, what, lane):
+    return sum_of(K, HITS, OF_A_WALL * k + what) + lane
 
 
 @njit(**LINKED)
-def _hold_lane(I, D, T, x, v, lane, weight):
-    n, walls, live, w, a = I[POINTS], I[WALLS], _of_walls(0.0), _of_walls(0.0), _between(0.0)
-    c, more, state, leant, lean = _of_walls(0.0), _of_walls(0.0), T.state, T.leant, I[LEAN]
+def _hold_lane(K, D, T, x, v, lane, weight):
+    n, walls, live, w, a = K[POINTS], K[WALLS], _of_walls(0.0), _of_walls(0.0), _between(0.0)
+    c, more, state, leant, lean = _of_walls(0.0), _of_walls(0.0), T.state, T.leant, K[LEAN]
     for i in range(n):
         v[i] = T.now_v[i * LANES + lane] + f64(T.gained[i * LANES + lane])
-    _begin(I, D, lean, v, state, lane, live, w, a)
+    _begin(K, D, lean, v, state, lane, live, w, a)
     top = 0.0
     for k in range(walls):
-        top = greater(top, abs(leant[k * LANES + lane]) / D[I[REDUCED] + k])
+        top = greater(top, abs(leant[k * LANES + lane]) / D[K[REDUCED] + k])
     _press(walls, a, live, w, c, top)
     opened = False
     for k in range(walls):
         opened = opened or w[k] > 0.0
-        leant[k * LANES + lane] += c[k] * D[I[HEAVY] + k]
+        leant[k * LANES + lane] += c[k] * D[K[HEAVY] + k]
     if opened:
         right = _of_walls(0.0)
         for k in range(walls):
@@ -225,104 +227,104 @@ def _hold_lane(I, D, T, x, v, lane, weight):
         _solve(walls, a, live, right, more)
         for k in range(walls):
             c[k] += more[k]
-            leant[k * LANES + lane] += more[k] * D[I[HEAVY] + k]
+            leant[k * LANES + lane] += more[k] * D[K[HEAVY] + k]
             if w[k] > 0.0:
-                state[flag(I, k, lane)] = 0.0
-        count_resting(I, state, lane)
-    _turn(I, D, lean, c, v)
+                state[flag(K, k, lane)] = 0.0
+        count_resting(K, state, lane)
+    _turn(K, D, lean, c, v)
     for k in range(walls):
-        heavy = c[k] * D[I[HEAVY] + k]
-        T.sums[_hits(I, k, 3, lane)] -= weight * 0.25 * heavy * w[k]
-        T.sums[_hits(I, k, 4, lane)] += weight * heavy
+        heavy = c[k] * D[K[HEAVY] + k]
+        T.sums[_hits(K, k, 3, lane)] -= weight * 0.25 * heavy * w[k]
+        T.sums[_hits(K, k, 4, lane)] += weight * heavy
     for i in range(n):
         at = i * LANES + lane
         T.gained[at] = v[i] - T.now_v[at]
         T.v[at] = v[i]
         x[i] = T.now_x[at] + f64(T.moved[at])
-    _onto_places(I, D, x, state, lane)
+    _onto_places(K, D, x, state, lane)
     for i in range(n):
         T.moved[i * LANES + lane] = x[i] - T.now_x[i * LANES + lane]
 
 
 @njit(**INLINE)
-def hold(I, D, T, x, v, weight, o, width):
+def hold(K, D, T, x, v, weight, o, width):
     """After a kick: the walls take what presses on resting rows; those that nothing presses on leave.
 
     To ``leant``: the impulses of the walls.  The rows that rest lie exactly at their places.
     """
     for lane in range(o, o + width):
-        if T.state[flag(I, I[WALLS], lane)] > 0.0:
-            _hold_lane(I, D, T, x, v, lane, weight)
+        if T.state[flag(K, K[WALLS], lane)] > 0.0:
+            _hold_lane(K, D, T, x, v, lane, weight)
 
 
 @njit(**INLINE)
-def _onto_places(I, D, x, state, lane):
-    for k in range(I[WALLS]):
-        if state[flag(I, k, lane)] > 0.0:
-            beside = D[I[PLACE] + k] - row_of(I, D, k, x)
-            for i in range(I[POINTS]):
-                x[i] += beside * D[I[JUMP] + k * I[POINTS] + i]
+def _onto_places(K, D, x, state, lane):
+    for k in range(K[WALLS]):
+        if state[flag(K, k, lane)] > 0.0:
+            beside = D[K[PLACE] + k] - row_of(K, D, k, x)
+            for i in range(K[POINTS]):
+                x[i] += beside * D[K[JUMP] + k * K[POINTS] + i]
 
 
 @njit(**LINKED)
-def _come_to_rest(I, D, T, v, struck, speed, closing, lane, weight):
+def _come_to_rest(K, D, T, v, struck, speed, closing, lane, weight):
     """A row comes to rest from its speed, and no other resting row closes; the walls take the energy that was left.
 
     That of the true speed, ``closing``, which is not the one of the flight.
     """
     live, w, a, c, before = _of_walls(0.0), _of_walls(0.0), _between(0.0), _of_walls(0.0), _of_walls(0.0)
-    T.state[flag(I, struck, lane)] = 1.0
-    _begin(I, D, I[JUMP], v, T.state, lane, live, w, a)
-    for k in range(I[WALLS]):
+    T.state[flag(K, struck, lane)] = 1.0
+    _begin(K, D, K[JUMP], v, T.state, lane, live, w, a)
+    for k in range(K[WALLS]):
         before[k] = w[k]
-    _press(I[WALLS], a, live, w, c, 0.0)
-    _turn(I, D, I[JUMP], c, v)
+    _press(K[WALLS], a, live, w, c, 0.0)
+    _turn(K, D, K[JUMP], c, v)
     share = (closing / speed) ** 2
-    for k in range(I[WALLS]):
-        momentum = c[k] * D[I[REDUCED] + k]
-        T.sums[_hits(I, k, 3, lane)] -= weight * 0.5 * momentum * (before[k] + w[k]) * share
-        T.sums[_hits(I, k, 4, lane)] += weight * momentum
+    for k in range(K[WALLS]):
+        momentum = c[k] * D[K[REDUCED] + k]
+        T.sums[_hits(K, k, 3, lane)] -= weight * 0.5 * momentum * (before[k] + w[k]) * share
+        T.sums[_hits(K, k, 4, lane)] += weight * momentum
         if w[k] > CLOSE * speed:
-            T.state[flag(I, k, lane)] = 0.0
+            T.state[flag(K, k, lane)] = 0.0
 
 
 @njit(**INLINE)
-def _pushed(I, D, T, j, lane, v):
+def _pushed(K, D, T, j, lane, v):
     """Put the impulses of constant forces, of smooth excitation in step j and of leaning walls behind the velocities."""
-    for i in range(I[POINTS]):
-        v[MOST_POINTS + i] = D[I[CONSTANT] + i]
-    for r in range(I[SOURCES]):
-        for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
+    for i in range(K[POINTS]):
+        v[MOST_POINTS + i] = D[K[CONSTANT] + i]
+    for r in range(K[SOURCES]):
+        for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
             impulse = f64(T.given[(GROUP * r + j) * LANES + lane])
-            v[MOST_POINTS + I[I[SOURCE_AT] + p]] += D[I[SMOOTH] + r] * D[I[SOURCE_ROW] + p] * impulse
-    for k in range(I[WALLS]):
-        e = I[I[WALL_AT] + k]
-        for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-            v[MOST_POINTS + I[I[ROW_AT] + p]] += D[I[SIDE] + k] * D[I[ROW] + p] * T.leant[k * LANES + lane]
+            v[MOST_POINTS + K[K[SOURCE_AT] + p]] += D[K[SMOOTH] + r] * D[K[SOURCE_ROW] + p] * impulse
+    for k in range(K[WALLS]):
+        e = K[K[WALL_AT] + k]
+        for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+            v[MOST_POINTS + K[K[ROW_AT] + p]] += D[K[SIDE] + k] * D[K[ROW] + p] * T.leant[k * LANES + lane]
 
 
 @njit(**INLINE)
-def _given_along(I, D, x, v, struck):
+def _given_along(K, D, x, v, struck):
     """What springs and smooth forces change of a struck elongation's velocity per time, times its reduced mass."""
-    given, n = 0.0, I[POINTS]
+    given, n = 0.0, K[POINTS]
     for i in range(n):
-        given += v[MOST_POINTS + i] * D[I[JUMP] + struck * n + i]
-    for e in range(I[ROWS]):
-        along, b = D[I[ALONG] + struck * I[ROWS] + e], I[SPRING] + 10 * e
-        if I[I[SPRING_KIND] + e] == NO_SPRING or along == 0.0:
+        given += v[MOST_POINTS + i] * D[K[JUMP] + struck * n + i]
+    for e in range(K[ROWS]):
+        along, b = D[K[ALONG] + struck * K[ROWS] + e], K[SPRING] + 10 * e
+        if K[K[SPRING_KIND] + e] == NO_SPRING or along == 0.0:
             continue
         u, force = 0.0, 0.0
-        for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-            u += D[I[ROW] + p] * x[I[I[ROW_AT] + p]]
+        for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+            u += D[K[ROW] + p] * x[K[K[ROW_AT] + p]]
         for power in range(10):
             force = force * u + D[b + 9 - power]
         given -= force * along
-    return given / D[I[STEP]]
+    return given / D[K[STEP]]
 
 
 @njit(**INLINE)
-def _restitution(I, D, k, speed):
-    kind, b = I[I[WALL_KIND] + k], I[RESTITUTION] + 3 * k
+def _restitution(K, D, k, speed):
+    kind, b = K[K[WALL_KIND] + k], K[RESTITUTION] + 3 * k
     if kind == FIXED:
         return D[b]
     if kind == POWER:
@@ -331,7 +333,7 @@ def _restitution(I, D, k, speed):
 
 
 @njit(**LINKED)
-def _fly(I, D, T, O, x, v, left, since, lane, weight):
+def _fly(K, D, T, S, x, v, left, since, lane, weight):
     """Straight flight of one lane over the time ``left`` with the earliest impact first; how many there were.
 
     It begins at the time ``since`` after the middle between two kicks, as
@@ -339,15 +341,15 @@ def _fly(I, D, T, O, x, v, left, since, lane, weight):
     next hop would be shorter than a step.  One that rests stays until an impact drives or opens it.  The walls that
     lean on resting rows press, too, as what they gave in the last kick.
     """
-    events, end, n, most = 0, since + left, I[POINTS], 0.0  # most: the largest change of a velocity by an impact
-    step, state = D[I[STEP]], T.state
+    events, end, n, most = 0, since + left, K[POINTS], 0.0  # most: the largest change of a velocity by an impact
+    step, state = D[K[STEP]], T.state
     while True:
         struck, soonest, speed, deep = -1, left, 0.0, 0.0
-        for k in range(I[WALLS]):
-            side = D[I[SIDE] + k]
-            distance, rate = side * (row_of(I, D, k, x) - D[I[PLACE] + k]), side * row_of(I, D, k, v)
+        for k in range(K[WALLS]):
+            side = D[K[SIDE] + k]
+            distance, rate = side * (row_of(K, D, k, x) - D[K[PLACE] + k]), side * row_of(K, D, k, v)
             if rate < 0.0 and distance < -rate * soonest:
-                rested = state[flag(I, k, lane)] > 0.0
+                rested = state[flag(K, k, lane)] > 0.0
                 if not (rested and (most == 0.0 or rate >= -CLOSE * most)):
                     struck, speed, deep = k, -rate, distance
                     soonest = distance / -rate if distance > 0.0 else 0.0
@@ -355,77 +357,77 @@ def _fly(I, D, T, O, x, v, left, since, lane, weight):
             break
         left -= soonest
         deep -= speed * soonest  # where it lies behind the wall (by rounding, or as it began): put back onto it
-        side, reduced = D[I[SIDE] + struck], D[I[REDUCED] + struck]
+        side, reduced = D[K[SIDE] + struck], D[K[REDUCED] + struck]
         for i in range(n):
-            x[i] += soonest * v[i] - side * deep * D[I[JUMP] + struck * n + i]
-        gain = -side * _given_along(I, D, x, v, struck) / reduced  # of closing speed per time
+            x[i] += soonest * v[i] - side * deep * D[K[JUMP] + struck * n + i]
+        gain = -side * _given_along(K, D, x, v, struck) / reduced  # of closing speed per time
         can_rest, leans = False, False
-        if D[I[RESTS] + struck] > 0.0:  # it does not lean on itself
+        if D[K[RESTS] + struck] > 0.0:  # it does not lean on itself
             own = T.leant[struck * LANES + lane]
             gain += own / (reduced * step)
-            can_rest, leans = gain > 0.0, own != 0.0 or state[flag(I, struck, lane)] > 0.0
+            can_rest, leans = gain > 0.0, own != 0.0 or state[flag(K, struck, lane)] > 0.0
         closing = speed + gain * (end - left)
         if can_rest:
             closing = speed if leans else greater(closing, 0.0)
         elif closing <= 0.0:
             closing = speed
-        r = _restitution(I, D, struck, closing) if events < MOST_HOPS else 0.0
+        r = _restitution(K, D, struck, closing) if events < MOST_HOPS else 0.0
         most = greater(most, greater(speed, closing + r * closing))
         shown = weight > 0.0
         if can_rest and r * closing <= 0.5 * gain * step:
-            _come_to_rest(I, D, T, v, struck, speed, closing, lane, weight)
+            _come_to_rest(K, D, T, v, struck, speed, closing, lane, weight)
             shown = shown and closing > 0.0  # observers choose which impacts count
         else:
             change = closing + r * closing
             shown = shown and not (change <= speed and closing <= gain * step)
             if change <= speed:  # nothing still closes, nor by rounding: that would be struck again and again
-                of_rate, e = 0.0, I[I[WALL_AT] + struck]
-                for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-                    of_rate += abs(D[I[ROW] + p] * v[I[I[ROW_AT] + p]])
+                of_rate, e = 0.0, K[K[WALL_AT] + struck]
+                for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+                    of_rate += abs(D[K[ROW] + p] * v[K[K[ROW_AT] + p]])
                 change = speed + ROUNDING * of_rate
             for i in range(n):
-                v[i] += side * change * D[I[JUMP] + struck * n + i]
-            T.sums[_hits(I, struck, 0, lane)] += weight
-            T.sums[_hits(I, struck, 1, lane)] += weight * closing
-            T.sums[_hits(I, struck, 2, lane)] += weight * closing * closing
-            T.sums[_hits(I, struck, 3, lane)] += weight * 0.5 * reduced * (1.0 - r * r) * closing * closing
-            T.sums[_hits(I, struck, 4, lane)] += weight * reduced * change
-            for k in range(I[WALLS]):
-                if state[flag(I, k, lane)] > 0.0:
-                    opens = D[I[SIDE] + k] * row_of(I, D, k, v) > CLOSE * most
-                    state[flag(I, k, lane)] = 0.0 if opens or k == struck else 1.0
+                v[i] += side * change * D[K[JUMP] + struck * n + i]
+            T.sums[_hits(K, struck, 0, lane)] += weight
+            T.sums[_hits(K, struck, 1, lane)] += weight * closing
+            T.sums[_hits(K, struck, 2, lane)] += weight * closing * closing
+            T.sums[_hits(K, struck, 3, lane)] += weight * 0.5 * reduced * (1.0 - r * r) * closing * closing
+            T.sums[_hits(K, struck, 4, lane)] += weight * reduced * change
+            for k in range(K[WALLS]):
+                if state[flag(K, k, lane)] > 0.0:
+                    opens = D[K[SIDE] + k] * row_of(K, D, k, v) > CLOSE * most
+                    state[flag(K, k, lane)] = 0.0 if opens or k == struck else 1.0
         if shown:
-            show_impact(O, struck, closing, lane)
+            show_impact(S, struck, closing, lane)
         events += 1
         if events == MOST_HOPS:
-            T.sums[sum_of(I, LIMITS) + lane] += 1.0
+            T.sums[sum_of(K, LIMITS) + lane] += 1.0
         if events >= 2 * MOST_HOPS:
-            T.sums[sum_of(I, LIMITS, 1) + lane] += 1.0
+            T.sums[sum_of(K, LIMITS, 1) + lane] += 1.0
             return events
     for i in range(n):
         x[i] += left * v[i]
-    _onto_places(I, D, x, state, lane)
+    _onto_places(K, D, x, state, lane)
     return events
 
 
 @njit(**LINKED)
-def _repair(I, D, T, O, j, x, v, lane, before, after):
-    n = I[POINTS]
-    rested = T.state[flag(I, I[WALLS], lane)] > 0.0 or has_leant(I, T.leant, lane)
+def _repair(K, D, T, S, j, x, v, lane, before, after):
+    n = K[POINTS]
+    rested = T.state[flag(K, K[WALLS], lane)] > 0.0 or has_leant(K, T.leant, lane)
     for i in range(n):
         at = i * LANES + lane
         x[i] = T.now_x[at] + f64(T.before[at])
         v[i] = T.now_v[at] + f64(T.gained[at])
         x[MOST_POINTS + i] = x[i]
-    _pushed(I, D, T, j, lane, v)
-    half = 0.5 * D[I[STEP]]
-    events = _fly(I, D, T, O, x, v, half, -half, lane, before)
+    _pushed(K, D, T, j, lane, v)
+    half = 0.5 * D[K[STEP]]
+    events = _fly(K, D, T, S, x, v, half, -half, lane, before)
     for i in range(n):
         x[2 * MOST_POINTS + i], v[2 * MOST_POINTS + i] = x[i], v[i]
-    events += _fly(I, D, T, O, x, v, half, 0.0, lane, after)
+    events += _fly(K, D, T, S, x, v, half, 0.0, lane, after)
     if events == 0 and not rested:  # else the rounding of near misses would change the state
         return
-    count_resting(I, T.state, lane)
+    count_resting(K, T.state, lane)
     for i in range(n):
         at = i * LANES + lane
         T.seen[at] = x[2 * MOST_POINTS + i] - T.now_x[at]
@@ -433,16 +435,16 @@ def _repair(I, D, T, O, j, x, v, lane, before, after):
         T.moved[at] = x[i] - T.now_x[at]
         T.gained[at] = v[i] - T.now_v[at]
         T.v[at] = v[i]
-    put_in(I, D, T, j, x, v, lane)
+    put_in(K, D, T, j, x, v, lane)
 
 
 @njit(**INLINE)
-def put_in(I, D, T, j, x, v, lane):
+def put_in(K, D, T, j, x, v, lane):
     """The elongations of one lane after a drift, from the states before it, at the observation and after it."""
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         before, seen, u, w = 0.0, 0.0, 0.0, 0.0
-        for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-            i, share = I[I[ROW_AT] + p], D[I[ROW] + p]
+        for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+            i, share = K[K[ROW_AT] + p], D[K[ROW] + p]
             before += share * x[MOST_POINTS + i]
             seen += share * x[2 * MOST_POINTS + i]
             u += share * x[i]
@@ -453,45 +455,45 @@ def put_in(I, D, T, j, x, v, lane):
 
 
 @njit(**INLINE)
-def _is_clear(I, D, T, lane):
+def _is_clear(K, D, T, lane):
     """Whether the end of a drift lies before all walls, with a margin for rounding; a row that rests is clear of its own.
 
     Nonlinear dampers act on a row that leans on a wall after the kick.
     """
-    resting = T.state[flag(I, I[WALLS], lane)] > 0.0
-    if I[DAMPERS] > 0 and has_leant(I, T.leant, lane):
+    resting = T.state[flag(K, K[WALLS], lane)] > 0.0
+    if K[DAMPERS] > 0 and has_leant(K, T.leant, lane):
         return False
-    for k in range(I[WALLS]):
-        if not (resting and T.state[flag(I, k, lane)] > 0.0):
-            u, place = f64(T.u[I[I[WALL_AT] + k] * LANES + lane]), D[I[PLACE] + k]
-            if not D[I[SIDE] + k] * (u - place) > 1e-6 * (abs(place) + abs(u)):
+    for k in range(K[WALLS]):
+        if not (resting and T.state[flag(K, k, lane)] > 0.0):
+            u, place = f64(T.u[K[K[WALL_AT] + k] * LANES + lane]), D[K[PLACE] + k]
+            if not D[K[SIDE] + k] * (u - place) > 1e-6 * (abs(place) + abs(u)):
                 return False
     return True
 
 
 @njit(**INLINE)
-def drift_beside_rest(I, D, T, O, j, x, v, before, after, o, width):
+def drift_beside_rest(K, D, T, S, j, x, v, before, after, o, width):
     """The drift of lanes that may have struck a wall again, where rows can rest."""
     for lane in range(o, o + width):
-        if not _is_clear(I, D, T, lane):
-            _repair(I, D, T, O, j, x, v, lane, before, after)
+        if not _is_clear(K, D, T, lane):
+            _repair(K, D, T, S, j, x, v, lane, before, after)
 
 
 @njit(**LINKED)
-def begin(I, D, T, O, start, path, x, v, lane, weight):
+def begin(K, D, T, S, start, path, x, v, lane, weight):
     """From the state at time 0 to the first kick, half a drift later."""
-    n = I[POINTS]
+    n = K[POINTS]
     for i in range(n):
         x[i], v[i] = start[2 * n * path + i], start[2 * n * path + n + i]
         x[MOST_POINTS + i] = x[2 * MOST_POINTS + i] = x[i]
-        v[MOST_POINTS + i] = D[I[CONSTANT] + i]
-    if I[WALLS] > 0:
-        lay_down(I, D, x, v, T.state, lane)
-        _fly(I, D, T, O, x, v, 0.5 * D[I[STEP]], 0.0, lane, weight)
-        count_resting(I, T.state, lane)
+        v[MOST_POINTS + i] = D[K[CONSTANT] + i]
+    if K[WALLS] > 0:
+        lay_down(K, D, x, v, T.state, lane)
+        _fly(K, D, T, S, x, v, 0.5 * D[K[STEP]], 0.0, lane, weight)
+        count_resting(K, T.state, lane)
     else:
         for i in range(n):
-            x[i] += 0.5 * D[I[STEP]] * v[i]
-    put_in(I, D, T, -1, x, v, lane)
+            x[i] += 0.5 * D[K[STEP]] * v[i]
+    put_in(K, D, T, -1, x, v, lane)
     for i in range(n):
         T.now_x[i * LANES + lane], T.now_v[i * LANES + lane] = x[i], v[i]

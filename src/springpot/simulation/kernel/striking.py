@@ -9,8 +9,8 @@ from __future__ import annotations
 from numba import njit
 
 from springpot.simulation.kernel.calling import call_share
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
-from springpot.simulation.kernel.motion import NO_SPRING, TURN_NUMBERS, add, carry, springs, sum_of
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, f64
+from springpot.simulation.kernel.motion import NO_SPRING, add, springs, sum_of
 from springpot.simulation.kernel.tables import (
     ALONG,
     CONSTANT,
@@ -36,7 +36,6 @@ from springpot.simulation.kernel.tables import (
     SPRING,
     SPRING_KIND,
     STEP,
-    TURN,
     WALL_AT,
     WALL_KIND,
     WALLS,
@@ -46,26 +45,24 @@ from springpot.simulation.kernel.vectors import (
     double,
     filled,
     larger,
-    like,
     load,
     opposite,
     power,
-    root,
     size,
     smaller,
     some,
     store,
 )
-from springpot.simulation.kernel.watch import show_impacts
+from springpot.simulation.kernel.watching import show_impacts
 
 MOST_EVENTS = 64  # of a lane in a drift, after which impacts are plastic; after twice as many it stays until the end
 FIXED, POWER = 0, 1  # kinds of restitution; larger numbers are addresses of functions
 
 
 @njit(**INLINE)
-def restitution(I, F, k, speed, where, room):
+def restitution(K, F, k, speed, where, room):
     """Of wall k at the speeds of some lanes."""
-    b, kind = I[RESTITUTION] + 3 * k, I[I[WALL_KIND] + k]
+    b, kind = K[RESTITUTION] + 3 * k, K[K[WALL_KIND] + k]
     if kind == FIXED:
         return filled(speed, F[b])
     if kind == POWER:
@@ -78,9 +75,9 @@ def restitution(I, F, k, speed, where, room):
 
 
 @njit(**INLINE)
-def count_impacts(I, F, T, k, where, within, reduced, closing, r, change, o):
+def count_impacts(K, F, T, k, where, within, reduced, closing, r, change, o):
     """Add impacts of some lanes to the sums of a wall; ``within`` is 1 in lanes in the window, otherwise 0."""
-    to = sum_of(I, HITS, OF_A_WALL * k) + o
+    to = sum_of(K, HITS, OF_A_WALL * k) + o
     one = choose(where, within, 0.0)
     more = one * closing
     add(T.sums, to, double(one))
@@ -91,47 +88,47 @@ def count_impacts(I, F, T, k, where, within, reduced, closing, r, change, o):
 
 
 @njit(**INLINE)
-def _given_along(I, F, T, k, j, o):
+def _given_along(K, F, T, k, j, o):
     """What springs and smooth forces change of the velocity of wall k's elongation in a step, times its reduced mass."""
-    n, m = I[POINTS], I[ROWS]
+    n, m = K[POINTS], K[ROWS]
     given = filled(load(T.fx, o), 0.0)
     for i in range(n):
-        given = given + F[I[CONSTANT] + i] * F[I[JUMP] + k * n + i]
-    for r in range(I[SOURCES]):
-        if F[I[SMOOTH] + r] > 0.0:
+        given = given + F[K[CONSTANT] + i] * F[K[JUMP] + k * n + i]
+    for r in range(K[SOURCES]):
+        if F[K[SMOOTH] + r] > 0.0:
             impulse = load(T.given, (GROUP * r + j) * LANES + o)
-            for p in range(I[I[SOURCE_BEGIN] + r], I[I[SOURCE_BEGIN] + r + 1]):
-                given = given + F[I[SOURCE_ROW] + p] * F[I[JUMP] + k * n + I[I[SOURCE_AT] + p]] * impulse
+            for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
+                given = given + F[K[SOURCE_ROW] + p] * F[K[JUMP] + k * n + K[K[SOURCE_AT] + p]] * impulse
     for e in range(m):
-        kind, along = I[I[SPRING_KIND] + e], F[I[ALONG] + k * m + e]
+        kind, along = K[K[SPRING_KIND] + e], F[K[ALONG] + k * m + e]
         if kind != NO_SPRING and along != 0.0:
-            given = given - springs(F, kind, I[SPRING] + 10 * e, load(T.fu, e * LANES + o)) * along
+            given = given - springs(F, kind, K[SPRING] + 10 * e, load(T.fu, e * LANES + o)) * along
     return given
 
 
 @njit(**INLINE)
-def take_off(I, T, o):
+def take_off(K, T, o):
     """Begin a flight where the drift begins."""
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         store(T.fx, i * LANES + o, load(T.before, i * LANES + o))
         store(T.leaving, i * LANES + o, load(T.v, i * LANES + o))
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         store(T.fu, e * LANES + o, load(T.u0, e * LANES + o))
 
 
 @njit(**INLINE)
-def land(I, F, T, j, ever, o):
+def land(K, F, T, j, ever, o):
     """The end of a flight becomes that of the drift, in lanes where something happened.
 
     Else the lanes beside a path would decide its last bits.
     """
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         at = i * LANES + o
         store(T.moved, at, choose(ever, load(T.fx, at), load(T.moved, at)))
         v, before = load(T.v, at), load(T.leaving, at)
         add(T.gained, at, choose(ever, v - before, 0.0))
         store(T.v, at, choose(ever, v, before))
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         at, to = e * LANES + o, ((GROUP + 2) * e + 2 + j) * LANES + o
         now = load(T.fu, at)
         store(T.u, at, choose(ever, now, load(T.u, at)))
@@ -139,25 +136,25 @@ def land(I, F, T, j, ever, o):
 
 
 @njit(**INLINE)
-def advance(I, T, time, o):
+def advance(K, T, time, o):
     """All coordinates and rows over some time, which may differ from lane to lane."""
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         add(T.fx, i * LANES + o, time * load(T.v, i * LANES + o))
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         add(T.fu, e * LANES + o, time * load(T.w, e * LANES + o))
 
 
 @njit(**INLINE)
-def push_all(I, F, T, jump, along, change, o):
+def push_all(K, F, T, jump, along, change, o):
     """Change the velocities along one row; ``jump`` and ``along`` are where its numbers begin."""
-    for i in range(I[POINTS]):
+    for i in range(K[POINTS]):
         add(T.v, i * LANES + o, F[jump + i] * change)
-    for e in range(I[ROWS]):
+    for e in range(K[ROWS]):
         add(T.w, e * LANES + o, F[along + e] * change)
 
 
 @njit(**LINKED)
-def fly(I, F, T, O, j, begin, span, within, beyond_it, o):
+def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
     """Straight flight of all lanes over a part of a drift with its impacts; in which lanes there were some.
 
     It begins at the time ``begin`` after the kick.  Before the middle between two kicks the last one has given the
@@ -166,15 +163,15 @@ def fly(I, F, T, O, j, begin, span, within, beyond_it, o):
     after which the masses would not part in spite of the restitution, no faster than what presses on them makes them
     within a step, is their rest on each other: the sums have it, observers do not see it.
     """
-    step, n, m = F[I[STEP]], I[POINTS], I[ROWS]
+    step, n, m = F[K[STEP]], K[POINTS], K[ROWS]
     left = filled(load(T.fx, o), span)
     ever = left < 0.0
     hit = ever
     for event in range(2 * MOST_EVENTS):
         soonest, speed, struck = left, filled(left, 0.0), filled(left, -1.0)
-        for k in range(I[WALLS]):
-            at, side = I[I[WALL_AT] + k] * LANES + o, F[I[SIDE] + k]
-            distance, rate = side * (load(T.fu, at) - F[I[PLACE] + k]), 0.0 - side * load(T.w, at)
+        for k in range(K[WALLS]):
+            at, side = K[K[WALL_AT] + k] * LANES + o, F[K[SIDE] + k]
+            distance, rate = side * (load(T.fu, at) - F[K[PLACE] + k]), 0.0 - side * load(T.w, at)
             until = larger(distance / rate, 0.0)
             first = (rate > 0.0) & (distance < rate * soonest) & ((until < soonest) | (struck < 0.0))
             soonest, speed = choose(first, until, soonest), choose(first, rate, speed)
@@ -183,38 +180,38 @@ def fly(I, F, T, O, j, begin, span, within, beyond_it, o):
         if not some(hit):
             break
         if event == MOST_EVENTS:
-            add(T.sums, sum_of(I, LIMITS) + o, choose(hit, filled(double(left), 1.0), 0.0))
+            add(T.sums, sum_of(K, LIMITS) + o, choose(hit, filled(double(left), 1.0), 0.0))
         ever = ever | hit
         soonest = choose(hit, soonest, 0.0)
         left = left - soonest
         late = (begin + span) - left - 0.5 * step  # after the middle between two kicks
-        advance(I, T, soonest, o)
+        advance(K, T, soonest, o)
         weight = choose(late <= 0.0, filled(late, within), beyond_it)
-        for k in range(I[WALLS]):
+        for k in range(K[WALLS]):
             here = struck == filled(struck, k)
             if not some(here):
                 continue
-            e, side, reduced = I[I[WALL_AT] + k], F[I[SIDE] + k], F[I[REDUCED] + k]
-            gain = 0.0 - side * _given_along(I, F, T, k, j, o) / (reduced * step)  # of closing speed per time
+            e, side, reduced = K[K[WALL_AT] + k], F[K[SIDE] + k], F[K[REDUCED] + k]
+            gain = 0.0 - side * _given_along(K, F, T, k, j, o) / (reduced * step)  # of closing speed per time
             closing = speed + gain * late
             closing = choose(closing > 0.0, closing, speed)
-            r = restitution(I, F, k, closing, here, T.own)
+            r = restitution(K, F, k, closing, here, T.own)
             if event >= MOST_EVENTS:
                 r = filled(r, 0.0)
             change = closing + r * closing
             rests = (change <= speed) & (closing <= gain * step)
             rate = filled(closing, 0.0)  # nothing still closes, nor by rounding: that would be struck again and again
-            for p in range(I[I[ROW_BEGIN] + e], I[I[ROW_BEGIN] + e + 1]):
-                rate = rate + size(F[I[ROW] + p] * load(T.v, I[I[ROW_AT] + p] * LANES + o))
-            change = larger(change, speed + F[I[ROUNDING]] * rate)
-            count_impacts(I, F, T, k, here, weight, reduced, closing, r, change, o)
-            show_impacts(O, k, here & (weight > 0.0) & opposite(rests), closing, o, T.own)
-            off = choose(here, F[I[PLACE] + k] - load(T.fu, e * LANES + o), 0.0)  # rounding, or as it began
+            for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
+                rate = rate + size(F[K[ROW] + p] * load(T.v, K[K[ROW_AT] + p] * LANES + o))
+            change = larger(change, speed + F[K[ROUNDING]] * rate)
+            count_impacts(K, F, T, k, here, weight, reduced, closing, r, change, o)
+            show_impacts(S, k, here & (weight > 0.0) & opposite(rests), closing, o, T.own)
+            off = choose(here, F[K[PLACE] + k] - load(T.fu, e * LANES + o), 0.0)  # rounding, or as it began
             for i in range(n):
-                add(T.fx, i * LANES + o, F[I[JUMP] + k * n + i] * off)
+                add(T.fx, i * LANES + o, F[K[JUMP] + k * n + i] * off)
             for r_ in range(m):
-                add(T.fu, r_ * LANES + o, F[I[ALONG] + k * m + r_] * off)
-            push_all(I, F, T, I[JUMP] + k * n, I[ALONG] + k * m, choose(here, side * change, 0.0), o)
+                add(T.fu, r_ * LANES + o, F[K[ALONG] + k * m + r_] * off)
+            push_all(K, F, T, K[JUMP] + k * n, K[ALONG] + k * m, choose(here, side * change, 0.0), o)
         seen = hit & (late <= 0.0)
         for i in range(n):
             at = i * LANES + o
@@ -225,38 +222,38 @@ def fly(I, F, T, O, j, begin, span, within, beyond_it, o):
             at = e * LANES + o
             store(T.seen_u, at, choose(seen, load(T.fu, at) - late * load(T.w, at), load(T.seen_u, at)))
     if some(hit):  # lanes without an end stay where they are
-        add(T.sums, sum_of(I, LIMITS, 1) + o, choose(hit, filled(double(left), 1.0), 0.0))
+        add(T.sums, sum_of(K, LIMITS, 1) + o, choose(hit, filled(double(left), 1.0), 0.0))
         left = choose(hit, 0.0, left)
-    advance(I, T, left, o)
+    advance(K, T, left, o)
     return ever
 
 
 @njit(**INLINE)
-def is_behind(I, F, T, o):
+def is_behind(K, F, T, o):
     """Whether the end of a straight drift lies behind a wall in some lane."""
     behind = load(T.v, o) < load(T.v, o)
-    for k in range(I[WALLS]):
-        side = F[I[SIDE] + k]
-        behind = behind | (side * load(T.u, I[I[WALL_AT] + k] * LANES + o) < side * F[I[PLACE] + k])
+    for k in range(K[WALLS]):
+        side = F[K[SIDE] + k]
+        behind = behind | (side * load(T.u, K[K[WALL_AT] + k] * LANES + o) < side * F[K[PLACE] + k])
     return some(behind)
 
 
 @njit(**LINKED)
-def bounce(I, F, T, O, within, o):
+def bounce(K, F, T, S, within, o):
     """As the paper prints it: the velocity is reversed where x is at the wall or beyond it and moves towards it."""
-    for k in range(I[WALLS]):
-        e, side = I[I[WALL_AT] + k], F[I[SIDE] + k]
+    for k in range(K[WALLS]):
+        e, side = K[K[WALL_AT] + k], F[K[SIDE] + k]
         speed = 0.0 - side * load(T.w, e * LANES + o)
-        here = (side * (load(T.u, e * LANES + o) - F[I[PLACE] + k]) <= 0.0) & (speed > 0.0)
+        here = (side * (load(T.u, e * LANES + o) - F[K[PLACE] + k]) <= 0.0) & (speed > 0.0)
         if some(here):
-            r = restitution(I, F, k, speed, here, T.own)
+            r = restitution(K, F, k, speed, here, T.own)
             change = speed + r * speed
             weight = filled(speed, within)
-            count_impacts(I, F, T, k, here, weight, F[I[REDUCED] + k], speed, r, change, o)
-            show_impacts(O, k, here & (weight > 0.0), speed, o, T.own)
+            count_impacts(K, F, T, k, here, weight, F[K[REDUCED] + k], speed, r, change, o)
+            show_impacts(S, k, here & (weight > 0.0), speed, o, T.own)
             change = choose(here, side * change, 0.0)
-            push_all(I, F, T, I[JUMP] + k * I[POINTS], I[ALONG] + k * I[ROWS], change, o)
-            for i in range(I[POINTS]):
-                more = F[I[JUMP] + k * I[POINTS] + i] * change
+            push_all(K, F, T, K[JUMP] + k * K[POINTS], K[ALONG] + k * K[ROWS], change, o)
+            for i in range(K[POINTS]):
+                more = F[K[JUMP] + k * K[POINTS] + i] * change
                 add(T.gained, i * LANES + o, more)
                 store(T.seen_v, i * LANES + o, load(T.v, i * LANES + o))

@@ -1,15 +1,18 @@
-"""A user's own function in compiled code."""
+"""A user's own function as compiled code with an address, so that the kernel needs no compilation of its own for it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
-from numba import njit
+import numba
+from numba import float64, njit
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 from springpot.machine.faults import cause_of
-from springpot.simulation.kernel.lanes import OF_USER
+from springpot.simulation.kernel.calling import FORCE, SHARE
+from springpot.simulation.kernel.lanes import FAST, OF_USER
 
 
 def inlined(function: Callable[..., float], signature: Any, what: str) -> Any:
@@ -35,3 +38,57 @@ def inlined(function: Callable[..., float], signature: Any, what: str) -> Any:
     except (NumbaError, UnsupportedBytecodeError, TypeError) as reason:
         raise ValueError(f"{what} that Numba cannot compile: {cause_of(reason)}") from None
     return njit(**OF_USER)(plain)
+
+
+@lru_cache(maxsize=64)
+def force_of(function: Callable[[float, float, float], float], name: str) -> Any:
+    """A force f(t, x, v) in the kernel: an object with an ``address``.
+
+    Its numbers: half a step over the user's unit of acceleration per unit of mass, and the kernel's units of time,
+    length and speed.  The velocity follows v' = f(t, x, v) for half a step before the kick and half a step after it, by
+    the midpoint method: of second order in the step, whether or not the force depends on the velocity.
+
+    Parameters
+    ----------
+    function : callable
+    name : str
+        Of the part, for the sentence.
+
+    Raises
+    ------
+    ValueError
+        If Numba cannot compile the function, or it does not return a number.
+    """
+    inner = inlined(function, float64(float64, float64, float64), f"{name} has a function")
+
+    @numba.cfunc(FORCE, **FAST)  # type: ignore[untyped-decorator]
+    def follow(time, numbers, x, v, change, count):  # type: ignore[no-untyped-def]
+        half, t = numbers[0], numbers[1] * time
+        for i in range(count):
+            place = numbers[2] * x[i]
+            middle = v[i] + 0.5 * half * inner(t, place, numbers[3] * v[i])
+            later = v[i] + half * inner(t, place, numbers[3] * middle)
+            change[i] = later - v[i]
+
+    return follow
+
+
+@lru_cache(maxsize=64)
+def restitution_of(function: Callable[..., float], name: str, numbers: tuple[float, ...] = ()) -> Any:
+    """A restitution as a function of the speed in m/s, and of some numbers: an object with an ``address``.
+
+    What the function returns is cut off at 0 and 1, but not where it is no number.
+
+    Raises
+    ------
+    ValueError
+        If Numba cannot compile the function, or it does not return a number.
+    """
+    inner = inlined(function, float64(*[float64] * (1 + len(numbers))), f"{name} has a restitution")
+
+    @numba.cfunc(SHARE, **FAST)  # type: ignore[untyped-decorator]
+    def follow(speed):  # type: ignore[no-untyped-def]
+        share = inner(speed, *numbers)
+        return 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
+
+    return follow

@@ -81,7 +81,13 @@ def _operator(of: Any, apply: Any) -> None:
 
 for _of, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"), (operator.truediv, "fdiv")):
     _operator(_of, _of_numbers(lambda builder, a, b, name=_name: getattr(builder, name)(a, b)))
-for _of, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="), (operator.eq, "==")):
+for _of, _sign in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
     _operator(_of, _of_numbers(lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b), mask))
 
 smaller = _of_numbers(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", b, a), b, a))

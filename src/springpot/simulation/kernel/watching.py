@@ -11,18 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import llvmlite.ir as ir
 import numpy as np
 import numpy.typing as npt
 from numba import njit, types
-from numba.extending import intrinsic
 
 from springpot.machine.arrays import Floats
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, f64, typed
+from springpot.simulation.kernel.calling import calling
+from springpot.simulation.kernel.lanes import GROUP, INLINE, WIDTH, beyond, f64
+from springpot.simulation.kernel.vectors import choose, double, store
 
 BATCHES = 64  # groups of paths with separate counts, for standard errors
 ALL, PEAKS = -1, -2  # walls; less its number, the largest forces of a contact
-LOWER, UPPER, CONTACTS = 0, 1, 2  # the walls of one mass: a lone one is the lower; then contacts, one after another
 
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
@@ -122,127 +121,72 @@ class Observers(NamedTuple):
 
 NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0), np.zeros((0, 0, 0)))
 
-
-class Accumulators(NamedTuple):
-    """Sums of impacts for each lane, and the observers."""
-
-    impacts: Any
-    speeds: Any
-    squares: Any
-    collapses: Any  # over the whole run
-    extras: Any  # sums of the wall's own, one after another
-    observers: Observers
-
-
-def _calling(count: int, signature: Any) -> Any:
-    """An intrinsic that calls an address with ``count`` arguments and, last, the address of an array."""
-
-    @intrinsic
-    def call(typing_context, address, arguments):
-        def codegen(context, builder, call_signature, values):
-            kinds = [context.get_value_type(kind) for kind in signature.args]
-            function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), kinds).as_pointer())
-            given = [builder.extract_value(values[1], i) for i in range(count + 1)]
-            given[-1] = builder.inttoptr(given[-1], kinds[-1])
-            builder.call(function, given)
-            return context.get_dummy_value()
-
-        wanted = types.Tuple((*signature.args[:-1], types.int64))
-        return types.void(types.int64, wanted), codegen
-
-    return call
+TABLE = "observers", "on_steps", "on_impacts", "feels", "felt", "felt_begin", "felt_row", "numbers", "record", "points"
+"""The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many forces and accelerations are felt; where in
+the table their numbers stand, where the terms of each begin, and the row of each term; and the addresses of the numbers
+of the terms and of the record, with its points in time.  Then come OF_ONE integers of each observer: the two addresses
+(0: not called), that of its array, the groups between two calls, where in the arrays of x and v it looks, and the number
+of its wall, ALL, or PEAKS less the number of a contact.
+"""
+(COUNT, ON_STEPS_COUNT, ON_IMPACTS_COUNT, FEELS, FELT, FELT_BEGIN, FELT_ROW, NUMBERS_OF_FELT, RECORD,
+ RECORD_POINTS) = range(len(TABLE))  # fmt: skip
+AFTER = len(TABLE)
+OF_ONE = 6
 
 
-_call_on_steps = _calling(len(ON_STEPS.args) - 1, ON_STEPS)
-_call_on_impacts = _calling(len(ON_IMPACTS.args) - 1, ON_IMPACTS)
-
-
-@njit(**INLINE)
-def _is_due(observers, i, n, low):
-    """Whether an observer is called with the group of step n; the first is that in which the window begins."""
-    return observers.on_steps[i] != 0 and (n // GROUP - low // GROUP) % observers.every[i] == 0
-
-
-@njit(**INLINE)
-def is_seen(observers, n, low, begin):
-    """Whether any observer of what is shown before or at this place is called with the group of step n."""
-    found = False
-    for i in range(observers.on_steps.size):
-        found = found or (observers.begin[i] <= begin and _is_due(observers, i, n, low))
-    return found
-
-
-@njit(**INLINE)
-def show_steps(observers, x, v, step, n, low, high):
-    """Call the observers with four steps of all lanes."""
-    for i in range(observers.on_steps.size):
-        if _is_due(observers, i, n, low):
-            begin = observers.begin[i]
-            _call_on_steps(
-                observers.on_steps[i], (beyond(x, begin), beyond(v, begin), step, n, low, high, observers.place[i])
-            )
-
-
-@njit(**INLINE)
-def in_window(count, speeds, squares, by_half, clear, lane, within, beyond):
-    """Of the impacts of a lane at one wall those in the window: count, sum of the speeds and of their squares.
-
-    None of a lane that is not clear.  The last half step of a group belongs to the next step: ``beyond`` tells whether
-    that one is in the window, ``within`` whether the group is.
-    """
-    last, share = by_half[(2 * GROUP - 1) * LANES + lane], clear[lane]
-    nothing, one = typed(0.0, last), typed(1.0, last)
-    whole, more = share if within else nothing, nothing if within == beyond else one if beyond else -one
-    return (
-        whole * count[lane] + share * (more if last > nothing else nothing),
-        whole * speeds[lane] + share * (more * last),
-        whole * squares[lane] + share * (more * last * last),
+def table_of(observers: Observers) -> npt.NDArray[np.int64]:
+    """The table of some observers, whose arrays must live as long as it is used."""
+    each = np.array([
+        observers.on_steps, observers.on_impacts, observers.place, observers.every, observers.begin, observers.stop,
+    ]).T  # fmt: skip
+    felt, begins = AFTER + each.size, AFTER + each.size + observers.feels.size
+    header = [
+        len(each), np.count_nonzero(each[:, 0]), np.count_nonzero(each[:, 1]), observers.feels.size, felt, begins,
+        begins + observers.felt_begin.size, observers.felt.ctypes.data, observers.record.ctypes.data,
+        observers.record.shape[1],
+    ]  # fmt: skip
+    return np.concatenate([header, each.ravel(), observers.feels, observers.felt_begin, observers.felt_row]).astype(
+        np.int64
     )
 
 
-@njit(**INLINE)
-def _sees(observers, i, stop):
-    """Whether observer ``i`` sees the impacts on the wall of this number."""
-    return observers.on_impacts[i] != 0 and (observers.stop[i] == ALL or observers.stop[i] == stop)
+_call_on_steps, _call_on_impacts = calling(ON_STEPS, True), calling(ON_IMPACTS, True)
 
 
 @njit(**INLINE)
-def show_impacts(observers, stop, speeds, sums, clear, within, beyond):
-    """Call the observers with the impacts of a group on a wall by half steps, of lanes that are clear; 0 is none.
-
-    ``sums`` are those of the speeds of a lane; ``within`` and ``beyond`` are those of `in_window`.
-    """
-    first, end = 0 if within else 2 * GROUP - 1, 2 * GROUP if beyond else 2 * GROUP - 1
-    for i in range(observers.on_impacts.size):
-        for lane in range(LANES if _sees(observers, i, stop) else 0):
-            if clear[lane] * sums[lane] > 0.0:
-                for half in range(first, end):
-                    speed = f64(speeds[half * LANES + lane])
-                    if speed > 0.0:
-                        _call_on_impacts(observers.on_impacts[i], (1.0, speed, lane, observers.place[i]))
+def show_steps(S, x, v, step, n, low, high):
+    """Call the observers with four steps of all lanes; the first group is that in which the window begins."""
+    for i in range(S[COUNT]):
+        b = AFTER + OF_ONE * i
+        if S[b] != 0 and (n // GROUP - low // GROUP) % S[b + 3] == 0:
+            _call_on_steps(S[b], (beyond(x, S[b + 4]), beyond(v, S[b + 4]), step, n, low, high, S[b + 2]))
 
 
 @njit(**INLINE)
-def show_impact(observers, stop, count, speed, lane):
-    """Call the observers of all walls, and of the wall of this number, with ``count`` impacts of a lane."""
-    for i in range(observers.on_impacts.size):
-        if _sees(observers, i, stop):
-            _call_on_impacts(observers.on_impacts[i], (count, speed, lane, observers.place[i]))
+def show_impact(S, stop, speed, lane):
+    """Call the observers of all walls, and of the wall of this number, with an impact of a lane."""
+    for i in range(S[COUNT]):
+        b = AFTER + OF_ONE * i
+        if S[b + 1] != 0 and (S[b + 5] == ALL or S[b + 5] == stop):
+            _call_on_impacts(S[b + 1], (1.0, speed, lane, S[b + 2]))
 
 
 @njit(**INLINE)
-def show_peak(observers, contact, force, lane):
-    """Call the observers of the peaks of a contact with the largest force of one touch."""
-    for i in range(observers.on_impacts.size):
-        if observers.on_impacts[i] != 0 and observers.stop[i] == PEAKS - contact:
-            _call_on_impacts(observers.on_impacts[i], (1.0, force, lane, observers.place[i]))
+def show_impacts(S, stop, where, speeds, o, room):
+    """The same with impacts of some lanes of a vector."""
+    if S[ON_IMPACTS_COUNT] > 0:
+        store(room, 0, choose(where, double(speeds), -1.0))
+        for lane in range(WIDTH):
+            if room[lane] >= 0.0:
+                show_impact(S, stop, f64(room[lane]), o + lane)
 
 
 @njit(**INLINE)
-def add_impacts(accumulators, stop, lane, weight, count, speed):
-    """Add ``count`` impacts on a wall at one speed if they lie in the window (``weight`` 1, otherwise 0)."""
-    if weight > 0.0:
-        accumulators.impacts[lane] += count
-        accumulators.speeds[lane] += count * speed
-        accumulators.squares[lane] += count * speed * speed
-        show_impact(accumulators.observers, stop, count, speed, lane)
+def show_peaks(S, contact, where, forces, o, room):
+    """Call the observers of the peaks of a contact with the largest forces of touches that end."""
+    store(room, 0, choose(where, forces, -1.0))
+    for lane in range(WIDTH):
+        for i in range(S[COUNT] if room[lane] > 0.0 else 0):
+            b = AFTER + OF_ONE * i
+            if S[b + 1] != 0 and S[b + 5] == PEAKS - contact:
+                _call_on_impacts(S[b + 1], (1.0, f64(room[lane]), o + lane, S[b + 2]))

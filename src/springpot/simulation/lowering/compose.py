@@ -21,34 +21,34 @@ from springpot.problem.parts import Barrier, Contact, PoissonImpulses, ThermalNo
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop
 from springpot.problem.system import System
-from springpot.simulation.kernel import excitations, forces, hysteresis, laws, offspring, sources, watch
 from springpot.simulation.kernel import advance as kernel
-from springpot.simulation.kernel.branches import MARKS, NO_BRANCHES, Kept
+from springpot.simulation.kernel import excitations, laws, watching
+from springpot.simulation.kernel.branches import MARKS, Kept, table_of
 from springpot.simulation.kernel.compiled import kernel_in
-from springpot.simulation.kernel.lanes import GROUP, LANES
-from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING
-from springpot.simulation.kernel.of_users import force_of, restitution_of
+from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
+from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
 from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import Tables, packed
-from springpot.simulation.kernel.turning import NUMBERS
+from springpot.simulation.kernel.user_functions import restitution_of
 from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
 from springpot.simulation.lowering.parts import (
     MOST_SUBSTEPS,
     SUBSTEPS,
+    Damper,
     Lowered,
-    Named,
     contact_time,
     lower,
     modulated_noise,
     numbers_of,
     thermal_noise,
 )
-from springpot.simulation.lowering.precision import is_random, turned_in_single
+from springpot.simulation.lowering.precision import turned_in_single
 from springpot.simulation.lowering.readings import Reading
 from springpot.simulation.plan.guess import BoltzmannLaw
 from springpot.simulation.plan.plan import Plan
@@ -57,6 +57,25 @@ from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 _ENDS = "x_end", "v_end"
 _TOUCHING_SPEED = 6.0  # in the kernel's units, which are those of the motion: of a rare flight
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
+
+
+@dataclass(frozen=True)
+class Worked:
+    """A force with a name, whose work is summed.
+
+    Attributes
+    ----------
+    name : str
+    does : {"feeds", "dissipates", "works", "expected", "nothing"}
+        How its work is reported: as what is fed in, what is taken out, what a force of unknown kind does, what is
+        expected of noise that multiplies x, or not at all.
+    mass : float
+        In which its work is counted, in that of the kernel.
+    """
+
+    name: str
+    does: str
+    mass: float = 1.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,10 +104,8 @@ class Parts:
     taken_at_once : float
         What dampers and memory take of the expected power within the kicks that bring it; the sums of a run do not have
         it.
-    named : tuple of Named
+    named : tuple of Worked
         The forces with names, in the order of their works.
-    moved : tuple of float
-        The mass in which the work of each of them is counted, in that of the kernel.
     taps : tuple of Tap
         Circuits whose voltage is observed.
     points, gauged : tuple of str
@@ -124,8 +141,7 @@ class Parts:
     expected_power: float
     expected_in: Callable[[Sequence[int]], Floats] | None = None
     taken_at_once: float = 0.0
-    named: tuple[Named, ...] = ()
-    moved: tuple[float, ...] = ()
+    named: tuple[Worked, ...] = ()
     taps: tuple[Tap, ...] = ()
     points: tuple[str, ...] = ()
     gauged: tuple[str, ...] = ()
@@ -160,7 +176,7 @@ class Parts:
             **{f"u^2 of {row}": length**2 for row in self.gauged},
             **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.tables.count("shown")]},
             "power": energy / time,
-            **{f"work of {each.name}": mass * energy for each, mass in zip(self.named, self.moved, strict=True)},
+            **{f"work of {each.name}": each.mass * energy for each in self.named},
             **({"force": self.unit_mass * speed / time, "virial": energy} if self.tables.count("forced") else {}),
             **{
                 f"{wall} {name}": factor
@@ -188,7 +204,10 @@ class Parts:
     def halves(self) -> dict[str, tuple[str, str]]:
         """By the mean squares of each coordinate, the columns of the sum over the window and over its first half."""
         return {
-            f"{point}_{name}_mean_square"[0 if self.shape_of_state != (2,) else len(point) + 1 :]: (f"{name}^2 of {point}", f"early {name}^2 of {point}")
+            f"{point}_{name}_mean_square"[0 if self.shape_of_state != (2,) else len(point) + 1 :]: (
+                f"{name}^2 of {point}",
+                f"early {name}^2 of {point}",
+            )
             for point in self.points
             for name in "xv"
         }
@@ -262,8 +281,8 @@ class Parts:
 
         def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows, *branches = given
-            (low, high), watched = settings.window_steps, watch.table_of(observers)
-            table, *kept = offspring.table_of(*(branches or (NO_BRANCHES,)))
+            (low, high), watched = settings.window_steps, watching.table_of(observers)
+            table, *kept = table_of(*branches)
             states = np.ascontiguousarray(states)
             arrays = (integers, sweep, double, states)
             advance(
@@ -384,10 +403,14 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
     dampers = [*_dampers(frame, sum(each.named.states for each in given))]
     shaken = [*_shaken(frame, settings)]
-    named = *(each.named for each in given), *(each.named for each in dampers), *(each.named for each in shaken)
+    named = (
+        *(Worked(each.named.name, each.named.does) for each in given),
+        *(Worked(each.law.name, each.law.does, each.mass) for each in dampers),
+        *(Worked(each.name, "expected") for each in shaken),
+    )
     rests = [float(name in plan.motion.rested_on and not touched) for name in walls]
     rules = [_restitution(wall, name, units.speed) for name, wall in walls.items()]
-    random = bool(len(noises) or shaken) or any(is_random(each.law) for each in given)
+    random = bool(len(noises) or shaken) or any(each.law.drawn()[0] > 0.0 for each in given)
     kind = np.dtype(_precision(settings, random))
     rough = [each for each in given if each.named.does == "nothing"]
     fresh = noises.T @ noises + sum(each.brought / frame.step * np.outer(each.row, each.row) for each in rough)
@@ -402,7 +425,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
     )  # fmt: skip
     whole = Parts(
         tables=tables,
-        kept=(*(each.law for each in dampers), *rules),
+        kept=(*(each.law.function for each in dampers), *rules),
         start=np.concatenate([x0 / units.length, v0 / units.speed])[None, :],
         half_drift=frame.half_drift,
         units=units,
@@ -413,10 +436,9 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         taken_at_once=frame.power * (fed - kept),
         law=plan.motion.drawn_about(x0) if settings.start == "stationary" and (many > 1 or plan.motion.is_thermal) else None,
         named=named,
-        moved=(*(1.0 for _ in given), *(each.numbers[-1] for each in dampers), *(1.0 for _ in shaken)),
         damped={
             "power": 1.0,
-            **{f"work of {each.named.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
+            **{f"work of {each.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
                for each in shaken},
         },
         taps=memories.taps,
@@ -444,8 +466,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         for each in given if each.course.size and each.brought > 0.0
     ]  # fmt: skip
     felt = lowered_felt(
-        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, whole.named,
-        modulated,
+        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, {each.named.name: n for n, each in enumerate(given) if each.named.does == "feeds"},
+        {each.law.name: (each.place, each.law.impulses[0]) for each in dampers if each.law.states}, modulated,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
     return replace(whole, readings=readings, felt=felt)
@@ -471,7 +493,7 @@ def _expected_in(frame: _Frame, noises: Floats, rough: Sequence[_Given]) -> Call
 
 def _tables(
     frame: _Frame, settings: Settings, memories: _Memories, noises: Floats, given: Sequence[_Given], constant: Floats,
-    walls: Mapping[str, Barrier], rules: Sequence[_Rule], rests: Sequence[float], dampers: Sequence[_Damper],
+    walls: Mapping[str, Barrier], rules: Sequence[_Rule], rests: Sequence[float], dampers: Sequence[_Damped],
     touched: Sequence[tuple[int, str, Contact]], shaken: Sequence[_Shaken], kind: np.dtype[Any], parts_of_step: int,
     x0: Floats,
 ) -> Tables:  # fmt: skip
@@ -484,8 +506,8 @@ def _tables(
     springs = step * np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
     sources_of, waves, long = [], [], []
     for each in given:
-        told, wave, own = _told(each.law)
-        sources_of += [*told, len(long), len(own)]
+        (kind_of_law, one, other), wave, own = each.law.told()
+        sources_of += [kind_of_law, each.word, each.place, one, other, 0, len(long), len(own)]
         waves.append(wave)
         long.append(own)
     begun = [_drives(total, float(row @ x0), step, settings) for total, row in zip(frame.totals, g, strict=True)]
@@ -504,11 +526,12 @@ def _tables(
         points=many, rows=len(g), gauged=gauged, shown=len({*map(tuple, at.rows[many:])}), walls=len(walls),
         noises=len(noises), sources=len(given), dampers=len(dampers), contacts=len(touched), shaken=len(shaken),
         taps=len(memories.taps), modes=memories.modes, resting=int(sum(rests)),
-        states=sum(each.named.states for each in (*given, *dampers)), parts=parts_of_step,
+        states=sum(each.named.states for each in given) + sum(each.law.states for each in dampers), parts=parts_of_step,
         substeps=_substeps(frame, touched), turns=int(frame.flight > 0.0), paper=int(paper), forced=int(many == 1),
     )  # fmt: skip
     (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
-        _sparse(rows) for rows in (g, math.sqrt(step) * noises, np.array([each.row for each in given]).reshape(-1, many))
+        _sparse(rows)
+        for rows in (g, math.sqrt(step) * noises, np.array([each.row for each in given]).reshape(-1, many))
     )
     lists = dict(
         row_begin=row_begin, row_at=row_at, noise_begin=noise_begin, noise_at=noise_at, source_begin=source_begin,
@@ -516,7 +539,7 @@ def _tables(
         mode_count=memories.count, mode_begin=memories.begin, mode_table=memories.table, turned=memories.turned,
         turned_table=memories.turned_table, drive=drives, drive_steps=[force.size for force, _ in begun],
         tapped=[tap.mode for tap in memories.taps], wall_at=struck, wall_kind=[rule.kind for rule in rules],
-        damper_at=turned, damper_kind=[each.kind for each in dampers], damper_place=[each.place for each in dampers],
+        damper_at=turned, damper_kind=[each.law.kind for each in dampers], damper_place=[each.place for each in dampers],
         contact_at=soft, shaken_at=[each.row for each in shaken], shaken_begin=envelopes,
         shaken_steps=[each.squares.size for each in shaken],
     )  # fmt: skip
@@ -528,7 +551,7 @@ def _tables(
         side=[wall.inwards for wall in walls.values()], place=[wall.position + near * wall.inwards for wall in walls.values()],
         restitution=[rule.numbers for rule in rules], jump=frame.jumps[struck], along=frame.jumps[struck] @ g.T,
         reduced=frame.reduced[struck], rests=rests, lean=heavy[:, None] * lean, heavy=heavy,
-        mass=mass, damper=[each.padded for each in dampers], damper_jump=frame.jumps[turned],
+        mass=mass, damper=[each.numbers for each in dampers], damper_jump=frame.jumps[turned],
         damper_along=frame.jumps[turned] @ g.T,
         contact=[[*numbers_of(contact), frame.reduced[n]] for n, _, contact in touched],
         contact_jump=frame.jumps[soft], contact_along=frame.jumps[soft] @ g.T,
@@ -611,13 +634,13 @@ class _Shaken:
     square : float
     squares : ndarray
         Of the envelope in each step; empty without one.
-    named : Named
+    name : str
     """
 
     row: int
     square: float
     squares: Floats
-    named: Named
+    name: str
 
     def mean_square(self, settings: Settings) -> float:
         """The mean variance in the window."""
@@ -627,12 +650,10 @@ class _Shaken:
 def _shaken(frame: _Frame, settings: Settings) -> Iterator[_Shaken]:
     for n, total in enumerate(frame.totals):
         if total.parametric > 0.0:
-            named = Named(f"parametric {n}", _no_law, 0, "expected")
-            yield _Shaken(n, frame.step * total.parametric, np.zeros(0), named)
+            yield _Shaken(n, frame.step * total.parametric, np.zeros(0), f"parametric {n}")
         for noise in total.modulated:
             squares = noise.squares(frame.units, frame.step, settings.steps)
-            named = Named(f"parametric {noise.name}", _no_law, 0, "expected")
-            yield _Shaken(n, frame.step * noise.intensity, squares, named)
+            yield _Shaken(n, frame.step * noise.intensity, squares, f"parametric {noise.name}")
 
 
 def _check_sizes(tables: Tables) -> None:
@@ -643,7 +664,7 @@ def _check_sizes(tables: Tables) -> None:
         ("sources of white noise", count("noises") + count("shaken"), kernel.MOST_NOISES),
         ("sources of other excitation", count("sources"), excitations.MOST_SOURCES),
         ("nonlinear dampers and forces", count("dampers"), kernel.MOST_DAMPERS),
-        ("memory modes", count("modes"), kernel.MOST_MODES), ("circuits", count("taps"), kernel.MOST_TAPS),
+        ("memory modes", count("modes"), MOST_MODES), ("circuits", count("taps"), kernel.MOST_TAPS),
         ("states of noise, of what yields and of walls", count("states") + count("walls") + 1, kernel.MOST_STATES),
     ):  # fmt: skip
         if has > most:
@@ -727,7 +748,7 @@ def _memories(frame: _Frame, settings: Settings) -> _Memories:
             numbers.append(np.hstack([own.powers.reshape(-1, GROUP), own.weights.reshape(-1, GROUP)]).ravel())
             turns.append(own.turns)
         table[e], turned_table[e], own, history = tables[key]
-        begin[e], count[e], turned[e] = modes, own.powers.size // GROUP, own.turns.size // NUMBERS
+        begin[e], count[e], turned[e] = modes, own.powers.size // GROUP, own.turns.size // NUMBERS_OF_TURN
         taps += taps_of(total.arms, own, history, step, modes)
         modes += int(count[e] + 2 * turned[e])
         histories.append(history)
@@ -744,81 +765,52 @@ def _memories(frame: _Frame, settings: Settings) -> _Memories:
     )  # fmt: skip
 
 
-def _no_law(word: int, place: int, parts: int) -> None:
-    """The kernel has its numbers elsewhere."""
-
-
 @dataclass(frozen=True, eq=False)
-class _Damper:
-    """A nonlinear damper, a part that yields, the dissipation of a contact, or a force of the user.
+class _Damped:
+    """A damper on a row, the mass that moves along it, and the first place of its states."""
 
-    Attributes
-    ----------
-    named : Named
-    row, kind : int
-        The number of its elongation, and the kind of its law.
-    numbers : tuple of float
-        Of its law per unit of the reduced mass, and that.
-    law : NamedTuple or None
-        Of the user's force.
-    """
-
-    named: Named
+    law: Damper
     row: int
-    kind: int
-    numbers: tuple[float, ...]
-    place: int = 0
-    law: Any = None
+    mass: float
+    place: int
 
     @property
-    def padded(self) -> list[float]:
+    def numbers(self) -> list[float]:
         """As the kernel has them, the reduced mass last."""
-        *own, mass = self.numbers
-        return [*own, *(0.0,) * (laws.NUMBERS_OF_DAMPER - len(self.numbers)), mass]
+        own = [*(impulse / self.mass for impulse in self.law.impulses), *self.law.numbers]
+        return [*own, *(0.0,) * (laws.NUMBERS_OF_DAMPER - 1 - len(own)), self.mass]
 
 
-def _dampers(frame: _Frame, place: int) -> Iterator[_Damper]:
+def _dampers(frame: _Frame, place: int) -> Iterator[_Damped]:
     """With the first place of their states."""
-    kinds = {hysteresis.Plastic: laws.JENKINS, hysteresis.WholePower: laws.WHOLE, hysteresis.AnyPower: laws.ANY}
-    for n, total in enumerate(frame.totals):
-        mass = float(frame.reduced[n])
-        for named in total.forces:
-            match law := named.make(0, place, 1):
-                case forces.CoulombDamper():
-                    yield _Damper(named, n, laws.COULOMB, (law.impulse / mass, mass))
-                case forces.PowerDamper():
-                    yield _Damper(named, n, laws.POWERS, (law.quadratic / mass, law.cubic / mass, mass))
-                case forces.VanDerPolDamper():
-                    yield _Damper(named, n, laws.VAN_DER_POL, (law.rate / mass, law.square, mass))
-                case hysteresis.Hysteresis(impulse, _, _, inner):
-                    own = replace(named, place=place, states=laws.STATES_OF_YIELDING)
-                    yield _Damper(own, n, kinds[type(inner)], (impulse / mass, *inner, mass), place)
-                    place += own.states
-                case _:
-                    function = law.function
-                    yield _Damper(named, n, function.address, (law.half / mass, *law.units, mass), law=function)
+    for n, (total, mass) in enumerate(zip(frame.totals, frame.reduced.tolist(), strict=True)):
+        for law in total.dampers:
+            yield _Damped(law, n, mass, place)
+            place += law.states
 
 
 @dataclass(frozen=True, eq=False)
 class _Given:
-    """A source of excitation: its law in the kernel, its name, and the row on which it acts.
+    """A source of excitation: its law, its name, the row on which it acts, and its place in the kernel.
 
     ``brought`` is the variance of what it brings anew within each step; of a smooth force the impulses of neighbouring
     steps are nearly alike.  ``course`` is that of each step over this, where an envelope changes it.
     """
 
-    named: Named
+    named: sources.Named
     law: Any
     row: Floats
     brought: float
     is_smooth: bool
     course: Floats
+    word: int
+    place: int
 
 
 def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
     many, unit_mass, step, parts = len(frame.at.names), frame.unit_mass, frame.step, dict(plan.system.named())
-    white, given, constant = [], list[tuple[Named, Floats, float | None]](), np.zeros(many)
+    white, given, constant = [], list[tuple[sources.Named, Floats, float | None]](), np.zeros(many)
     for name, row in plan.system.coordinates.forces.items():
         part = parts[name]
         row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
@@ -827,8 +819,8 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
         if more.white > 0.0:
             white.append(math.sqrt(more.white) * row)
         constant -= sum(more.springs[:1]) * row
-        more += modulated_noise(more, frame.units, step, plan.settings.steps, plan.settings.window_steps)
-        given += [(named, row, None) for named in more.forces]
+        noises = *more.sources, *modulated_noise(more, frame.units, step, plan.settings.steps)
+        given += [(named, row, None) for named in noises]
     for thermal in plan.system.of(ThermalNoise):
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         for n, (total, row) in enumerate(zip(frame.totals, frame.rows, strict=True)):
@@ -863,48 +855,24 @@ def _drawn(law: Any, window: tuple[int, int]) -> tuple[float, Floats]:
     """Variance of what a source draws anew for the impulse of a step: its mean over the window, and that of each step
     over this, which is empty without an envelope.
     """
-    size, roots = {
-        sources.Modulated: lambda: (1.0, law.roots),
-        sources.ModulatedWhite: lambda: (1.0, law.roots),
-        sources.Poisson: lambda: (float(law.size**2 * law.rate), law.envelope),
-        sources.Filtered: lambda: (float(law.newest[0]) ** 2, law.envelope),
-    }.get(type(law), lambda: (0.0, np.zeros(0)))()
+    size, roots = law.drawn()
     mean = float((roots[slice(*window)] ** 2).mean()) if roots.size else 1.0
     return size * mean, np.asarray(roots**2 / mean if mean > 0.0 else np.zeros(0))
 
 
 def _placed(
-    given: Sequence[tuple[Named, Floats, float | None]], parts_of_step: int, window: tuple[int, int]
+    given: Sequence[tuple[sources.Named, Floats, float | None]], parts_of_step: int, window: tuple[int, int]
 ) -> Iterator[_Given]:
     """Each source with its own counter words and its place among the states."""
     word, place = kernel.MOST_NOISES, 0
     for named, row, brought in given:
-        law = named.make(word, place, parts_of_step)
+        law = named.make(parts_of_step)
         whole, course = brought, np.zeros(0)
         if whole is None:  # some laws take long to make
-            whole, course = _drawn(law if parts_of_step == 1 else named.make(word, place, 1), window)
-        rough = isinstance(law, sources.Poisson | sources.ModulatedWhite)
-        yield _Given(replace(named, does="nothing" if rough else "feeds"), law, row, whole, not rough and brought is None, course)
-        word, place = word + sources.WORDS, place + named.states
-
-
-def _told(law: Any) -> tuple[list[int], tuple[float, float], Floats]:
-    """A law in the kernel, as `springpot.simulation.kernel.excitations` has it: six integers, two numbers, and a long list."""
-    word, place, none = law.word, getattr(law, "place", 0), (0.0, 0.0)
-    match law:
-        case sources.Filtered():
-            long = np.concatenate([law.newest, law.pairs.ravel(), law.start.ravel(), law.envelope])
-            return [excitations.FILTERED, word, place, len(law.pairs), len(law.start), 0], none, long
-        case sources.Harmonic():
-            return [excitations.HARMONIC, word, place, 0, 0, 0], (law.impulse, law.turn), np.zeros(0)
-        case sources.Poisson():
-            return [excitations.POISSON, word, place, 0, 0, 0], (law.rate, law.size), law.envelope
-        case sources.Table():
-            return [excitations.TABLE, word, place, len(law.impulses), int(law.drawn), 0], none, law.impulses.ravel()
-        case sources.ModulatedWhite():
-            return [excitations.MODULATED, word, place, 0, law.roots.size, 0], none, law.roots
-    long = np.concatenate([law.roots, law.gains.ravel(), law.change.ravel(), law.seen.ravel()])
-    return [excitations.MODULATED, word, place, law.seen.shape[1], law.roots.size, 0], none, long
+            whole, course = _drawn(law if parts_of_step == 1 else named.make(1), window)
+        smooth = brought is None and named.does == "feeds"
+        yield _Given(named, law, row, whole, smooth, course, word, place)
+        word, place = word + excitations.WORDS, place + named.states
 
 
 def _precision(settings: Settings, noisy: bool) -> str:
@@ -916,9 +884,7 @@ def _precision(settings: Settings, noisy: bool) -> str:
     return "float32" if single else "float64"
 
 
-def _readings(
-    plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple[str, Floats]]
-) -> Iterator[Reading]:
+def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple[str, Floats]]) -> Iterator[Reading]:
     """Every result but the balance of energy.
 
     ``lacking``: v^2 is summed as the square of the mean of the velocities before and after a kick, which lacks a

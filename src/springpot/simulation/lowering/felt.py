@@ -14,8 +14,7 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.excitations import Excitation
 from springpot.simulation.kernel.feeling import NUMBERS
-from springpot.simulation.kernel.lanes import GROUP
-from springpot.simulation.lowering.parts import Lowered, Named, numbers_of
+from springpot.simulation.lowering.parts import Lowered, numbers_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
@@ -75,7 +74,8 @@ def roughness_in_steps(plan: Plan, felt: FeltInKernel, seen: Seen) -> Floats:
 
 def lowered_felt(
     plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
-    step: float, named: Sequence[Named], modulated: Sequence[tuple[Floats, Floats]] = (),
+    step: float, sources: Mapping[str, int], yielding: Mapping[str, tuple[int, float]],
+    modulated: Sequence[tuple[Floats, Floats]] = (),
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
 
@@ -91,16 +91,16 @@ def lowered_felt(
         The unit of mass over the square of that of time; and that of length.
     step : float
         In the kernel's units.
-    named : sequence of Named
-        The forces with names, in the order of the kernel: sources, and those that yield, with the places of states.
+    sources : dict of int
+        The numbers of the sources that are smooth, by name.
+    yielding : dict of (int, float)
+        Of what yields the first place of its states, and the impulse of its stiffness in half a step.
     modulated : sequence of (ndarray, ndarray)
         Of each noise with an envelope its part of ``jumps``, and by which factor that differs from it in each step.
     """
     felt, excitations = plan.motion.felt, dict(plan.system.named())
     # of a run that is far shorter than any time of the motion there would be as many as memory holds
     lags = min(math.ceil(1.0 / (plan.motion.scales.fastest_rate * plan.settings.step)), _MOST_LAGS)
-    yields = {each.name: each.make(0, each.place, 1) for each in named if each.states and each.does == "dissipates"}
-    sources = {each.name: number for number, each in enumerate(named) if each.does == "feeds"}
     begin, row, numbers, lacking, in_steps, over = [0], list[int](), list[Floats](), {}, {}, {}
     low, high = plan.settings.window_steps
 
@@ -126,10 +126,11 @@ def lowered_felt(
             for n, contact in ((n, contact) for n, part in own.items() for _, contact in part.contacts):
                 term = new_term(e)
                 term[12], term[15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
-            for n in (n for n in own if n in yields):
+            for n in (n for n in own if n in yielding):
+                place, impulse = yielding[n]
                 term = new_term(e)
-                term[13] = 2.0 * unit * each.shares[n] * yields[n].impulse / step
-                term[14] = yields[n].place + 3
+                term[13] = 2.0 * unit * each.shares[n] * impulse / step
+                term[14] = place + 3
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}

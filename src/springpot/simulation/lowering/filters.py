@@ -21,30 +21,23 @@ from scipy import linalg
 
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.lanes import GROUP
-from springpot.simulation.kernel.sources import Filter, Filtered
+from springpot.simulation.lowering.sources import Filter, Filtered
 from springpot.theory.numerics.white_noise import gathered
 
 _DOUBLINGS = 80
 _FASTER = 1e9  # of two rates
 
 
-def filtered(
-    filters: Sequence[Filter], word: int, place: int, step: float, white: float = 0.0, *, parts: int = 1,
-    floor: float = 0.0,
-) -> Filtered:  # fmt: skip
+def filtered(filters: Sequence[Filter], step: float, white: float = 0.0, *, floor: float = 0.0) -> Filtered:
     """The law of the impulses over a group of steps of a sum of filters, each with noise of its own.
 
     Parameters
     ----------
     filters : sequence of Filter
-    word, place : int
-        Where its random numbers and its state are.
     step : float
         The step, or the part of it; impulses are the integrals of the force in steps, times it.
     white : float
         Variance of a white noise that is added to every impulse.
-    parts : int
-        1 or 2: of a step.
     floor : float
         White noise that is added too, as a share of the variance: without it the law is ill-conditioned where a
         density falls to nothing within the reach of the step.
@@ -58,7 +51,7 @@ def filtered(
     The variance of an impulse of noise with the correlation time of one step is 2 / e times its own:
 
     >>> one = np.ones((1, 1))
-    >>> slow = filtered([Filter(-one, 2.0 * one, np.ones(1))], 1, 0, 1.0)
+    >>> slow = filtered([Filter(-one, 2.0 * one, np.ones(1))], 1.0)
     >>> variance = slow.newest[0] ** 2 + ((slow.pairs[0, 4:6] @ slow.start) ** 2).sum()
     >>> bool(abs(variance - 2.0 / math.e) < 1e-12)
     True
@@ -84,7 +77,7 @@ def filtered(
         moved = [power @ gain[own] for power in powers[GROUP - 1 :: -1]]
         newest[1:] += [float(seen[own] @ power @ gain[own]) for power in powers[: GROUP - 1]]
         rows.append([*(powers[GROUP] - np.eye(2)).ravel(), *np.ravel(shown), *np.ravel(moved)])
-    return Filtered(word, parts, place, np.array(rows), newest, _root(stationary - guess))
+    return Filtered(np.array(rows), newest, _root(stationary - guess))
 
 
 def _uncertainty(move: Floats, seen: Floats, spread: Floats, cross: Floats, unseen: float) -> Floats:

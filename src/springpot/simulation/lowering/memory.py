@@ -13,7 +13,6 @@ import numpy.typing as npt
 from springpot.memory import ExponentialSum, exponential_sum
 from springpot.memory.exponential_sum import shared_span
 from springpot.simulation.kernel.lanes import GROUP, MOST_MODES
-from springpot.simulation.kernel.questions import answer_of_springpot
 from springpot.simulation.lowering.parts import Arm, Lowered
 from springpot.simulation.plan.schemes import NumericalScheme
 from springpot.simulation.plan.settings import Settings
@@ -31,7 +30,20 @@ class Memory(NamedTuple):
     recent1: np.floating  # full weight of the one before the last, which is not in the modes yet; and so on
     recent2: np.floating
     recent3: np.floating
-    turns: npt.NDArray[np.floating]  # of circuits with a coil, as `springpot.simulation.kernel.motion.remember` has them
+    turns: npt.NDArray[
+        np.floating
+    ]  # of circuits with a coil, as `springpot.simulation.kernel.motion.remember` has them
+
+
+def answer_of_springpot(order: float, coefficient: float, step: float) -> float:
+    """Mean over a step of a springpot's force due to a unit impulse that is spread evenly over the same step.
+
+    Examples
+    --------
+    >>> answer_of_springpot(1.0, 3.0, 0.1)  # of a dashpot: half of its coefficient
+    1.5
+    """
+    return float(coefficient * step ** (1.0 - order) / math.gamma(4.0 - order))
 
 
 def answer_of(total: Lowered, step: float) -> float:

@@ -9,8 +9,7 @@ state of the envelope's value at time 0, which is silence if that is 0.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts.envelopes import Envelope
-from springpot.simulation.kernel import sources
+from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.kernel_units import Units
 
 _SILENT = 1e-24  # of the largest variance of an impulse
@@ -36,14 +35,13 @@ class Modulation:
     envelope : Envelope or None
         None for stationary noise of a filter that the kernel does not have otherwise.
     intensity : float
-        Of white noise or impulses without their envelope, in the kernel's units; 0 of filtered noise.
+        Of white noise without its envelope, in the kernel's units; 0 of other noise.
     multiplies : bool
         Whether it is white noise that multiplies the displacement.
     filter : Filter, callable or None
         Of filtered noise, with time in steps; of one that changes, at a time in s.
     make : callable or None
-        (first counter word, place among the states, parts of a step) -> the source of a noise that is itself
-        multiplied.
+        (parts of a step) -> the source of a noise that is itself multiplied.
     states : int
         Numbers that the source keeps for each path.
     """
@@ -53,7 +51,7 @@ class Modulation:
     intensity: float = 0.0
     multiplies: bool = False
     filter: sources.Filter | Callable[[float], sources.Filter] | None = None
-    make: Callable[[int, int, int], Any] | None = None
+    make: Callable[[int], Any] | None = None
     states: int = 0
 
     @property
@@ -94,20 +92,13 @@ def check_table(name: str, kept: int, steps: int) -> None:
         )
 
 
-def mean_squares(noise: Modulation, units: Units, step: float, edges: Sequence[int]) -> list[float]:
-    """The intensity of white noise with its envelope, its means between each two of some steps; 0 of filtered noise."""
-    squares = noise.squares(units, step, edges[-1])
-    return [noise.intensity * float(squares[low:high].mean()) for low, high in itertools.pairwise(edges)]
-
-
-def law_of(noise: Modulation, units: Units, step: float, steps: int, word: int, place: int, parts: int = 1) -> Any:
+def law_of(noise: Modulation, units: Units, step: float, steps: int, parts: int = 1) -> Any:
     """The kernel's source."""
     values = noise.values(units, step, steps)
     if noise.make is not None:
-        return noise.make(word, place, parts)._replace(envelope=values[1:])
+        return noise.make(parts)._replace(envelope=values[1:])
     if noise.filter is None:
-        kind = sources.ModulatedParametric if noise.multiplies else sources.ModulatedWhite
-        return kind(word, np.sqrt(noise.intensity * step) * values[1:])
+        return sources.ModulatedWhite(np.sqrt(noise.intensity * step) * values[1:])
     from springpot.simulation.lowering.filters import over_a_step  # SciPy's linear algebra is slow to import
 
     filters = [noise.filter] if isinstance(noise.filter, sources.Filter) else [
@@ -130,7 +121,7 @@ def law_of(noise: Modulation, units: Units, step: float, steps: int, word: int, 
             gains[n] = (move @ toward + square * cross) / roots[n]
             known = known - np.outer(gains[n], gains[n])
     changes = np.array([each.numbers[0] - np.eye(size) for each in laws])
-    return sources.Modulated(word, place, changes, np.array([each.seen for each in laws]), roots, gains)
+    return sources.Modulated(changes, np.array([each.seen for each in laws]), roots, gains)
 
 
 class _Impulses:

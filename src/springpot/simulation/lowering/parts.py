@@ -7,7 +7,7 @@ sum of all is composed in `springpot.simulation.lowering.compose`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import singledispatch
 from typing import Any
@@ -48,11 +48,13 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.hysteresis import Yielding
-from springpot.simulation.kernel import forces, hysteresis, sources
-from springpot.simulation.kernel.lanes import GROUP, MOST_CONTACTS, MOST_FORCES, MOST_STATES
-from springpot.simulation.kernel.of_users import OwnForce, force_of
+from springpot.simulation.kernel import laws
+from springpot.simulation.kernel.lanes import GROUP
+from springpot.simulation.kernel.user_functions import force_of
+from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.modulated import Modulation, check_table, law_of, mean_squares
+from springpot.simulation.lowering.modulated import Modulation, check_table, law_of
+from springpot.simulation.lowering.sources import Named
 from springpot.simulation.plan.settings import MOST_STEPS
 
 _FAR = 1e30  # place of a contact that is not there
@@ -93,40 +95,31 @@ class Arm:
 
 
 @dataclass(frozen=True)
-class Named:
-    """A force with a name, whose work is summed.
+class Damper:
+    """A nonlinear damper, a part that yields, or a force of the user, which is followed alone beside the kick.
 
     Attributes
     ----------
     name : str
-    make : callable
-        (first counter word, place among the states, parts of a step) -> part of the kernel.
+    kind : int
+        Of `springpot.simulation.kernel.laws`, or the address of a function.
+    impulses, numbers : tuple of float
+        Of its law: those that are divided by the mass that moves, and the others.
     states : int
         Numbers that it keeps for each path.
-    does : {"springs", "feeds", "dissipates", "works", "expected", "nothing"}
-        How its work is reported: as what is fed in, what is taken out, what a force of unknown kind does, what is
-        expected of noise that multiplies x, or not at all.
-    join : callable, optional
-        As ``make``, with the variance of the impulses of white noise last: a part that is both.
-    place : int
-        Of its first number among those of all forces.
-    tabulated : callable, optional
-        Of a table over the steps: as ``make``, with the number of steps last.
+    does : {"dissipates", "works"}
+        How its work is reported: as what is taken out, or as what a force of unknown kind does.
+    function : object
+        Compiled code of the user, which must live as long as its address.
     """
 
     name: str
-    make: Callable[[int, int, int], Any]
-    states: int
-    does: str
-    join: Callable[[int, int, int, float], Any] | None = None
-    place: int = 0
-    tabulated: Callable[[int, int, int, int], Any] | None = None
-
-    def over(self, steps: int) -> Named:
-        """With a table no longer than a run of so many steps."""
-        if (tabulated := self.tabulated) is None:
-            return self
-        return replace(self, make=lambda word, place, parts: tabulated(word, place, parts, steps))
+    kind: int
+    impulses: tuple[float, ...]
+    numbers: tuple[float, ...] = ()
+    states: int = 0
+    does: str = "dissipates"
+    function: Any = None
 
 
 @dataclass(frozen=True)
@@ -140,11 +133,12 @@ class Lowered:
     springpots : tuple of (float, float)
         Orders and coefficients; a dashpot has the order 1.
     arms : tuple of Arm
-    white, parametric, poisson : float
-        Intensities of white noise, of that which multiplies x, and of Poisson impulses.
+    white, parametric : float
+        Intensities of white noise, and of that which multiplies x.
     temperature : float
         kT of matched noise; 0 without.
-    forces : tuple of Named
+    sources : tuple of Named
+    dampers : tuple of Damper
     modulated : tuple of Modulation
         Noise that changes over the steps of a run.
     barriers : tuple of (str, Barrier)
@@ -157,9 +151,9 @@ class Lowered:
     arms: tuple[Arm, ...] = ()
     white: float = 0.0
     parametric: float = 0.0
-    poisson: float = 0.0
     temperature: float = 0.0
-    forces: tuple[Named, ...] = ()
+    sources: tuple[Named, ...] = ()
+    dampers: tuple[Damper, ...] = ()
     modulated: tuple[Modulation, ...] = ()
     barriers: tuple[tuple[str, Barrier], ...] = ()
     contacts: tuple[tuple[str, Contact], ...] = ()
@@ -176,7 +170,7 @@ class Lowered:
 
     def over(self, steps: int) -> Lowered:
         """With tables no longer than a run of so many steps."""
-        return replace(self, forces=tuple(each.over(steps) for each in self.forces)) if self.forces else self
+        return replace(self, sources=tuple(each.over(steps) for each in self.sources)) if self.sources else self
 
     def __add__(self, other: Lowered) -> Lowered:
         size = max(len(self.springs), len(other.springs))
@@ -229,39 +223,39 @@ def _(part: PolynomialDashpot, name: str, units: Units, step: float) -> Lowered:
     linear = ((1.0, c1 * units.time),) if c1 else ()
     if part.is_linear:
         return Lowered(springpots=linear)
-    law = forces.PowerDamper(0.5 * step * c2 * units.length, step * c3 * units.length**2 / units.time)
-    return Lowered(springpots=linear, forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+    impulses = 0.5 * step * c2 * units.length, step * c3 * units.length**2 / units.time
+    return Lowered(springpots=linear, dampers=(Damper(name, laws.POWERS, impulses),))
 
 
 @lower.register
 def _(part: VanDerPol, name: str, units: Units, step: float) -> Lowered:
     rate = part.coefficient * units.length**2 * units.time
-    law = forces.VanDerPolDamper(0.5 * step * rate, (part.length / units.length) ** 2)
-    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+    return Lowered(
+        dampers=(Damper(name, laws.VAN_DER_POL, (0.5 * step * rate,), ((part.length / units.length) ** 2,)),)
+    )
 
 
 @lower.register
 def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
-    law = forces.CoulombDamper(0.5 * step * part.force / units.length * units.time**2)
-    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "dissipates"),))
+    return Lowered(dampers=(Damper(name, laws.COULOMB, (0.5 * step * part.force / units.length * units.time**2,)),))
 
 
 @lower.register
 def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
     impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
-    law: Any = hysteresis.Plastic(limit)
+    kind, numbers = laws.JENKINS, (limit,)
     if isinstance(part, BoucWen):
-        kind = hysteresis.WholePower if part.exponent.is_integer() else hysteresis.AnyPower
-        law = kind(limit, part.beta, part.exponent)
-    make = lambda word, place, parts: hysteresis.Hysteresis(impulse, step, place, law)  # noqa: E731
-    return Lowered(forces=(Named(name, make, hysteresis.STATES, "dissipates"),))
+        kind = laws.WHOLE if part.exponent.is_integer() else laws.ANY
+        numbers = limit, part.beta, part.exponent
+    return Lowered(dampers=(Damper(name, kind, (impulse,), numbers, laws.STATES_OF_YIELDING),))
 
 
 @lower.register
 def _(part: Force, name: str, units: Units, step: float) -> Lowered:
     half = 0.5 * step * part.share / units.length * units.time**2
-    law = OwnForce(half, (units.time, units.length, units.speed), force_of(part.function, name))
-    return Lowered(forces=(Named(name, lambda word, place, parts: law, 0, "works"),))
+    own = force_of(part.function, name)
+    numbers = units.time, units.length, units.speed
+    return Lowered(dampers=(Damper(name, own.address, (half,), numbers, does="works", function=own),))
 
 
 @lower.register
@@ -269,7 +263,7 @@ def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered
     """Impulses are exact integrals of the straight lines between the points, or between points that are denser."""
     factor = part.scale / units.length * units.time**2
 
-    def make(word: int, place: int, parts: int, steps: int = MOST_STEPS) -> Any:
+    def make(parts: int, steps: int = MOST_STEPS) -> Any:
         longest = math.ceil(min(part.duration / units.time / step, steps))
         most = -(-longest // GROUP) * GROUP  # the kernel takes four at once
         check_table(name, 2 * part.count, most)
@@ -278,9 +272,9 @@ def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered
             records = [_denser(t, a, step) for t, a in records]
         rows = [_impulses(t, a, step, most) for t, a in records]
         impulses = np.array([np.pad(row, (0, max(map(len, rows)) - len(row))) for row in rows])
-        return sources.Table(word, place, part.is_drawn, impulses)
+        return sources.Records(part.is_drawn, impulses)
 
-    return Lowered(forces=(Named(name, make, int(part.count > 1), "feeds", tabulated=make),))
+    return Lowered(sources=(Named(name, make, int(part.count > 1), "feeds", make),))
 
 
 def _denser(times: Floats, values: Floats, step: float) -> tuple[Floats, Floats]:
@@ -410,13 +404,12 @@ def _(part: PoissonImpulses, name: str, units: Units, step: float) -> Lowered:
             f"{name} has {rate:.3g} impulses in a step, which are white noise: use WhiteNoise({part.intensity:g})."
         )
 
-    def make(word: int, place: int, parts: int) -> Any:
-        return sources.Poisson(word, parts, rate / parts, size)
+    def make(parts: int) -> Any:
+        return sources.Poisson(rate / parts, size)
 
-    intensity = rate / step * size**2
     if part.envelope is not None:
-        return Lowered(modulated=(Modulation(name, part.envelope, intensity, make=make),))
-    return Lowered(poisson=intensity, forces=(Named(name, make, 0, "nothing"),))
+        return Lowered(modulated=(Modulation(name, part.envelope, make=make),))
+    return Lowered(sources=(Named(name, make, 0, "nothing"),))
 
 
 @lower.register
@@ -466,7 +459,7 @@ def _of_a_filter(part: ColoredNoise | KanaiTajimiNoise, name: str, law: Any, ste
     if part.envelope is not None:
         states = 2 if isinstance(part, ColoredNoise) else 4
         return Lowered(modulated=(Modulation(name, part.envelope, filter=law, states=states),))
-    return Lowered(forces=(_filtered(name, [law], step),))
+    return Lowered(sources=(_filtered(name, [law], step),))
 
 
 @lower.register
@@ -478,15 +471,14 @@ def _(part: SpectralExcitation, name: str, units: Units, step: float) -> Lowered
     own = _filtered(name, [law], step, floor=shaping.FLOOR)
     if part.envelope is not None:
         return Lowered(modulated=(Modulation(name, part.envelope, make=own.make, states=own.states),))
-    return Lowered(forces=(own,))
+    return Lowered(sources=(own,))
 
 
 @lower.register
 def _(part: Harmonic, name: str, units: Units, step: float) -> Lowered:
     turn = part.frequency * units.time * step
     impulse = step * part.amplitude / units.length * units.time**2 * float(np.sinc(0.5 * turn / math.pi))
-    make = lambda word, place, parts: sources.Harmonic(word, place, impulse, turn)  # noqa: E731
-    return Lowered(forces=(Named(name, make, 2, "feeds"),))
+    return Lowered(sources=(Named(name, lambda parts: sources.Harmonic(impulse, turn), 2, "feeds"),))
 
 
 @lower.register
@@ -513,32 +505,23 @@ def _filtered(
     states = max(2, sum(filter.output.size for filter in filters))
     states += states % 2
 
-    def make(word: int, place: int, parts: int, more: float = 0.0) -> sources.Filtered:
+    def make(parts: int) -> sources.Filtered:
         from springpot.simulation.lowering.filters import filtered  # SciPy's linear algebra is slow to import
 
         slower = [replace(filter, matrix=filter.matrix / parts, noise=filter.noise / parts) for filter in filters]
-        return filtered(slower, word, place, step / parts, (white + more) / parts, parts=parts, floor=floor)
+        return filtered(slower, step / parts, white / parts, floor=floor)
 
-    def join(word: int, place: int, parts: int, more: float) -> sources.Joined:
-        law = make(word, place, parts, more)
-        return sources.Joined(law, more / math.sqrt(parts) / max(float(law.newest[0]), 1e-300))
-
-    return Named(name, make, states, "feeds", join)
+    return Named(name, make, states, "feeds")
 
 
-def modulated_noise(total: Lowered, units: Units, step: float, steps: int, window: tuple[int, int]) -> Lowered:
-    """The sources of what changes over the steps of a run, and the mean intensity of what is white in a window."""
+def modulated_noise(total: Lowered, units: Units, step: float, steps: int) -> tuple[Named, ...]:
+    """The sources of what changes over the steps of a run."""
 
     def named(noise: Modulation) -> Named:
-        return Named(
-            noise.name, lambda word, place, parts: law_of(noise, units, step, steps, word, place, parts), noise.states,
-            "feeds" if noise.states else "expected" if noise.multiplies else "nothing",
-        )  # fmt: skip
+        make = lambda parts: law_of(noise, units, step, steps, parts)  # noqa: E731
+        return Named(noise.name, make, noise.states, "feeds" if noise.states else "nothing")
 
-    return Lowered(
-        poisson=sum(mean_squares(noise, units, step, window)[0] for noise in total.modulated if not noise.multiplies),
-        forces=tuple(map(named, total.modulated)),
-    )
+    return tuple(map(named, total.modulated))
 
 
 def thermal_noise(name: str, total: Lowered, step: float, steps: int, parts: int) -> Named:

@@ -1,28 +1,16 @@
-"""Which precision the sweep has, and the numbers of a rotation in single precision.
-
-Within a group of four steps the state changes by little, so its changes are found in single precision and added to a
-state in double precision.  What rounding does then is far below the error of any run; docs/memory.md has the numbers.
-"""
+"""The numbers of a rotation in single precision."""
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from springpot.simulation.kernel.sources import Filtered, Modulated, ModulatedParametric, ModulatedWhite, Poisson
 
 _f32 = np.float32
 _TRIED = 16  # neighbours of a number on either side, by about a unit in the last place
 _STEPS = 1e6
 _AXES = (-1, 1, 1), (1, -1, 1), (1, 1, -1)
-
-
-def is_random(law: Any) -> bool:
-    """Whether a source is drawn in each step."""
-    return isinstance(law, Filtered | Modulated | ModulatedParametric | ModulatedWhite | Poisson)
 
 
 @lru_cache(maxsize=64)  # the levels of a run ask for the same few steps again and again

@@ -22,7 +22,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import SpectralExcitation
 from springpot.problem.system import System
-from springpot.simulation.kernel.sources import Filter
+from springpot.simulation.lowering.sources import Filter
 
 EDGE = 0.1  # relative width of a band's end, and of a narrow band in its logarithm
 WINDOW = 0.4  # of that width, over which densities are averaged before they are compared: no resonance is narrower

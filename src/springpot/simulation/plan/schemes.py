@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from springpot.machine.arrays import Floats
 from springpot.memory import direct
 from springpot.memory.weights import Family
-from springpot.simulation.kernel import questions as parts
+from springpot.memory.zeta import zeta_beyond_one
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.plan.options import DEFAULTS, SchemeOfRun
 
@@ -44,13 +45,6 @@ class NumericalScheme(Protocol):
     only_paper: ClassVar[bool]
     impact_bias: ClassVar[float] = 0.0
 
-    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting | parts.Euler:
-        """The constants in the kernel for one step size, in its units; ``length`` is its unit of length, in m.
-
-        ``answer`` is the sum of those of springpots and dashpots
-        (`springpot.simulation.kernel.questions.answer_of_springpot`).
-        """
-
     def recent_weights(self, order: float) -> Floats:
         """Weights of the four newest increments, in units of h^-alpha."""
 
@@ -76,16 +70,13 @@ class Splitting(NumericalScheme):
     keeps_the_law: ClassVar[bool] = True
     only_paper: ClassVar[bool] = False
 
-    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
-        return parts.splitting(frequency, answer, step)
-
     def recent_weights(self, order: float) -> Floats:
         weights = direct(self.family, order, GROUP)
-        weights[:2] += parts.newest_weights_splitting(order)
+        weights[:2] += newest_weights(order)
         return weights
 
     def extra_weight(self, order: float) -> float:
-        return parts.newest_weights_splitting(order)[1]
+        return newest_weights(order)[1]
 
     def early_displacement(self, order: float, drive: float, step: float) -> float:
         return -drive * step**2 * 0.5 * order / (2.0 - order)
@@ -109,9 +100,6 @@ class Grunwald(NumericalScheme):
     family: ClassVar[Family] = "grunwald"
     keeps_the_law: ClassVar[bool] = False
     only_paper: ClassVar[bool] = True
-
-    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Euler:
-        return parts.euler(frequency, step, self.contact_tolerance / length)
 
     def recent_weights(self, order: float) -> Floats:
         return direct(self.family, order, GROUP)
@@ -137,8 +125,44 @@ class Straight(Splitting):
     keeps_the_law: ClassVar[bool] = False
     impact_bias: ClassVar[float] = 0.12
 
-    def at(self, frequency: float, answer: float, step: float, length: float) -> parts.Splitting:
-        raise NotImplementedError("its constants are those of every elongation")
+
+def weight_of_last_impulse(order: float) -> float:
+    """Correction of the memory weight for the velocity jump at the last kick, in units of h^(1 - alpha).
+
+    An impulse stands for a force spread over the step around it, and the springpot's force is its mean over the step
+    around a later kick: the integral of the kernel between them, t^(1 - alpha) / Gamma(2 - alpha), averaged twice.
+    Summed over all earlier kicks the correction is -1 / Gamma(4 - alpha) - zeta(alpha - 1) / Gamma(2 - alpha).  All of
+    it is given to the last kick, which has most of it; for smooth motion only the sum matters up to order h^2.
+    """
+    return _summed_moments(order) - 1.0 / math.gamma(4.0 - order)
+
+
+def _summed_moments(order: float) -> float:
+    """First moments of the kernel over all earlier steps, summed: -zeta(alpha - 1) / Gamma(2 - alpha).
+
+    By the functional equation this is (2 pi)^(alpha - 1) cos(pi alpha / 2) zeta(2 - alpha) / pi.
+
+    Examples
+    --------
+    >>> _summed_moments(1.0), round(_summed_moments(0.5), 12)
+    (0.5, 0.234574485391)
+    """
+    rest = 1.0 - order
+    if rest == 0.0:
+        return 0.5
+    zeta = float(zeta_beyond_one(rest))
+    return math.pow(2.0 * math.pi, -rest) * math.sin(0.5 * math.pi * rest) * zeta / math.pi
+
+
+def newest_weights(order: float) -> tuple[float, float]:
+    """Corrections to the L1 weights of the newest two displacement increments, in units of h^-alpha.
+
+    The damping term, of weight 2 / Gamma(4 - alpha), uses the present velocity.  It differs from the mean velocity of
+    the last step by half a step of the spring's acceleration, as in every earlier step.  The last impulse is the change
+    of the mean velocity between the last two steps less twice this difference.
+    """
+    last = weight_of_last_impulse(order)
+    return last - 2.0 / math.gamma(4.0 - order), -last
 
 
 def scheme_of(word: SchemeOfRun, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> NumericalScheme:

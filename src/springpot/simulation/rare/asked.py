@@ -264,9 +264,7 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
     )
 
 
-def _put_energy(
-    put: Callable[[int, Any], None], motion: Motion, parts: Parts, quantity: Quantity, sign: float
-) -> None:
+def _put_energy(put: Callable[[int, Any], None], motion: Motion, parts: Parts, quantity: Quantity, sign: float) -> None:
     """What the energy of one mass, and the loss at a wall behind its motion, is made of."""
     ends = sorted(end / parts.units.length for end in (motion.low, motion.high))
     energy = _energy(motion, parts)
@@ -294,10 +292,7 @@ class _Energy:
 def _energy(motion: Motion, parts: Parts) -> _Energy:
     """Of the springs, with what the elements with memory add at the resonance."""
     units, system = parts.units, motion.system
-    force = [
-        c * units.length ** (n - 1) * units.time**2
-        for n, c in enumerate(system.potential.coefficients)
-    ]
+    force = [c * units.length ** (n - 1) * units.time**2 for n, c in enumerate(system.potential.coefficients)]
     stiffness = force[1] if len(force) > 1 else 0.0
     if system.stiffness > 0.0:
         stiffness += (system.resonance**2 - system.natural_frequency**2) * units.time**2

@@ -293,7 +293,9 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
-    walls = [f"{wall}_" for wall in reached.simulation.parts.struck if not reached.simulation.parts.tables.count("forced")] or [""]
+    walls = [
+        f"{wall}_" for wall in reached.simulation.parts.struck if not reached.simulation.parts.tables.count("forced")
+    ] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
         for name in (f"{wall}{of}" for wall in walls for of in ("impact_rate", "impact_speed_mean"))

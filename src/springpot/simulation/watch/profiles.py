@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +30,6 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.distributions import observer_of
-
-if TYPE_CHECKING:
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB
 _KINDS = 7  # x, x^2, v^2, impacts, squares of their speeds, speeds, and impacts and speeds together
