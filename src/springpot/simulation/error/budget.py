@@ -82,14 +82,15 @@ class _Samples:
     many, difference : ndarray
     paired : bool
         Whether ``many`` are the finer members of the pairs.
-    controls : int
-        Numbers of control variates of a path; a pair has twice as many.
+    of_many, of_pairs : int
+        Numbers of control variates of the two; both have those of the pairs if ``paired``.
     """
 
     many: Floats
     difference: Floats
     paired: bool
-    controls: int
+    of_many: int
+    of_pairs: int
 
     def value(self, share: float) -> float:
         """The mean, with this share of the mean difference."""
@@ -98,13 +99,13 @@ class _Samples:
     def error(self, share: float) -> float:
         """Its standard error."""
         if self.paired:
-            return standard_error(self.many + share * self.difference, 2 * self.controls)
-        return math.hypot(standard_error(self.many, self.controls), share * self.difference_error)
+            return standard_error(self.many + share * self.difference, self.of_pairs)
+        return math.hypot(standard_error(self.many, self.of_many), share * self.difference_error)
 
     @property
     def difference_error(self) -> float:
         """Standard error of the mean difference."""
-        return standard_error(self.difference, 2 * self.controls)
+        return standard_error(self.difference, self.of_pairs)
 
 
 def combine(levels: Levels) -> Estimates:
@@ -165,14 +166,14 @@ def _samples(levels: Levels) -> dict[str, _Samples]:
     many = fine if paired else levels.many.samples()
     of_pairs = without_doubtful(of_pairs)
     of_many = of_pairs if paired else without_doubtful(levels.many.controls(many))
-    number = -(-max(of_pairs.shape[1], 2 * of_many.shape[1]) // 2)
+    each = of_many.shape[1], of_pairs.shape[1]
     samples = {
-        name: _Samples(controlled(many[name], of_many), controlled(fine[name] - coarse[name], of_pairs), paired, number)
+        name: _Samples(controlled(many[name], of_many), controlled(fine[name] - coarse[name], of_pairs), paired, *each)
         for name in many
         if name != BALANCE
     }
     if BALANCE in many:
-        samples[BALANCE] = _Samples(many[BALANCE], fine[BALANCE] - coarse[BALANCE], paired, 0)
+        samples[BALANCE] = _Samples(many[BALANCE], fine[BALANCE] - coarse[BALANCE], paired, 0, 0)
     return samples
 
 
