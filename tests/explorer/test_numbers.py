@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.explorer.answers import solve, table
 from springpot.explorer.gathering import BINS, Gathering, growth_times
 from springpot.explorer.motion import Player, blocks, marks, record
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.registry import METHODS

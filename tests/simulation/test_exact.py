@@ -7,11 +7,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 from scipy import integrate, linalg, stats
+from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.simulation import simulate
 from springpot.simulation.estimate.stationary_start import adapt
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.options import Scheme
 from springpot.simulation.plan.plan import plan_of

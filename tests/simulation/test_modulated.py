@@ -199,7 +199,7 @@ def test_an_envelope_of_1_is_stationary_noise() -> None:
     """The recursion goes to the law of the innovations that stationary noise has."""
     step, steps = 0.3, 400
     noise = Modulation("", None, filter=sources.Filter(np.array([[-0.2]]), np.array([[0.4]]), np.ones(1)))
-    law = law_of(noise, Units(1.0, 1.0, 1.0), step, steps, 1, 0)
+    law = law_of(noise, Units(1.0, 1.0), step, steps)
     stationary = filtered([noise.filter], 1, 0, step)
     assert law.roots[-1] == pytest.approx(stationary.newest[0], rel=1e-12)
     assert law.roots[0] ** 2 > law.roots[-1] ** 2  # nothing is known at first

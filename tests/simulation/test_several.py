@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from springpot.simulation.kernel.several import several
 
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
-from springpot.simulation.kernel.several import several
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import integrate
+from springpot.simulation.kernel.several import several
 
 import springpot as sp
 from springpot.problem.system import KINDS
-from springpot.simulation.kernel.several import several
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.several import modes_of

@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit
+from springpot.simulation.kernel.questions import splitting
+from springpot.simulation.kernel.restitution import Fixed, Power
+from springpot.simulation.kernel.two_walls import RULES, Pair, fly_between
 
 import springpot as sp
 from springpot.problem.parts import WhiteNoise
@@ -20,9 +23,6 @@ from springpot.simulation.error.budget import orders_of_step
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.questions import splitting
-from springpot.simulation.kernel.restitution import Fixed, Power
-from springpot.simulation.kernel.two_walls import RULES, Pair, fly_between
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
@@ -368,7 +368,7 @@ def test_saved_and_loaded(tmp_path: Path) -> None:
 def test_modes_of_a_series_relax_like_it(order: float) -> None:
     """The Laplace transform of the kernel, k / (p + p^(1 - order) k / c), at rates within the run."""
     series = sp.FractionalMaxwell(sp.Springpot(order, 0.8), sp.Spring(2.0))
-    arms = lower(series, "series", Units(1.0, 1.0, 1.0), 0.01).arms
+    arms = lower(series, "series", Units(1.0, 1.0), 0.01).arms
     assert len(arms) < 60
     for p in (0.01, 0.1, 1.0, 2.5, 10.0):
         found = sum(p * arm.strength / (p + arm.rate) for arm in arms)

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
+from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.evidence import comparison, validity
@@ -13,7 +14,6 @@ from springpot.evidence.cells import PaperCell
 from springpot.explorer.gathering import Gathering
 from springpot.simulation.estimate import few_events
 from springpot.simulation.estimate.few_events import chance_below, error_of_unseen, interval
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.walls import about_walls

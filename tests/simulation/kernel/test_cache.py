@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numba
 import pytest
+from springpot.simulation.kernel.forces import White
 
 from springpot.machine import trusted
 from springpot.simulation.kernel.cache import cached, find_folder
-from springpot.simulation.kernel.forces import White
 from tests.sizes import validation
 from tests.strangers import as_stranger, needs_another_user, needs_owners
 

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from numba import njit
 from scipy import integrate
-
 from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.kernel.forces import only_pushes
-from springpot.simulation.kernel.lanes import INLINE
 from springpot.simulation.kernel.questions import Splitting, answers, begin, bounce, clearance, extras, push
 from springpot.simulation.kernel.restitution import Fixed
 from springpot.simulation.kernel.rigid_wall import fly
+
+from springpot.simulation.kernel.lanes import INLINE
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.plan import plan_of

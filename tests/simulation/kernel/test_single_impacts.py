@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit
-
-import springpot as sp
-from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.questions import splitting
 from springpot.simulation.kernel.restitution import Fixed
 from springpot.simulation.kernel.rigid_wall import fly
 from springpot.simulation.kernel.single_impacts import flight
+
+import springpot as sp
+from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.theory import exact
 from tests.simulation.problems import errors_of, values_of

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.problem.catalogue import possible_results
 from springpot.simulation.estimate.samples import errors_of_the_start
-from springpot.simulation.kernel.block import COLUMNS
 from springpot.simulation.lowering.compose import compose
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.adapted import Adapted

@@ -40,9 +40,10 @@ from springpot.simulation.error.levels import (
     level_plan,
     levels_of,
 )
-from springpot.simulation.estimate.samples import has_damping, watched
+from springpot.simulation.estimate.samples import watched
 from springpot.simulation.estimate.settled import Change, change_of_start
 from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.lowering.readings import has_damping
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of

@@ -49,7 +49,7 @@ from springpot.simulation.lowering.parts import (
     thermal_noise,
 )
 from springpot.simulation.lowering.precision import turned_in_single
-from springpot.simulation.lowering.readings import Reading
+from springpot.simulation.lowering.readings import Reading, has_damping
 from springpot.simulation.plan.guess import BoltzmannLaw
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
@@ -956,8 +956,9 @@ def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
         yield Reading("impact_rate", dict.fromkeys(impacts, 1.0), "time")
         yield Reading("impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
         yield Reading("impact_speed_mean_square", dict.fromkeys(squares, 1.0), impacts)
-    yield Reading("damping_force_mean", {"force": 1.0})
-    yield Reading("damping_virial", {"virial": 1.0})
+    if has_damping(system):
+        yield Reading("damping_force_mean", {"force": 1.0})
+        yield Reading("damping_virial", {"virial": 1.0})
     if parts.contacts:
         yield Reading("contact_share", {"contacts' time": 1.0}, "time")
         yield Reading("contact_penetration", {"contacts' depth": 1.0}, "one")

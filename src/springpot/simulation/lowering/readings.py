@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from springpot.problem.system import System
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -34,3 +36,9 @@ class Reading:
     added: float = 0.0
     power: int = 1
     squares: Mapping[str, float] = field(default_factory=dict)
+
+
+def has_damping(system: System) -> bool:
+    """Whether the sums of springpots, dashpots, arms and circuits are of anything."""
+    linear = (part.dissipates and part.is_linear and "damping" in part.powers for part in system.parts)
+    return bool(system.damping) or any(linear)
