@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit, types
 
 from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep, open_branches
+from springpot.simulation.kernel.calling import fixed
 from springpot.simulation.kernel.circles import begin_turning, is_near, turn_with_impacts
 from springpot.simulation.kernel.contacts import drift_through_contacts, is_touched
 from springpot.simulation.kernel.excitations import MOST_SOURCES, supply_sources, wake_sources
@@ -203,9 +204,11 @@ def _mark(K, D, T, x, v, step, low, high, o):
 @njit(**INLINE)
 def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o):
     """From one kick to the next."""
-    damp(K, D, F, T, step, False, within, o)
+    if K[DAMPERS] > 0:
+        damp(K, D, F, T, step, False, within, o)
     gather(K, F, T, j, o)
-    shake(K, F, T, j, step, within, o)
+    if K[SHAKEN] > 0:
+        shake(K, F, T, j, step, within, o)
     pull(K, F, T, j, o)
     if within:
         work(K, F, T, j, o)
@@ -221,7 +224,8 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
     for k in range(S[FEELS] if felt else 0):
         which = S[S[FELT] + k]
         feel(S, T, which, j, beyond(shown_x, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
-    damp(K, D, F, T, step, True, within, o)
+    if K[DAMPERS] > 0:
+        damp(K, D, F, T, step, True, within, o)
     if K[RESTING] > 0 and K[DAMPERS] > 0:
         hold(K, D, T, x, v, weight, o, WIDTH)
         for e in range(K[ROWS]):
@@ -255,7 +259,7 @@ def _record(K, T, record, recorded, width, points, place, o):
 
 
 def advance(
-    K, F_all, D, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, S, B, record, recorded, width,
+    integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record, recorded, width,
     every, points_in_time, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
@@ -267,6 +271,8 @@ def advance(
     ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the SUMS
     of each path.  A block ends early when ``stop[0]`` is not 0.
     """
+    K, D, S = fixed(integers), fixed(doubles), fixed(seen)
+    F_all = fixed(numbers)
     zero = F_all[0] * typed(0.0, F_all[0])
     n, m = K[POINTS], K[ROWS]
     T = Lanes(
@@ -323,7 +329,8 @@ def advance(
                 T.sums[sum_of(K, EARLY_VV) + i] = T.sums[sum_of(K, VV) + i]
             for r in range(K[NOISES] + K[SHAKEN]):
                 draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, beyond(T.g, r * GROUP * LANES), fine)
-            supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
+            if K[SOURCES] > 0:
+                supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
             in_window = low < t + GROUP and t < high
             watched = in_window and S[ON_STEPS_COUNT] > 0
             felt = (watched or recorded > 0) and S[FEELS] > 0

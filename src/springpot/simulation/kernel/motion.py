@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from springpot.simulation.kernel.calling import call_force
+from springpot.simulation.kernel.calling import call_force, plain
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond
 from springpot.simulation.kernel.laws import (
     ANY,
@@ -279,7 +279,7 @@ def _change(K, D, F, T, k, n, after, o):
     own = T.own  # of the user: always in double precision
     store(own, 0, u)
     store(own, WIDTH, w)
-    call_force(kind, (D[K[STEP]] * (n + 0.5), beyond(D, b), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH))
+    call_force(kind, (D[K[STEP]] * (n + 0.5), plain(beyond(D, b)), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH))
     return filled(u, load(own, 2 * WIDTH))
 
 
