@@ -41,6 +41,7 @@ from springpot.simulation.kernel.motion import (
     rates,
     remember,
     shake,
+    squares_beside_rest,
     stretch,
     sum_of,
     turn,
@@ -212,12 +213,14 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
     pull(K, F, T, j, o)
     if within:
         work(K, F, T, j, o)
-    kick(K, F, T, o)
+    kick(K, F, T, within, o)
     weight, later = 1.0 if within else 0.0, 1.0 if next_within else 0.0
     if K[RESTING] > 0:
         for k in range(K[WALLS]):
             store(T.leant, k * LANES + o, 0.0)
         hold(K, D, T, x, v, weight, o, WIDTH)
+        if within:
+            squares_beside_rest(K, T, o)
     if within:
         work(K, F, T, j, o)
     rates(K, F, T, within, felt, o)

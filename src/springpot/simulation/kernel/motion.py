@@ -50,6 +50,7 @@ from springpot.simulation.kernel.tables import (
     POINTS,
     POWER,
     PUSHED,
+    RESTING,
     ROW,
     ROW_AT,
     ROW_BEGIN,
@@ -225,42 +226,51 @@ def work(K, F, T, j, o):
 
 
 @njit(**INLINE)
-def kick(K, F, T, o):
-    """The change of all velocities."""
-    n = K[POINTS]
+def kick(K, F, T, within, o):
+    """The change of all velocities; the squares of their means before and after it, unless walls still take of it."""
+    n, sums = K[POINTS], within and K[TURNS] + K[PAPER] + K[RESTING] == 0
     for i in range(n):
         change = F[K[SOLVE] + i * n] * load(T.impulse, o)
         for k in range(1, n):
             change = change + F[K[SOLVE] + i * n + k] * load(T.impulse, k * LANES + o)
         at = i * LANES + o
         v = load(T.v, at)
-        store(T.leaving, at, v)
+        if sums:
+            middle = v + 0.5 * change
+            add(T.terms, sum_of(K, VV, i) + o, middle * middle)
+        if K[RESTING] > 0:
+            store(T.leaving, at, v)
         store(T.v, at, v + change)
         add(T.gained, at, change)
 
 
 @njit(**INLINE)
 def rates(K, F, T, within, felt, o):
-    """The rates of all rows after the kick; squares of velocities and the power of dampers and memory, by the means."""
-    if within and K[TURNS] + K[PAPER] == 0:
-        for i in range(K[POINTS]):
-            middle = 0.5 * (load(T.leaving, i * LANES + o) + load(T.v, i * LANES + o))
-            add(T.terms, sum_of(K, VV, i) + o, middle * middle)
+    """The rates of all rows after the kick, and the power of dampers and memory, by the means before and after it."""
     for e in range(K[ROWS]):
         at = e * LANES + o
         new, old = stretch(K, F, e, T.v, o), load(T.w, at)
-        middle = 0.5 * (new + old)
-        store(T.middle, at, middle)
         store(T.w, at, new)
         if within or felt:
-            store(T.pull, at, load(T.pull, at) + F[K[ANSWER] + e] * (new - old))
-        if within:
-            add(T.terms, sum_of(K, POWER) + o, load(T.pull, at) * middle)
-            if e < K[FORCED]:
-                add(T.terms, sum_of(K, FORCE, e) + o, load(T.pull, at))
-                add(T.terms, sum_of(K, VIRIAL, e) + o, load(T.pull, at) * load(T.u, at))
-            if e < K[SHOWN]:
-                add(T.terms, sum_of(K, WW, e) + o, middle * middle)
+            middle, pulled = 0.5 * (new + old), load(T.pull, at) + F[K[ANSWER] + e] * (new - old)
+            if felt:
+                store(T.pull, at, pulled)
+                store(T.middle, at, middle)
+            if within:
+                add(T.terms, sum_of(K, POWER) + o, pulled * middle)
+                if e < K[FORCED]:
+                    add(T.terms, sum_of(K, FORCE, e) + o, pulled)
+                    add(T.terms, sum_of(K, VIRIAL, e) + o, pulled * load(T.u, at))
+                if e < K[SHOWN]:
+                    add(T.terms, sum_of(K, WW, e) + o, middle * middle)
+
+
+@njit(**INLINE)
+def squares_beside_rest(K, T, o):
+    """The squares of the means of the velocities before and after a kick, of which walls may have taken some."""
+    for i in range(K[POINTS]):
+        middle = 0.5 * (load(T.leaving, i * LANES + o) + load(T.v, i * LANES + o))
+        add(T.terms, sum_of(K, VV, i) + o, middle * middle)
 
 
 @njit(**INLINE)
