@@ -49,7 +49,7 @@ from springpot.simulation.kernel.motion import (
 )
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, hold
-from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_off
+from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_from_speeds, take_off
 from springpot.simulation.kernel.tables import (
     COLUMNS,
     CONSTANT,
@@ -68,6 +68,7 @@ from springpot.simulation.kernel.tables import (
     MASS,
     MODES,
     NOISES,
+    OF_A_WALL,
     PAPER,
     POINTS,
     POWER,
@@ -107,6 +108,7 @@ STOP_EVERY = 256  # groups between two checks of the stop flag
 
 _lane = stack_array(LANES)
 _of_points, _of_rows = stack_array(MOST_POINTS * LANES), stack_array(MOST_ROWS * LANES)
+_of_two_points = stack_array(2 * MOST_POINTS * LANES)
 _by_step, _increments = stack_array(MOST_ROWS * GROUP * LANES), stack_array(MOST_ROWS * (GROUP + 2) * LANES)
 _modes, _normals = stack_array(MOST_MODES * LANES), stack_array(MOST_NOISES * GROUP * LANES)
 _four, _given = stack_array(GROUP * LANES), stack_array(MOST_SOURCES * GROUP * LANES)
@@ -121,6 +123,20 @@ _row_of_results = stack_array(1)
 def _fill(array, count, number):
     for i in range(count * LANES):
         array[i] = number
+
+
+@njit(**INLINE)
+def _clear(T, count, o):
+    """Begin the sums of a group."""
+    for k in range(count):
+        store(T.terms, k * LANES + o, 0.0)
+
+
+@njit(**INLINE)
+def _gather_sums(T, count, o):
+    """Add the sums of a group to those of the run."""
+    for k in range(count):
+        add(T.sums, k * LANES + o, double(load(T.terms, k * LANES + o)))
 
 
 @njit(**LINKED)
@@ -283,13 +299,13 @@ def advance(
         _of_points(zero), _of_points(zero), _of_points(zero),
         _of_rows(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero), _of_rows(zero),
         _increments(zero), _by_step(zero), _modes(zero), _normals(zero), _given(zero), _states(zero),
-        _of_points(zero), _of_rows(zero), _of_two_walls(zero), _columns(zero),
+        _of_two_points(zero), _of_rows(zero), _of_two_walls(zero), _columns(zero),
         _of_points(0.0), _of_points(0.0), _columns(0.0), _of_walls(0.0), _own(0.0), _of_walls(0.0),
     )  # fmt: skip
     fine, x, v = _four(zero), _few(0.0), _few(0.0)
     shown_x, shown_v = _shown(0.0), _shown(0.0)
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
-    works, kept_terms = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS) // LANES
+    works, hits = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS) // LANES
     for number in range(blocks):
         F, row, births, t_0 = beyond(F_all, number * K[STRIDE]), number * LANES, steps, 0
         number_lanes(first + row, who)
@@ -313,7 +329,10 @@ def advance(
             if K[TURNS] == 0 and K[PAPER] == 0:
                 begin(K, D, T, S, start, path, x, v, lane, 1.0 if low == 0 < high else 0.0)
         for o in range(0, LANES if K[TURNS] > 0 else 0, WIDTH):
-            begin_turning(K, F, T, S, start, 1.0 if low == 0 < high else 0.0, o)
+            _clear(T, hits + OF_A_WALL * K[WALLS], o)
+            begin_turning(K, F, T, S, 1.0 if low == 0 < high else 0.0, o)
+            take_from_speeds(K, F, T, o)
+            _gather_sums(T, hits + OF_A_WALL * K[WALLS], o)
         for i in range(n * LANES):
             T.now_x[i] += D[K[EARLY] + i // LANES]
         for e in range(m):
@@ -335,6 +354,9 @@ def advance(
             if K[SOURCES] > 0:
                 supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
             in_window = low < t + GROUP and t < high
+            kept_terms = hits if in_window else 0
+            if low <= t + GROUP and t < high:  # the last half of a drift belongs to the next step
+                kept_terms = hits + OF_A_WALL * K[WALLS]
             watched = in_window and S[ON_STEPS_COUNT] > 0
             felt = (watched or recorded > 0) and S[FEELS] > 0
             for o in range(0, LANES, WIDTH):
@@ -347,8 +369,7 @@ def advance(
                 for e in range(m):
                     store(T.u, e * LANES + o, stretch(K, D, e, T.now_x, o))
                     store(T.w, e * LANES + o, stretch(K, D, e, T.now_v, o))
-                for k in range(kept_terms if in_window else 0):
-                    store(T.terms, k * LANES + o, zero)
+                _clear(T, kept_terms, o)
                 for j in range(GROUP):
                     step = t + j
                     within, next_within = low <= step < high, low <= step + 1 < high
@@ -364,9 +385,10 @@ def advance(
                 for i in range(n):
                     add(T.now_x, i * LANES + o, double(load(T.moved, i * LANES + o)))
                     add(T.now_v, i * LANES + o, double(load(T.gained, i * LANES + o)))
+                if K[TURNS] > 0 and kept_terms > 0:
+                    take_from_speeds(K, F, T, o)
                 remember(K, F, T, o)
-                for k in range(kept_terms if in_window else 0):
-                    add(T.sums, k * LANES + o, double(load(T.terms, k * LANES + o)))
+                _gather_sums(T, kept_terms, o)
                 for k in range(K[TAPS] if low <= t + GROUP - 1 < high else 0):
                     mode = double(load(T.z, K[K[TAPPED] + k] * LANES + o))
                     add(T.sums, sum_of(K, TAPPED_SQUARES, k) + o, mode * mode)

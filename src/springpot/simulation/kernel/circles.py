@@ -12,11 +12,10 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
 from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch
-from springpot.simulation.kernel.striking import MOST_EVENTS, count_impacts, restitution
+from springpot.simulation.kernel.striking import FIXED, MOST_EVENTS, count_impacts, count_taken, restitution
 from springpot.simulation.kernel.tables import (
     PLACE,
     POINTS,
-    REDUCED,
     ROW_AT,
     ROW_BEGIN,
     ROWS,
@@ -24,6 +23,7 @@ from springpot.simulation.kernel.tables import (
     STEP,
     TURN,
     WALL_AT,
+    WALL_KIND,
     WALLS,
 )
 from springpot.simulation.kernel.vectors import (
@@ -94,7 +94,7 @@ def _flight(K, F, T, k, b, x, v, moved, change, where):
     return side * (x2 - start), side * (v2 - leaving), struck, speed, r
 
 
-@njit(**LINKED)
+@njit(**INLINE)
 def _half_turn(K, F, T, S, i, b, x, v, weight, o):
     """Half a step of coordinate i with all impacts at its walls, one after another; changes of x and v, and where.
 
@@ -133,16 +133,13 @@ def _half_turn(K, F, T, S, i, b, x, v, weight, o):
                 rests = rests | (mine & (r * speed < hop) & (r < 1.0))
         if not some(hit):
             break
-        for k in range(K[WALLS]):
+        for k in range(K[WALLS] if weight > 0.0 else 0):
             if _point(K, k) == i:
                 here = which == filled(x, k)
-                if some(here):
-                    change_of_speed = fast + left_over * fast
-                    count_impacts(
-                        K, F, T, k, here, filled(x, weight), F[K[REDUCED] + k], fast, left_over, change_of_speed, o
-                    )
-                    if weight > 0.0:
-                        show_impacts(S, k, here, fast, o, T.own)
+                count_impacts(K, F, T, k, here, filled(x, weight), fast, o)
+                if K[K[WALL_KIND] + k] != FIXED:
+                    count_taken(K, F, T, k, here, filled(x, weight), fast, left_over, fast + left_over * fast, o)
+                show_impacts(S, k, here, fast, o, T.own)
         ever = ever | hit
         moved, change = choose(hit, new_x - at_x, moved), choose(hit, new_v - at_v, change)
         from_x, from_v = choose(hit, at_x, from_x), choose(hit, at_v, from_v)
@@ -162,21 +159,27 @@ def turn_with_impacts(K, F, T, S, j, within, beyond_it, o):
     """The drift of coordinates that turn again, with impacts; each wall's row has one coordinate."""
     for i in range(K[POINTS]):
         b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
-        x, v = load(T.x0, at) + load(T.before, at) - F[b + 7], load(T.leaving, at)
-        xm, vm, early = _half_turn(K, F, T, S, i, b, x, v, within, o)
-        xn, vn, late = _half_turn(K, F, T, S, i, b, x + xm, v + vm, beyond_it, o)
-        ever, start, new = early | late, load(T.before, at), v + (vm + vn)
-        store(T.seen, at, choose(ever, start + xm, load(T.seen, at)))
-        store(T.seen_v, at, choose(ever, v + vm, load(T.seen_v, at)))
-        store(T.moved, at, choose(ever, start + (xm + xn), load(T.moved, at)))
+        start = load(T.before, at)
+        x, v = load(T.x0, at) + start - F[b + 7], load(T.leaving, at)
+        way, gain, ever = filled(x, 0.0), filled(x, 0.0), x < x
+        for half in range(2):
+            xm, vm, struck = _half_turn(K, F, T, S, i, b, x + way, v + gain, within if half == 0 else beyond_it, o)
+            way, gain, ever = way + xm, gain + vm, ever | struck
+            if half == 0:
+                store(T.fx, at, start + way)
+                store(T.fx, (K[POINTS] + i) * LANES + o, v + gain)
+        store(T.seen, at, choose(ever, load(T.fx, at), load(T.seen, at)))
+        store(T.seen_v, at, choose(ever, load(T.fx, (K[POINTS] + i) * LANES + o), load(T.seen_v, at)))
+        store(T.moved, at, choose(ever, start + way, load(T.moved, at)))
         old = load(T.v, at)
+        new = v + gain
         add(T.gained, at, choose(ever, new - old, 0.0))
         store(T.v, at, choose(ever, new, old))
     carry(K, F, T, j, o)
 
 
-@njit(**INLINE)
-def begin_turning(K, F, T, S, start, weight, o):
+@njit(**LINKED)
+def begin_turning(K, F, T, S, weight, o):
     """From the state at time 0, which ``now_x`` and ``now_v`` have, to the first kick, half a drift later."""
     for i in range(K[POINTS]):
         b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o

@@ -75,16 +75,32 @@ def restitution(K, F, k, speed, where, room):
 
 
 @njit(**INLINE)
-def count_impacts(K, F, T, k, where, within, reduced, closing, r, change, o):
+def count_impacts(K, F, T, k, where, within, closing, o):
     """Add impacts of some lanes to the sums of a wall; ``within`` is 1 in lanes in the window, otherwise 0."""
     to = sum_of(K, HITS, OF_A_WALL * k) + o
     one = choose(where, within, 0.0)
     more = one * closing
-    add(T.sums, to, double(one))
-    add(T.sums, to + LANES, double(more))
-    add(T.sums, to + 2 * LANES, double(more * closing))
-    add(T.sums, to + 3 * LANES, double(0.5 * reduced * (1.0 - r * r) * (more * closing)))
-    add(T.sums, to + 4 * LANES, double(one * reduced * change))
+    add(T.terms, to, one)
+    add(T.terms, to + LANES, more)
+    add(T.terms, to + 2 * LANES, more * closing)
+
+
+@njit(**INLINE)
+def count_taken(K, F, T, k, where, within, closing, r, change, o):
+    """Add what a wall takes in these impacts: energy and momentum."""
+    to, one = sum_of(K, HITS, OF_A_WALL * k) + o, choose(where, within * F[K[REDUCED] + k], 0.0)
+    add(T.terms, to + 3 * LANES, 0.5 * one * (1.0 - r * r) * closing * closing)
+    add(T.terms, to + 4 * LANES, one * change)
+
+
+@njit(**INLINE)
+def take_from_speeds(K, F, T, o):
+    """The same of all impacts of a group on walls whose restitution is a number, where impacts have their own speeds."""
+    for k in range(K[WALLS]):
+        if K[K[WALL_KIND] + k] == FIXED:
+            to, mass, r = sum_of(K, HITS, OF_A_WALL * k) + o, F[K[REDUCED] + k], F[K[RESTITUTION] + 3 * k]
+            add(T.terms, to + 3 * LANES, (0.5 * mass * (1.0 - r * r)) * load(T.terms, to + 2 * LANES))
+            add(T.terms, to + 4 * LANES, (mass * (1.0 + r)) * load(T.terms, to + LANES))
 
 
 @njit(**INLINE)
@@ -204,7 +220,8 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
             for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
                 rate = rate + size(F[K[ROW] + p] * load(T.v, K[K[ROW_AT] + p] * LANES + o))
             change = larger(change, speed + F[K[ROUNDING]] * rate)
-            count_impacts(K, F, T, k, here, weight, reduced, closing, r, change, o)
+            count_impacts(K, F, T, k, here, weight, closing, o)
+            count_taken(K, F, T, k, here, weight, closing, r, change, o)
             show_impacts(S, k, here & (weight > 0.0) & opposite(rests), closing, o, T.own)
             off = choose(here, F[K[PLACE] + k] - load(T.fu, e * LANES + o), 0.0)  # rounding, or as it began
             for i in range(n):
@@ -249,7 +266,8 @@ def bounce(K, F, T, S, within, o):
             r = restitution(K, F, k, speed, here, T.own)
             change = speed + r * speed
             weight = filled(speed, within)
-            count_impacts(K, F, T, k, here, weight, F[K[REDUCED] + k], speed, r, change, o)
+            count_impacts(K, F, T, k, here, weight, speed, o)
+            count_taken(K, F, T, k, here, weight, speed, r, change, o)
             show_impacts(S, k, here & (weight > 0.0), speed, o, T.own)
             change = choose(here, side * change, 0.0)
             push_all(K, F, T, K[JUMP] + k * K[POINTS], K[ALONG] + k * K[ROWS], change, o)
