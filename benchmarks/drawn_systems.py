@@ -299,8 +299,11 @@ def own_force(d: Draw) -> Drawn:
 
 def rare(d: Draw) -> Drawn:
     """Probabilities by splitting, with a wall."""
-    parts = {**d.mount(), "stop": sp.Barrier(d.below(-1.0, 0.0), 0.8), "noise": d.white()}
-    return parts, {"levels": {"x": [3.0, 5.0]}, "duration": 15.0, "step": 0.05, "rtol": 0.05}
+    parts = {
+        "spring": sp.Spring(d.between(0.9, 1.2)), "mount": sp.Springpot(d.between(0.4, 0.9), 0.3),
+        "stop": sp.Barrier(d.below(-1.0, 0.0), 0.8), "noise": sp.WhiteNoise(d.between(0.5, 0.7)),
+    }  # fmt: skip
+    return parts, {"levels": {"x": [3.0, 4.0]}, "duration": 15.0, "step": 0.05, "rtol": 0.05}
 
 
 # --- several masses -----------------------------------------------------------------------------------------------
@@ -373,9 +376,12 @@ def pushed_apart(d: Draw) -> Drawn:
 
 def rare_between_masses(d: Draw) -> Drawn:
     """Probabilities by splitting, of two masses with a wall."""
-    parts = {"stop": sp.Barrier(d.below(-1.0, -0.2), 0.8, between=("a", "b")), "noise": d.white("b")}
-    given = {"levels": {"b_x": [4.0, 6.0]}, "duration": 15.0, "step": 0.05, "rtol": 0.05, "start": "rest"}
-    return {**_row(d, "ab"), **parts}, given
+    parts: dict[str, Any] = {"mass_a": sp.Mass(1.0, at="a"), "mass_b": sp.Mass(1.0, at="b")}
+    for at, ends in {"a": ("ground", "a"), "b": ("a", "b")}.items():
+        spring, pot = sp.Spring(d.between(0.9, 1.2), between=ends), sp.Springpot(d.between(0.4, 0.9), 0.3, between=ends)
+        parts |= {f"spring_{at}": spring, f"mount_{at}": pot}
+    parts |= {"stop": sp.Barrier(d.below(-1.0, -0.2), 0.8, between=("a", "b")), "noise": d.white("b")}
+    return parts, {"levels": {"b_x": [4.0, 6.0]}, "duration": 15.0, "step": 0.05, "rtol": 0.05}
 
 
 KINDS: tuple[Callable[[Draw], Drawn], ...] = (
