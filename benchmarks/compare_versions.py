@@ -8,12 +8,14 @@ from the folder that holds these files, and appends each finished system to its 
     .venv/bin/python -m benchmarks.compare_versions show before.jsonl now.jsonl
 
 ``show`` prints a table of the kinds of results, and every difference beyond LARGEST standard errors.  Its exit code is
-1 if there is one, if a kind's rms differs from 1 by more than chance allows, or if a result is missing.
+1 if there is one, if the mean or the rms of a kind differs from 0 or 1 by more than chance allows, or if a result is
+missing.
 """
 
 from __future__ import annotations
 
 import argparse
+import gzip
 import json
 import math
 import sys
@@ -32,16 +34,16 @@ from scipy import stats
 import springpot as sp
 from benchmarks.drawn_systems import OWNERS, Case, cases
 
-__all__ = ["LARGEST", "Deviation", "deviations", "kind_of", "measured", "summary"]
+__all__ = ["LARGEST", "Deviation", "Summary", "deviations", "kind_of", "measured", "quick", "run", "show", "summary"]
 
 LARGEST = 4.0  # standard errors
-CHANCE = 1e-3  # that a kind's rms is called too large or too small though nothing changed
+CHANCE = 1e-4  # that the rms, or the mean, of a kind is called wrong though nothing changed
 EXACT = 1e-6  # relative: values with smaller errors are known beforehand, and must agree to ten times this
 Pair = tuple[float, float]  # value and standard error
 Results = dict[str, Pair]
 Line = Mapping[str, Any]  # of a file: a system and its results
 _AXES = "barrier", "probability", "frequency", "time_bin"
-_PROBABILITIES = 0.1, 0.9
+_PROBABILITIES = 0.05, 0.95
 
 
 class Deviation(NamedTuple):
@@ -122,10 +124,10 @@ def _of_exceedance(case: Case, seed: int, threads: int | None) -> Iterator[tuple
             yield f"{name}_exceedance[{at}]", (float(value), float(error))
 
 
-def run(file: Path, seed: int, threads: int | None, only: str | None = None, quick: bool = False) -> None:
+def run(file: Path, seed: int, threads: int | None, only: str | None = None, few: bool = False) -> None:
     """Simulate what is not yet in the file, and append it."""
     done = {line["name"] for line in _lines(file)} if file.exists() else set()
-    for case in map(_quick, cases(1)) if quick else cases():
+    for case in map(quick, cases(1)) if few else cases():
         if case.name in done or only not in (None, case.name, case.kind):
             continue
         begun = time.process_time()
@@ -133,14 +135,15 @@ def run(file: Path, seed: int, threads: int | None, only: str | None = None, qui
         line = {
             "name": case.name, "digest": case.digest, "seed": seed, "version": sp.__version__,
             "cpu": round(time.process_time() - begun, 2),
-            "results": {name: [float(f"{number:.7g}") for number in pair] for name, pair in results.items()},
+            "results": {name: (float(f"{pair[0]:.7g}"), float(f"{pair[1]:.4g}")) for name, pair in results.items()},
         }  # fmt: skip
         with file.open("a", encoding="utf-8") as output:
             output.write(json.dumps(line) + "\n")
         print(f"{case.name}: {line['cpu']} CPU s", file=sys.stderr, flush=True)
 
 
-def _quick(case: Case) -> Case:
+def quick(case: Case) -> Case:
+    """With few paths: it shows that the case runs."""
     few = {"rtol": 1.0} if "levels" in case.given else {"paths": 128}
     return replace(case, given={**case.given, **few})
 
@@ -148,7 +151,8 @@ def _quick(case: Case) -> Case:
 def _lines(file: Path) -> list[dict[str, Any]]:
     """What is in a file; the last line may be one that a kill cut short."""
     found = []
-    for text in file.read_text(encoding="utf-8").splitlines():
+    content = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
+    for text in content.decode().splitlines():
         try:
             found.append(json.loads(text))
         except json.JSONDecodeError:
@@ -196,18 +200,21 @@ class Summary(NamedTuple):
     kind: str
     count: int
     systems: int
+    mean: float
     rms: float
     largest: float
     is_exact: bool
 
     @property
     def is_consistent(self) -> bool:
-        """Whether the rms is as large as chance makes it.
+        """Whether mean and rms are what chance makes them: a small error that all systems share shows in the mean.
 
         Results of one system may depend on each other: the systems are counted as the independent ones.
         """
+        if self.is_exact:
+            return self.largest <= 1.0
         low, high = stats.chi2.interval(1.0 - CHANCE, self.systems) / np.float64(self.systems)
-        return self.largest <= 1.0 if self.is_exact else bool(low <= self.rms**2 <= high)
+        return low <= self.rms**2 <= high and abs(self.mean) * math.sqrt(self.systems) <= stats.norm.isf(0.5 * CHANCE)
 
 
 def summary(found: Iterable[Deviation]) -> list[Summary]:
@@ -215,22 +222,22 @@ def summary(found: Iterable[Deviation]) -> list[Summary]:
     kinds = defaultdict[tuple[str, bool], list[Deviation]](list)
     for each in found:
         kinds[kind_of(each.name), each.is_exact].append(each)
-    return [
-        Summary(
-            kind + " (exact)" * is_exact, len(own), len({each.system for each in own}),
-            math.sqrt(sum(each.z**2 for each in own) / len(own)), max(abs(each.z) for each in own), is_exact,
-        )
-        for (kind, is_exact), own in sorted(kinds.items())
-    ]  # fmt: skip
+    return [_summed(kind, is_exact, own) for (kind, is_exact), own in sorted(kinds.items())]
+
+
+def _summed(kind: str, is_exact: bool, own: Sequence[Deviation]) -> Summary:
+    z, systems = np.array([each.z for each in own]), len({each.system for each in own})
+    mean, rms, largest = float(z.mean()), float(np.sqrt((z**2).mean())), float(np.abs(z).max())
+    return Summary(kind + " (exact)" * is_exact, len(own), systems, mean, rms, largest, is_exact)
 
 
 def show(before: Path, now: Path) -> int:
     """Print the table; 1 if the versions differ."""
     found, missing = deviations(_lines(before), _lines(now))
     rows = summary(found)
-    print(f"{'result':38} {'count':>6} {'systems':>7} {'rms z':>6} {'largest':>7}")
+    print(f"{'result':38} {'count':>6} {'systems':>7} {'mean z':>6} {'rms z':>6} {'largest':>7}")
     for row in rows:
-        numbers = f"{row.count:6} {row.systems:7} {row.rms:6.2f} {row.largest:7.2f}"
+        numbers = f"{row.count:6} {row.systems:7} {row.mean:6.2f} {row.rms:6.2f} {row.largest:7.2f}"
         print(f"{row.kind:38} {numbers}{'' if row.is_consistent else '  differs'}")
     sampled = [each for each in found if not each.is_exact]
     rms = math.sqrt(sum(each.z**2 for each in sampled) / max(len(sampled), 1))
