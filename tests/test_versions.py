@@ -111,9 +111,10 @@ def test_slower_groups_are_told(capsys: Any) -> None:
     found = {("no wall", "a"): (2.0, 2.0), ("walls", "b"): (2.0, 1.8), ("observers", "nothing"): (2.0, 1.0)}
     assert speed.table({**found, ("observers", "records"): (3.0, 1.5)}) == 1
     told = capsys.readouterr().out
-    assert "walls: mean ratio 0.90, largest 0.90; at most 0.85 is wanted" in told
+    assert "walls: mean ratio 0.90, largest 0.90; wanted 0.85, none above 1.1" in told
     assert "records: adds 0.50 ns, before 1.00 ns" in told
     assert speed.table({("no wall", "a"): (2.0, 2.0)}) == 0
+    assert speed.table({("walls", "a"): (2.0, 2.1)}, limit=1.1) == 0
 
 
 @pytest.mark.validation
