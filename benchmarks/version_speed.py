@@ -30,6 +30,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 import springpot as sp
 
 __all__ = ["FIRST", "GROUPS", "Timed", "first_numbers", "nanoseconds", "table"]
@@ -150,9 +152,9 @@ def _cpu(work: Callable[[], object]) -> float:
 
 def _answer(question: Mapping[str, Any]) -> Any:
     if question["what"] == "first":
-        return [time.process_time(), *((_cpu(work), _cpu(work)) for work in FIRST.values())]
+        return [(_cpu(work), _cpu(work)) for work in FIRST.values()]
     if question["what"] == "one":
-        return _cpu(FIRST["a wall"])
+        return time.process_time(), _cpu(FIRST["a wall"])
     case = _CASES[tuple(question["case"])]
     end = _STEPS * case.step
     asked = {"duration": end, "step": case.step, "window": (0.0, end), "start": "rest", "threads": 1, **case.asked}
@@ -171,7 +173,8 @@ def _work() -> None:
 def _version(python: str, **environment: str) -> Iterator[Callable[..., Any]]:
     """A process of that Python, as a function from a question to its answer."""
     with subprocess.Popen(
-        [python, "-m", "benchmarks.version_speed", "work"], cwd=_ROOT, env={**os.environ, **environment}, text=True,
+        [python, "-m", "benchmarks.version_speed", "work"], cwd=_ROOT, text=True,
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "", **environment},  # else each would compile the package anew
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     ) as process:  # fmt: skip
         assert process.stdin is not None
@@ -231,25 +234,26 @@ def table(found: Mapping[tuple[str, str], Sequence[float]], limit: float | None 
     return int(slower)
 
 
-def first_numbers(pythons: Sequence[str]) -> None:
-    """Print CPU seconds with empty caches, of the first time less the second, and of one number with full ones."""
-    columns, ready = [], []
-    for python in pythons:
-        with tempfile.TemporaryDirectory() as folder:
-            caches = {"NUMBA_CACHE_DIR": folder, "SPRINGPOT_CACHE_DIR": folder}
-            with _version(python, **caches) as ask:
-                imported, *pairs = ask(what="first")
-                columns.append([imported, *(first - second for first, second in pairs)])
-            begun = time.perf_counter()
-            with _version(python, **caches) as ask:
-                number = ask(what="one")
-            ready.append((time.perf_counter() - begun, number))
-    for name, *taken in zip(("import", *FIRST), *columns, strict=True):
+def first_numbers(pythons: Sequence[str], turns: int = 3) -> None:
+    """Print CPU seconds with empty caches, of the first time less the second; then of one number with full ones."""
+    with tempfile.TemporaryDirectory() as own, tempfile.TemporaryDirectory() as other:
+        compiled, ready = [], []
+        for python, folder in zip(pythons, (own, other), strict=True):
+            with _version(python, NUMBA_CACHE_DIR=folder, SPRINGPOT_CACHE_DIR=folder) as ask:
+                compiled.append([first - second for first, second in ask(what="first")])
+        for _ in range(turns):
+            for python, folder in zip(pythons, (own, other), strict=True):
+                begun = time.perf_counter()
+                with _version(python, NUMBA_CACHE_DIR=folder, SPRINGPOT_CACHE_DIR=folder) as ask:
+                    imported, number = ask(what="one")
+                ready.append((time.perf_counter() - begun, imported + number, imported))
+    rows = dict(zip(FIRST, zip(*compiled, strict=True), strict=True))
+    rows[f"the first {_KINDS} together"] = tuple(sum(each[:_KINDS]) for each in compiled)
+    least = [np.min(ready[n::2], axis=0) for n in range(2)]
+    for n, name in enumerate(("wall time of a fresh process, caches full", "its processor time", "of that the import")):
+        rows[name] = tuple(float(each[n]) for each in least)
+    for name, taken in rows.items():
         print(f"{name:46}" + "".join(f"{each:8.2f}" for each in taken))
-    print(f"{'import and three kinds':46}" + "".join(f"{sum(own[: 1 + _KINDS]):8.2f}" for own in columns))
-    titles = "a fresh process with full caches, wall s", "of it the number, CPU s"
-    for title, own in zip(titles, zip(*ready, strict=True), strict=True):
-        print(f"{title:46}" + "".join(f"{each:8.2f}" for each in own))
 
 
 def main(words: Sequence[str] | None = None) -> int:
