@@ -132,7 +132,7 @@ def _of_exceedance(case: Case, seed: int, threads: int | None) -> Iterator[tuple
 def run(file: Path, seed: int, threads: int | None, only: str | None = None, few: bool = False) -> None:
     """Simulate what is not yet in the file, and append it."""
     done = {line["name"] for line in _lines(file)} if file.exists() else set()
-    for case in map(quick, cases(1)) if few else cases():
+    for case in [*map(quick, cases(1))] if few else [*cases()]:  # at once, as their source may be edited meanwhile
         if case.name in done or only not in (None, case.name, case.kind):
             continue
         begun = time.process_time()
