@@ -1,4 +1,4 @@
-"""Two versions of springpot on the same 300 systems: every result, in units of the joint standard error.
+"""Two versions of springpot on the same 340 systems: every result, in units of the joint standard error.
 
 The systems are those of `benchmarks.drawn_systems`.  Each version simulates them with its own Python and its own seed,
 from the folder that holds these files, and appends each finished system to its own file; started again, it goes on::
