@@ -44,7 +44,7 @@ Pair = tuple[float, float]  # value and standard error
 Results = dict[str, Pair]
 Line = Mapping[str, Any]  # of a file: a system and its results
 _AXES = "barrier", "probability", "frequency", "time_bin"
-_PROBABILITIES = 0.05, 0.95
+_PROBABILITIES = 0.05, 0.95  # of ranges the second one: under white noise the smallest cycles are those of the step
 
 
 class Deviation(NamedTuple):
@@ -101,15 +101,13 @@ def _of_data(found: Any) -> Iterator[tuple[str, Pair]]:
 
 def _points(values: Any) -> Iterator[tuple[str, dict[str, int]]]:
     """Of a curve, in words and by its indices; none if it has other axes."""
-    axes = [(axis, values[axis].values.tolist()) for axis in map(str, values.dims)]
-    if all(axis in _AXES or axis.endswith("_level") for axis, _ in axes):
-        for at in product(*(range(len(points)) for _, points in axes)):
-            own = [points[n] for (_, points), n in zip(axes, at, strict=True)]
-            if all(axis != "probability" or each in _PROBABILITIES for (axis, _), each in zip(axes, own, strict=True)):
-                yield (
-                    "".join(f"[{each:.6g}]" if isinstance(each, float) else f"[{each}]" for each in own),
-                    dict(zip(map(str, values.dims), at, strict=True)),
-                )
+    axes = {str(axis): values[axis].values.tolist() for axis in values.dims}
+    if all(axis in _AXES or axis.endswith("_level") for axis in axes):
+        for at in product(*(range(len(points)) for points in axes.values())):
+            own = {axis: points[n] for (axis, points), n in zip(axes.items(), at, strict=True)}
+            if own.get("probability") in (None, *_PROBABILITIES["_range_" in values.name :]):
+                words = (f"[{each:.6g}]" if isinstance(each, float) else f"[{each}]" for each in own.values())
+                yield "".join(words), dict(zip(axes, at, strict=True))
 
 
 def _of_records(found: Any) -> Iterator[tuple[str, Pair]]:
