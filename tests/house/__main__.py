@@ -2,14 +2,17 @@
 
 python -m tests.house types        where the code asks what kind of problem it has
 python -m tests.house way          how a problem goes through the files in a simulation
-python -m tests.house lines [A]    lines of code in src, now or at a commit
+python -m tests.house masses       where the code asks how many masses there are
+python -m tests.house lines [A]    lines of code in src, now in each package, or at a commit
 """
 
 from __future__ import annotations
 
 import sys
+from collections import Counter
 
-from tests.house.lines import lines_at
+from tests.house.lines import lines_at, lines_now
+from tests.house.masses import asked
 from tests.house.types import questions
 from tests.house.way import compared
 
@@ -23,9 +26,19 @@ def main(what: str = "", *more: str) -> int:
     elif what == "way":
         for line in compared():
             print(line)
+    elif what == "masses":
+        for place in asked():
+            print(f"{place.kind:<6}  {place.file}:{place.line}  {place.text}")
+        for package, count in Counter(place.package for place in asked()).items():
+            print(f"{package}: {count}")
     elif what == "lines":
-        for commit in more or ("HEAD",):
+        for commit in more:
             print(f"{commit}: {lines_at(commit):,} lines of code in src")
+        if not more:
+            now = lines_now()
+            for package, count in now.items():
+                print(f"{package}: {count:,}")
+            print(f"{sum(now.values()):,} lines of code in src")
     else:
         print(__doc__)
         return 2

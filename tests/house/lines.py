@@ -1,14 +1,28 @@
-"""Lines of code in src at a commit: without blank lines, docstrings and imports; comment lines count."""
+"""Lines of code in src, now or at a commit: without blank lines, docstrings and imports; comment lines count."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
+from collections import Counter
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2] / "src" / "springpot"
 
 
 def lines_at(commit: str) -> int:
     """Of all Python files below src."""
     return sum(lines_of(_shown(f"{commit}:{name}")) for name in _listed(commit) if name.endswith(".py"))
+
+
+def lines_now(source: Path = SOURCE) -> Counter[str]:
+    """Of each package as the files are now; of the simulation of each of its rooms."""
+    found = Counter[str]()
+    for place in sorted(source.rglob("*.py")):
+        folders = place.relative_to(source).parts[:-1]
+        package = "/".join(folders[: 2 if folders[:1] == ("simulation",) else 1])
+        found[package or "."] += lines_of(place.read_text(encoding="utf-8"))
+    return found
 
 
 def lines_of(text: str) -> int:

@@ -151,3 +151,23 @@ def test_the_page_draws_its_voltage() -> None:
             volts, amperes = volts + h * (THETA * slope - amperes) / C, amperes + h * (volts - R * amperes) / L
         seen.append(volts)
     np.testing.assert_allclose(found, seen, atol=2e-4)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 4])
+def test_a_strong_coil_has_a_resonance_too(number: int) -> None:
+    """Its force pushes above its own frequency, so that no iteration from the spring's frequency contracts."""
+    rng = np.random.default_rng(number)
+    stiffness, coupling, resistance, capacitance, inductance = rng.uniform(
+        (0.1, 0.5, 0.05, 0.2, 0.5), (1.0, 2.0, 0.5, 0.6, 3.0)
+    )
+    circuit = sp.ResonantCircuit(coupling, resistance, capacitance, inductance)
+    system = sp.System(sp.Spring(stiffness), sp.Dashpot(0.1), circuit, sp.WhiteNoise(1.0))
+    held = stiffness + circuit.modulus(1j * system.resonance).real
+    assert system.resonance**2 == pytest.approx(held, rel=1e-10)
+
+
+def test_a_system_with_a_strong_coil_is_simulated() -> None:
+    system = sp.System(sp.Spring(0.77), sp.Dashpot(0.1), sp.ResonantCircuit(0.67, 0.29, 0.52, 1.75), sp.WhiteNoise(1.0))
+    found = sp.simulate(system, paths=8192, duration=120.0, step=0.05)["x_mean_square"]
+    assert found.error < 0.006 * found.value
+    assert abs(found.value - sp.theory.linear(system).x_mean_square) < 4.0 * found.error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -287,9 +287,27 @@ def resonance(square: float, elements: Iterable[Part]) -> float:
     1.3496
     """
     elements, found = tuple(elements), square
+
+    def held(own: float) -> float:
+        p = 1j * math.sqrt(own)
+        return square + math.fsum(element.modulus(p).real for element in elements)
+
     for _ in range(_ROUNDS):  # from below: of several roots that nearest to the springs' own; contracts by order / 2
-        before, p = found, 1j * math.sqrt(found)
-        found = square + math.fsum(element.modulus(p).real for element in elements)
-        if abs(found - before) <= _SETTLED * found:
+        before, found = found, held(found)
+        if found <= 0.0:
             break
-    return math.sqrt(found)
+        if abs(found - before) <= _SETTLED * found:
+            return math.sqrt(found)
+    return math.sqrt(_bisected(held, square))
+
+
+def _bisected(held: Callable[[float], float], near: float) -> float:
+    """The root of held(s) = s nearest to a number, where no iteration contracts: above the frequency of a coil."""
+    low = high = near
+    while held(low) < low:
+        low *= 0.5
+    while held(high) > high:
+        high *= 2.0
+    while high - low > _SETTLED * high and low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if held(middle) > middle else (low, middle)
+    return high
