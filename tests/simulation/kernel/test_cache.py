@@ -110,7 +110,7 @@ CALLBACKS = """
 from springpot.explorer.gathering import _growth_part
 from springpot.simulation.watch.spectrum import _spectral_part
 
-print([part.cache_hits for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
+print([part.how for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
 """
 
 
@@ -118,10 +118,10 @@ def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: P
     """A function that holds another number is another function."""
     script = tmp_path / "callbacks.py"
     script.write_text(CALLBACKS)
-    for hits in ("[0, 0, 0]", "[1, 1, 1]"):
+    for how in ("compiled", "kept"):
         answer, said = _asked(script, tmp_path / "cache").communicate(timeout=300)
-        assert answer == f"{hits}\n", said
-    assert len([*(tmp_path / "cache").rglob("*.nbc")]) == 3
+        assert answer == f"{[how] * 3}\n", said
+    assert len([*(tmp_path / "cache").rglob("*.o")]) == 3
 
 
 def twice(number: float) -> float:

@@ -15,8 +15,9 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-LANES = 64  # paths of a block, advanced together
-GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
+from springpot.simulation.kernel.sizes import GROUP as GROUP
+from springpot.simulation.kernel.sizes import LANES as LANES
+
 MOST_MODES = 128
 MOST_FORCES = 8  # named ones, and taps
 SPARE = 12  # the number of no force, whose place the impulses of half steps have until they are summed

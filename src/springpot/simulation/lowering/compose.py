@@ -25,8 +25,8 @@ from springpot.simulation.kernel import questions as parts
 from springpot.simulation.kernel.block import COLUMNS, Memory, modes_of
 from springpot.simulation.kernel.branches import NO_BRANCHES
 from springpot.simulation.kernel.lanes import GROUP, MOST_FORCES
+from springpot.simulation.kernel.normals import start_normals
 from springpot.simulation.kernel.questions import Start
-from springpot.simulation.kernel.random import start_normals
 from springpot.simulation.kernel.rigid_wall import Rigid
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering.composed import Composed

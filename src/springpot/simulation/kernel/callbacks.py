@@ -1,0 +1,126 @@
+"""Compiled functions that the kernel calls by their addresses: observers, and functions of the user.
+
+Their machine code is made, loaded and kept as that of the kernel (:mod:`springpot.simulation.kernel.native`), but under
+a key of what they are made of (:mod:`springpot.simulation.kernel.fingerprint`).  So the same function is compiled once
+for all processes, and once in a process however often it is asked for.  A function of which nobody can tell what it
+depends on, or that needs Python while it runs, is compiled by Numba as any callback.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any
+
+import numba
+
+from springpot.simulation.kernel import kept
+from springpot.simulation.kernel.compiling import LEVEL, object_of
+from springpot.simulation.kernel.fingerprint import fingerprint
+from springpot.simulation.kernel.lanes import FAST, OF_USER, QUICK
+from springpot.simulation.kernel.native import Loaded, MissingSymbolError, compiler, needed
+from springpot.simulation.kernel.targets import target
+
+_MOST = 256  # that stay in memory when nobody uses them
+_IN_C = """
+acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fmod hypot ldexp
+lgamma log log10 log1p log2 modf nearbyint pow remainder rint round sin sincos sinh sqrt tan tanh tgamma trunc
+"""
+_MATHEMATICS = frozenset(name + kind for name in _IN_C.split() for kind in ("", "f")) | {"memcpy", "memmove", "memset"}
+"""What code may call that is not its own: functions of C that only compute."""
+
+
+@dataclass(frozen=True, eq=False)
+class Callback:
+    """A compiled function in memory, for as long as this object lives.
+
+    Attributes
+    ----------
+    address : int
+    how : str
+        "kept" on disk by an earlier process, "compiled" and kept now, or compiled for this process "alone".
+    """
+
+    address: int
+    how: str
+    code: Any
+
+
+class _Recent:
+    """Those of this process by key, the ones last asked for."""
+
+    def __init__(self) -> None:
+        self._lock, self._made = Lock(), OrderedDict[str, Callback]()
+
+    def get(self, key: str) -> Callback | None:
+        with self._lock:
+            if key in self._made:
+                self._made.move_to_end(key)
+            return self._made.get(key)
+
+    def put(self, key: str, made: Callback) -> Callback:
+        with self._lock:
+            self._made[key] = made
+            while len(self._made) > _MOST:
+                self._made.popitem(last=False)
+        return made
+
+
+_recent = _Recent()
+
+
+def callback(signature: Any) -> Callable[[Callable[..., None]], Callback]:
+    """Compile a function that returns nothing, for use through its address.
+
+    Parameters
+    ----------
+    signature : Numba's signature
+        Of numbers and of arrays of them (``CPointer``).
+
+    Examples
+    --------
+    >>> import ctypes
+    >>> from numba import types
+    >>> @callback(types.void(types.CPointer(types.float64)))
+    ... def double(number):
+    ...     number[0] *= 2.0
+    >>> number = ctypes.c_double(3.0)
+    >>> ctypes.CFUNCTYPE(None, ctypes.c_void_p)(double.address)(ctypes.addressof(number))
+    >>> number.value
+    6.0
+    """
+
+    def made(function: Callable[..., None]) -> Callback:
+        words = fingerprint(function) if QUICK else None
+        if words is None:
+            return _alone(function, signature)
+        goal = target()
+        key = repr((words, str(signature), compiler(), goal.key, LEVEL))
+        if found := _recent.get(key):
+            return found
+        name = f"{function.__name__}.{goal.name}".replace("<", "").replace(">", "")
+        if content := kept.load(name, key):
+            try:
+                return _recent.put(key, _loaded(content, "kept"))
+            except MissingSymbolError:
+                pass
+        content = object_of(function, signature, goal, OF_USER)
+        if not needed(content) <= _MATHEMATICS:
+            return _recent.put(key, _alone(function, signature))
+        kept.save(name, key, content)
+        return _recent.put(key, _loaded(content, "compiled"))
+
+    return made
+
+
+def _loaded(content: bytes, how: str) -> Callback:
+    code = Loaded(content, how)
+    return Callback(code.address, how, code)
+
+
+def _alone(function: Callable[..., None], signature: Any) -> Callback:
+    """As Numba compiles any callback, which says on stderr what it raises."""
+    code = numba.cfunc(signature, **FAST)(function)
+    return Callback(code.address, "alone", code)
