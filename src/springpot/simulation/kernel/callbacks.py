@@ -106,6 +106,7 @@ def callback(signature: Any) -> Callable[[Callable[..., None]], Callback]:
                 return _recent.put(key, _loaded(content, "kept"))
             except MissingSymbolError:
                 pass
+        kept.warn_if_unused()
         content = object_of(function, signature, goal, OF_USER)
         if not needed(content) <= _MATHEMATICS:
             return _recent.put(key, _alone(function, signature))

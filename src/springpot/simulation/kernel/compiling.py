@@ -71,9 +71,10 @@ def _emitted(text: str, inner: str, signature: Any, goal: Target) -> bytes:
     for each in (module, outside):
         each.triple, each.data_layout = goal.triple, str(machine.target_data)
     module.link_in(outside)
-    for each in (*module.functions, *module.global_variables):
-        if not each.is_declaration and each.name != SYMBOL:
-            each.linkage = "internal"
+    own = [each for each in (*module.functions, *module.global_variables) if not each.is_declaration]
+    for number, each in enumerate(each for each in own if each.name != SYMBOL):
+        each.linkage, each.name = "internal", f"{SYMBOL}_{number}"  # Numba's names differ from process to process
+    module.name = SYMBOL
     tuning = llvm.create_pipeline_tuning_options(LEVEL)
     tuning.loop_vectorization, tuning.slp_vectorization = True, False
     builder = llvm.create_pass_builder(machine, tuning)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from springpot.simulation.kernel.native import Entry
 
-FILL = Entry(
-    "springpot.simulation.kernel.random:fill",
+FILL_NORMALS = Entry(
+    "springpot.simulation.kernel.random:fill_normals",
     ("int64", "uint32", "uint32", "uint32", "uint32", "int64", "int64", "float32*"),
 )
 
-ENTRIES = (FILL,)
+ENTRIES = (FILL_NORMALS,)
 """All of them: what a release makes for each target."""

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_dir
 
-from springpot.machine.files import write
+from springpot.machine.files import remove_orphans, write
 from springpot.machine.trusted import UntrustedFolderError, make_folder, read, reason_against, say_unused
 
 _LARGEST = 64 << 20  # bytes of a file; a kernel takes less than one MiB
@@ -67,6 +67,7 @@ def save(name: str, key: str, content: bytes) -> None:
     with contextlib.suppress(OSError):
         place = folder()[0]
         if place and reason_against(place) is None:
+            remove_orphans(str(place))
             write(str(_file(place, name, key)), _checksum(key, content) + b"\n" + content, private=True)
 
 

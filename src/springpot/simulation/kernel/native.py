@@ -22,7 +22,6 @@ import json
 import struct
 import sys
 import threading
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -159,18 +158,19 @@ class Shipped:
 def shipped(name: str, sources: str, goal: Target) -> Shipped:
     """The object of the wheel, as trusted as the source files beside it."""
     try:
-        manifest = json.loads((OBJECTS / MANIFEST).read_bytes())
+        made = dict(json.loads((OBJECTS / MANIFEST).read_bytes())).get(name)
     except FileNotFoundError:
         return Shipped(None, "this installation brings no compiled code")
-    except (OSError, ValueError):
+    except (OSError, ValueError, TypeError):
         return Shipped(None, "the list of compiled code cannot be read")
+    if made is None:
+        return Shipped(None, "this installation brings none of it")
     try:
-        made = manifest[name]
         if goal.name not in made["sha256"]:
             return Shipped(None, f"this installation brings none for {goal.name}")
         if made["sources"] != sources:
             return Shipped(None, "the compiled code of this installation was made from other sources")
-        content = file_of(name, goal).read_bytes()
+        content = file_of(name, goal, OBJECTS).read_bytes()
         if hashlib.sha256(content).hexdigest() != made["sha256"][goal.name]:
             return Shipped(None, "the compiled code of this installation is damaged")
     except (OSError, KeyError, TypeError, AttributeError):
@@ -178,9 +178,9 @@ def shipped(name: str, sources: str, goal: Target) -> Shipped:
     return Shipped(content)
 
 
-def file_of(name: str, goal: Target) -> Path:
-    """Where the object of a target is in the wheel."""
-    return OBJECTS / f"{name}.{goal.name}.o"
+def file_of(name: str, goal: Target, folder: Path) -> Path:
+    """The object for a target, of those that are made together."""
+    return folder / f"{name}.{goal.name}.o"
 
 
 class Entry:
@@ -296,8 +296,3 @@ def _array(kind: str) -> Any:
         return int(array.ctypes.data)
 
     return address
-
-
-def states(entries: Iterable[Entry]) -> dict[str, str]:
-    """Where the code of each comes from, in words; it is loaded, and compiled if it must be."""
-    return {entry.name: entry.load().how for entry in entries}

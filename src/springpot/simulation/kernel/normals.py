@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from springpot.simulation.kernel.entries import FILL
+from springpot.simulation.kernel.entries import FILL_NORMALS
 from springpot.simulation.kernel.sizes import GROUP, LANES
 
 _START = 0x40000000  # counter word of the normals of the start
@@ -35,7 +35,7 @@ def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArra
     k0, k1 = key_words(seed)
     for first in range(0, paths, LANES):
         part = out[first : first + LANES]
-        FILL(first, stream, 0, k0, k1, len(part), steps, part)
+        FILL_NORMALS(first, stream, 0, k0, k1, len(part), steps, part)
     return out
 
 
@@ -60,7 +60,7 @@ def start_normals(seed: int, first: int, paths: int, *, stream: int = 0) -> npt.
     k0, k1 = key_words(seed)
     for begin in range(0, paths, LANES):
         part = out[begin : begin + LANES]
-        FILL(first + begin, stream, _START, k0, k1, len(part), GROUP, part)
+        FILL_NORMALS(first + begin, stream, _START, k0, k1, len(part), GROUP, part)
     return out
 
 

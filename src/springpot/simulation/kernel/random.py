@@ -126,7 +126,7 @@ def draw_for_steps(group, who, stream, word, k0, k1, halved, g, fine):
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
 
-def fill(first, stream, word, k0, k1, paths, steps, out):
+def fill_normals(first, stream, word, k0, k1, paths, steps, out):
     """Compiled code only: the normals of up to LANES paths, one path after another."""
     g, who = _four_lanes(f32(0)), lane_numbers(u32(0))
     number_lanes(first, who)
