@@ -118,7 +118,7 @@ def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: P
     """A function that holds another number is another function."""
     script = tmp_path / "callbacks.py"
     script.write_text(CALLBACKS)
-    for how in ("compiled", "kept"):
+    for how in ("compiled now, and kept", "kept on disk"):
         answer, said = _asked(script, tmp_path / "cache").communicate(timeout=300)
         assert answer == f"{[how] * 3}\n", said
     assert len([*(tmp_path / "cache").rglob("*.o")]) == 3

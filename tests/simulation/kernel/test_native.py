@@ -25,8 +25,9 @@ import pytest
 from springpot.machine import trusted
 from springpot.simulation.kernel import kept, native
 from springpot.simulation.kernel.entries import ENTRIES, FILL_NORMALS
+from springpot.simulation.kernel.loading import MissingSymbolError, loaded, needed
 from springpot.simulation.kernel.make_objects import LIBRARY, make
-from springpot.simulation.kernel.native import MANIFEST, Entry, Loaded, MissingSymbolError, needed
+from springpot.simulation.kernel.native import MANIFEST, Entry
 from springpot.simulation.kernel.targets import TARGETS, target
 from tests.sizes import validation
 from tests.strangers import as_stranger, needs_another_user, needs_owners
@@ -359,10 +360,10 @@ def test_the_object_of_a_release_is_byte_for_byte_what_is_compiled_here(installe
 def test_all_targets_of_this_machine_have_the_same_bits(installed: Path) -> None:
     found = set()
     for name in HERE:
-        loaded = Loaded((installed / f"fill_normals.{name}.o").read_bytes(), name)
+        code = loaded((installed / f"fill_normals.{name}.o").read_bytes(), name)
         kinds = [ctypes.c_void_p if each.endswith("*") else native.NUMBERS[each] for each in FILL_NORMALS.arguments]
         out = np.empty((64, 404), np.float32)
-        ctypes.CFUNCTYPE(None, *kinds)(loaded.address)(0, 0, 0, 1, 2, 64, 404, out.ctypes.data)
+        ctypes.CFUNCTYPE(None, *kinds)(code.address)(0, 0, 0, 1, 2, 64, 404, out.ctypes.data)
         found.add(out.tobytes())
     assert len(found) == 1
 
@@ -463,7 +464,7 @@ def test_a_missing_function_is_said_before_the_process_would_end() -> None:
     """)
     assert {"no_such_function", "exp"} <= needed(content)
     with pytest.raises(MissingSymbolError, match=r"it needs no_such_function, which this process does not have"):
-        Loaded(content, "")
+        loaded(content, "")
 
 
 def test_functions_of_the_mathematical_library_are_found() -> None:
@@ -482,8 +483,8 @@ def test_functions_of_the_mathematical_library_are_found() -> None:
           ret double %b
         }
     """)
-    loaded = Loaded(content, "")
-    found = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(loaded.address)(4.0)
+    code = loaded(content, "")
+    found = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(code.address)(4.0)
     assert found == pytest.approx(8.0 + np.exp(4.0) + 6.0, rel=1e-7)
 
 

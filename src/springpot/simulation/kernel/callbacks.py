@@ -10,17 +10,15 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 
-import numba
-
 from springpot.simulation.kernel import kept
-from springpot.simulation.kernel.compiling import LEVEL, object_of
+from springpot.simulation.kernel.compiling import LEVEL, alone, object_of
 from springpot.simulation.kernel.fingerprint import fingerprint
-from springpot.simulation.kernel.lanes import FAST, OF_USER, QUICK
-from springpot.simulation.kernel.native import Loaded, MissingSymbolError, compiler, needed
+from springpot.simulation.kernel.lanes import OF_USER, QUICK
+from springpot.simulation.kernel.loading import Code, MissingSymbolError, loaded, needed
+from springpot.simulation.kernel.native import compiler
 from springpot.simulation.kernel.targets import target
 
 _MOST = 256  # that stay in memory when nobody uses them
@@ -32,35 +30,19 @@ _MATHEMATICS = frozenset(name + kind for name in _IN_C.split() for kind in ("", 
 """What code may call that is not its own: functions of C that only compute."""
 
 
-@dataclass(frozen=True, eq=False)
-class Callback:
-    """A compiled function in memory, for as long as this object lives.
-
-    Attributes
-    ----------
-    address : int
-    how : str
-        "kept" on disk by an earlier process, "compiled" and kept now, or compiled for this process "alone".
-    """
-
-    address: int
-    how: str
-    code: Any
-
-
 class _Recent:
     """Those of this process by key, the ones last asked for."""
 
     def __init__(self) -> None:
-        self._lock, self._made = Lock(), OrderedDict[str, Callback]()
+        self._lock, self._made = Lock(), OrderedDict[str, Code]()
 
-    def get(self, key: str) -> Callback | None:
+    def get(self, key: str) -> Code | None:
         with self._lock:
             if key in self._made:
                 self._made.move_to_end(key)
             return self._made.get(key)
 
-    def put(self, key: str, made: Callback) -> Callback:
+    def put(self, key: str, made: Code) -> Code:
         with self._lock:
             self._made[key] = made
             while len(self._made) > _MOST:
@@ -71,13 +53,19 @@ class _Recent:
 _recent = _Recent()
 
 
-def callback(signature: Any) -> Callable[[Callable[..., None]], Callback]:
+def callback(signature: Any) -> Callable[[Callable[..., None]], Code]:
     """Compile a function that returns nothing, for use through its address.
 
     Parameters
     ----------
     signature : Numba's signature
         Of numbers and of arrays of them (``CPointer``).
+
+    Returns
+    -------
+    callable
+        Of the function, to its `Code`, whose ``how`` begins with "kept", "compiled now", or "compiled by Numba": of one
+        that cannot be kept.
 
     Examples
     --------
@@ -92,10 +80,10 @@ def callback(signature: Any) -> Callable[[Callable[..., None]], Callback]:
     6.0
     """
 
-    def made(function: Callable[..., None]) -> Callback:
+    def made(function: Callable[..., None]) -> Code:
         words = fingerprint(function) if QUICK else None
         if words is None:
-            return _alone(function, signature)
+            return alone(function, signature)
         goal = target()
         key = repr((words, str(signature), compiler(), goal.key, LEVEL))
         if found := _recent.get(key):
@@ -103,25 +91,14 @@ def callback(signature: Any) -> Callable[[Callable[..., None]], Callback]:
         name = f"{function.__name__}.{goal.name}".replace("<", "").replace(">", "")
         if content := kept.load(name, key):
             try:
-                return _recent.put(key, _loaded(content, "kept"))
+                return _recent.put(key, loaded(content, "kept on disk"))
             except MissingSymbolError:
                 pass
         kept.warn_if_unused()
         content = object_of(function, signature, goal, OF_USER)
         if not needed(content) <= _MATHEMATICS:
-            return _recent.put(key, _alone(function, signature))
+            return _recent.put(key, alone(function, signature))
         kept.save(name, key, content)
-        return _recent.put(key, _loaded(content, "compiled"))
+        return _recent.put(key, loaded(content, "compiled now, and kept"))
 
     return made
-
-
-def _loaded(content: bytes, how: str) -> Callback:
-    code = Loaded(content, how)
-    return Callback(code.address, how, code)
-
-
-def _alone(function: Callable[..., None], signature: Any) -> Callback:
-    """As Numba compiles any callback, which says on stderr what it raises."""
-    code = numba.cfunc(signature, **FAST)(function)
-    return Callback(code.address, "alone", code)

@@ -14,25 +14,39 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba import njit, types
+from numba import __version__, cfunc, njit, types
 from numba.core.compiler_lock import global_compiler_lock
 
 from springpot.simulation.kernel.lanes import FAST, LINKED, QUICK
-from springpot.simulation.kernel.targets import SYMBOL, Target
+from springpot.simulation.kernel.loading import SYMBOL, Code
+from springpot.simulation.kernel.targets import Target
 
 LEVEL = 3
-# of what is called by its address only
-ALONE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **FAST}
+# of what is called by its address only, for a Numba that is not known
+_ALONE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **FAST}
 _IN_LLVM = {
     types.int64: "i64", types.uint64: "i64", types.int32: "i32", types.uint32: "i32",
     types.float64: "double", types.float32: "float",
 }  # fmt: skip
 
 
+IF_UNTESTED = () if QUICK else (Exception,)  # what another Numba may raise: then it compiles as any callback
+
+
 def object_of_entry(module: str, name: str, arguments: tuple[str, ...], goal: Target) -> bytes:
     """An object file of a function of a module, whose arguments are said in words."""
-    function = getattr(importlib.import_module(module), name)
-    return object_of(getattr(function, "py_func", function), signature_of(arguments), goal)
+    return object_of(getattr(importlib.import_module(module), name), signature_of(arguments), goal)
+
+
+def entry_alone(module: str, name: str, arguments: tuple[str, ...]) -> Code:
+    """The same, by what all versions of Numba have."""
+    return alone(getattr(importlib.import_module(module), name), signature_of(arguments))
+
+
+def alone(function: Callable[..., None], signature: Any) -> Code:
+    """A function as Numba compiles any callback, for this process; what it raises is said on stderr."""
+    code = cfunc(signature, **FAST)(function)
+    return Code(code.address, f"compiled by Numba {__version__} for this process alone", code)
 
 
 def signature_of(arguments: tuple[str, ...]) -> Any:
@@ -53,7 +67,7 @@ def object_of(
     numba.core.errors.NumbaError
         If Numba cannot compile it.
     """
-    made = njit(signature, **(flags or (LINKED if QUICK else ALONE)))(function)
+    made = njit(signature, **(flags or (LINKED if QUICK else _ALONE)))(function)
     (code,) = made.overloads.values()
     with global_compiler_lock:
         code.library._ensure_finalized()

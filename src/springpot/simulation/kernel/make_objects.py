@@ -16,7 +16,8 @@ from pathlib import Path
 
 from springpot.machine.files import write
 from springpot.simulation.kernel.entries import ENTRIES
-from springpot.simulation.kernel.native import MANIFEST, OBJECTS, compiler, file_of, needed
+from springpot.simulation.kernel.loading import needed
+from springpot.simulation.kernel.native import MANIFEST, OBJECTS, compiler, file_of
 from springpot.simulation.kernel.targets import TARGETS, named, target
 
 LIBRARY = frozenset({"memcpy", "memmove", "memset"})  # what every C library has

@@ -19,7 +19,6 @@ import ctypes
 import hashlib
 import importlib.util
 import json
-import struct
 import sys
 import threading
 from dataclasses import dataclass
@@ -27,13 +26,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 
 from springpot.machine.bar import say
 from springpot.machine.versions import versions
 from springpot.simulation.kernel import kept
-from springpot.simulation.kernel.targets import SYMBOL, Target, target
+from springpot.simulation.kernel.loading import Code, MissingSymbolError, loaded
+from springpot.simulation.kernel.targets import Target, target
 
 OBJECTS = Path(__file__).parent / "objects"
 MANIFEST = "manifest.json"
@@ -42,65 +41,6 @@ NUMBERS: dict[str, Any] = {
     "int64": ctypes.c_int64, "int32": ctypes.c_int32, "uint64": ctypes.c_uint64, "uint32": ctypes.c_uint32,
     "float64": ctypes.c_double, "float32": ctypes.c_float,
 }  # fmt: skip
-
-
-class MissingSymbolError(RuntimeError):
-    """Machine code needs a function that this process does not have."""
-
-
-class Loaded:
-    """Machine code in memory, for as long as this object lives.
-
-    Parameters
-    ----------
-    content : bytes
-        Of an object file.
-    how : str
-        Where it comes from, in words.
-
-    Raises
-    ------
-    MissingSymbolError
-        If it needs functions that this process does not have; LLVM would end the process.
-    """
-
-    def __init__(self, content: bytes, how: str) -> None:
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-        machine = llvm.Target.from_default_triple().create_target_machine()
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-        if missing := sorted(name for name in needed(content) if not _found(name)):
-            raise MissingSymbolError(f"it needs {', '.join(missing)}, which this process does not have")
-        self._engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(content))
-        self._engine.finalize_object()
-        self.address: int = self._engine.get_function_address(SYMBOL)
-        self.how = how
-
-
-@cache
-def _found(symbol: str) -> bool:
-    if sys.platform == "linux":
-        for library in ("libc.so.6", "libm.so.6"):  # Python itself may be linked with none of it
-            try:
-                llvm.load_library_permanently(library)
-            except RuntimeError:
-                continue
-    return llvm.address_of_symbol(symbol) is not None
-
-
-def needed(content: bytes) -> set[str]:
-    """Functions that an object in the form ELF does not hold itself; of another form none is found."""
-    if content[:6] != b"\x7fELF\x02\x01":
-        return set()
-    sections = {
-        section.name(): section.data() for section in llvm.object_file.ObjectFileRef.from_data(content).sections()
-    }
-    names = sections[b".strtab"]
-    found = set()
-    for name, _, _, section, _, _ in struct.iter_unpack("<IBBHQQ", sections[b".symtab"]):
-        if name and section == 0:
-            found.add(names[name : names.index(b"\0", name)].decode())
-    return found
 
 
 @cache
@@ -207,7 +147,7 @@ class Entry:
         self.function, self.arguments, self.announced = function, arguments, announced
         self.module, _, self.name = function.partition(":")
         self._lock = threading.Lock()
-        self._loaded: Loaded | None = None
+        self._loaded: Code | None = None
         self._call: Any = None
         self._convert = [_array(each[:-1]) if each.endswith("*") else _number(each) for each in arguments]
 
@@ -235,7 +175,7 @@ class Entry:
         """Whether a call begins at once."""
         return self._loaded is not None
 
-    def load(self) -> Loaded:
+    def load(self) -> Code:
         """Have the code, from wherever it is."""
         with self._lock:
             if self._loaded is None:
@@ -247,28 +187,33 @@ class Entry:
         """The digest of all files that decide the code."""
         return sources_of(self.module, COMPILER)
 
-    def _found(self) -> Loaded:
+    def _found(self) -> Code:
         goal, reasons = target(), []
         brought = shipped(self.name, self.sources, goal)
         if brought.content is None:
             reasons.append(brought.reason)
         else:
             try:
-                return Loaded(brought.content, f"of this installation, for {goal.name}")
+                return loaded(brought.content, f"of this installation, for {goal.name}")
             except MissingSymbolError as error:
                 reasons.append(f"the compiled code of this installation cannot be used: {error}")
         key = repr((self.function, self.arguments, self.sources, compiler(), goal.key))
         if content := kept.load(f"{self.name}.{goal.name}", key):
             try:
-                return Loaded(content, f"kept on disk for {goal.name}, since {reasons[0]}")
+                return loaded(content, f"kept on disk for {goal.name}, since {reasons[0]}")
             except MissingSymbolError as error:
                 reasons.append(f"what is kept cannot be used: {error}")
         kept.warn_if_unused()
         if self.announced:
             say(f"compiling {self.announced} for {goal.name}; {_how_often()}.")
-        content = self.compiled(goal)
+        from springpot.simulation.kernel.compiling import IF_UNTESTED, entry_alone
+
+        try:
+            content = self.compiled(goal)
+        except IF_UNTESTED:
+            return entry_alone(self.module, self.name, self.arguments)
         kept.save(f"{self.name}.{goal.name}", key, content)
-        return Loaded(content, f"compiled in this process for {goal.name}, since {' and '.join(reasons)}")
+        return loaded(content, f"compiled in this process for {goal.name}, since {' and '.join(reasons)}")
 
     def compiled(self, goal: Target) -> bytes:
         """An object file for a target: what the release makes, and what is kept."""

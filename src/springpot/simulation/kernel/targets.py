@@ -14,7 +14,6 @@ from functools import cache
 
 import llvmlite.binding as llvm
 
-SYMBOL = "springpot"  # the name of the function in its object file
 _V3 = frozenset({"avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt"})
 _V4 = _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
 

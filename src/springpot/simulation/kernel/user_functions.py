@@ -10,8 +10,9 @@ from numba import njit, types
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 from springpot.machine.faults import cause_of
-from springpot.simulation.kernel.callbacks import Callback, callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import INLINE, OF_USER
+from springpot.simulation.kernel.loading import Code
 
 _numbers = types.CPointer(types.float64)
 OF_LANES = types.void(types.int64, _numbers, _numbers)
@@ -46,7 +47,7 @@ def inlined(function: Callable[..., float], signature: Any, what: str) -> Any:
     return njit(**OF_USER)(plain)
 
 
-def in_lanes(function: Callable[..., float], arguments: int, what: str) -> Callback:
+def in_lanes(function: Callable[..., float], arguments: int, what: str) -> Code:
     """The function of some numbers as `OF_LANES`, compiled once for all processes.
 
     What it captures has its value of this moment.  Where it raises an error its result is NaN.
