@@ -98,11 +98,14 @@ def _emitted(text: str, inner: str, signature: Any, goal: Target) -> bytes:
 
 
 def _as_c_calls_it(inner: str, signature: Any) -> str:
-    """Numba's own functions have two places more, for what they return and raise."""
+    """Numba's own functions have two places more, for what they return and raise.
+
+    It has the attribute that they have (:mod:`springpot.simulation.kernel.numba_passes`), since it takes them in.
+    """
     kinds = [_IN_LLVM.get(kind, "ptr") for kind in signature.args]
     takes = ", ".join(f"{kind} %{number}" for number, kind in enumerate(kinds))
     return f"""
-        define void @{SYMBOL}({takes}) {{
+        define void @{SYMBOL}({takes}) "prefer-vector-width"="512" {{
           %returned = alloca ptr
           %raised = alloca ptr
           call i32 @"{inner}"({", ".join(["ptr %returned", "ptr %raised", *filter(None, [takes])])})
