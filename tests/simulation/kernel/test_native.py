@@ -205,6 +205,18 @@ def test_a_damaged_file_is_none(cache: Path, damage: str) -> None:
     assert kept.load("some", "a key") == content
 
 
+def test_what_was_not_used_for_longest_goes_first(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function that captures another number in each call would fill the disk."""
+    monkeypatch.setattr(kept, "_MOST", 6)
+    for number in range(6):
+        kept.save("some", str(number), b"content")
+    for age, file in enumerate(sorted(objects(cache), key=lambda file: file.stat().st_mtime_ns)):
+        os.utime(file, (1000.0 + age, 1000.0 + age))
+    assert kept.load("some", "1") == b"content"
+    kept.save("some", "6", b"content")
+    assert [number for number in range(7) if kept.load("some", str(number))] == [1, 4, 5, 6]
+
+
 WRITING = """
 import os, sys
 from springpot.simulation.kernel import kept

@@ -21,6 +21,7 @@ from springpot.machine.files import remove_orphans, write
 from springpot.machine.trusted import UntrustedFolderError, make_folder, read, reason_against, say_unused
 
 _LARGEST = 64 << 20  # bytes of a file; a kernel takes less than one MiB
+_MOST = 1000  # files; a function that captures another number in each call makes one each time
 
 
 def folder() -> tuple[Path | None, str | None]:
@@ -58,8 +59,15 @@ def warn_if_unused() -> None:
 def load(name: str, key: str) -> bytes | None:
     """What was kept under a name and a key; None if there is nothing, or it is damaged, or others could write it."""
     place = folder()[0]
-    checksum, _, content = ((place and read(_file(place, name, key), _LARGEST)) or b"").partition(b"\n")
-    return content if checksum and checksum == _checksum(key, content) else None
+    if place is None:
+        return None
+    file = _file(place, name, key)
+    checksum, _, content = (read(file, _LARGEST) or b"").partition(b"\n")
+    if checksum != _checksum(key, content):
+        return None
+    with contextlib.suppress(OSError):
+        os.utime(file)  # so that it is not among the first to go
+    return content
 
 
 def save(name: str, key: str, content: bytes) -> None:
@@ -68,7 +76,22 @@ def save(name: str, key: str, content: bytes) -> None:
         place = folder()[0]
         if place and reason_against(place) is None:
             remove_orphans(str(place))
+            _make_room(place)
             write(str(_file(place, name, key)), _checksum(key, content) + b"\n" + content, private=True)
+
+
+def _make_room(place: Path) -> None:
+    """Remove the half that was not used for longest, where there are many files."""
+    files = [*place.glob("*.o")]
+    if len(files) < _MOST:
+        return
+    ages = []
+    for file in files:
+        with contextlib.suppress(OSError):
+            ages.append((file.stat().st_mtime, str(file)))
+    for _, name in sorted(ages)[: len(ages) // 2]:
+        with contextlib.suppress(OSError):  # another process was quicker
+            os.unlink(name)
 
 
 def _file(place: Path, name: str, key: str) -> Path:
