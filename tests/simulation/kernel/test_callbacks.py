@@ -247,6 +247,16 @@ def test_a_run_with_functions_of_the_user_compiles_nothing_the_second_time(monke
     assert (others[0] != values[0], others[1]) == (True, values[1])
 
 
+@pytest.mark.filterwarnings("ignore::springpot.AccuracyWarning", "ignore::springpot.StationarityWarning")
+def test_an_observable_may_make_an_array() -> None:
+    """As a law of restitution could before; it costs a compilation in each process."""
+    run = sp.simulate(
+        DEVICE, paths=64, duration=20.0, step=0.05, start="rest",
+        observables={"largest": lambda t, x, v: np.array([x, v]).max(), "plain": lambda t, x, v: max(x, v)},
+    )  # fmt: skip
+    assert run["largest"].value == run["plain"].value
+
+
 def test_another_signature_is_another_function() -> None:
     def body(numbers: Any) -> None:
         numbers[0] = numbers[0] * 2
