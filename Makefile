@@ -6,7 +6,7 @@ export UV_PYTHON_DOWNLOADS := never
 # bytecode is kept: each of the many processes that the tests start would compile the package anew
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup figures lint style types kernels test test-page test-rest validate coverage bench atlas docs screenshots clean
+.PHONY: help setup figures lint style types kernels objects wheel test test-page test-rest validate coverage bench atlas docs screenshots clean
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -42,6 +42,12 @@ test: style  ## style, types, spelling and the everyday tests
 
 kernels: setup
 	@$(RUN)/python -m tests.kernels
+
+objects: setup  ## make the compiled code that the wheel brings
+	@$(RUN)/python -m springpot.simulation.kernel.make_objects
+
+wheel: objects  ## build what is released, into dist/
+	$(UV) build --quiet --wheel
 
 test-page: kernels
 	$(RUN)/pytest --quiet -m "not validation" tests/explorer

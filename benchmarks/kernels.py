@@ -15,9 +15,10 @@ from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
 from springpot.simulation.kernel.block import Memory, _remember
 from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array, u32
+from springpot.simulation.kernel.normals import key_words
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.questions import Forcing
-from springpot.simulation.kernel.random import draw, key_words, lane_numbers, number_lanes
+from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
 from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, sweep_lanes
 from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose

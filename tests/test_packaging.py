@@ -17,6 +17,9 @@ from pathlib import Path
 import pytest
 
 from springpot.machine.extras import EXTRAS
+from springpot.simulation.kernel.entries import ENTRIES
+from springpot.simulation.kernel.make_objects import SHIPPED
+from springpot.simulation.kernel.targets import TARGETS
 
 ROOT = Path(__file__).resolve().parents[1]
 NETWORK_TROUBLE = ("failed to fetch", "error sending request", "dns error", "network connectivity is disabled")
@@ -55,8 +58,47 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
         "springpot/evidence/validity.csv",
         "springpot/evidence/validity_systems.csv",
     }
-    assert {name for name in names if ".dist-info/" not in name} == sources
+    objects = "springpot/simulation/kernel/objects/"  # compiled code, where `make objects` has been run here
+    assert {name for name in names if ".dist-info/" not in name and not name.startswith(objects)} == sources
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
+
+
+WITH_OBJECTS = """
+import sys
+from springpot.simulation.kernel.entries import ENTRIES
+from springpot.simulation.kernel.normals import normals
+assert 0.8 < normals(seed=3, paths=70, steps=9).std() < 1.2
+print(all(entry.load().how.startswith("of this installation, for ") for entry in ENTRIES), "numba" in sys.modules)
+"""
+
+
+@pytest.mark.validation
+@pytest.mark.skipif(not any(each.here for each in TARGETS), reason="no object is made for this machine")
+def test_a_released_wheel_brings_compiled_code_and_uses_it(tmp_path: Path) -> None:
+    """Built as a release is, from a copy of this folder; then Numba is not even imported, and nothing is kept."""
+    copy, environment = tmp_path / "copy", {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    shutil.copytree(ROOT / "src", copy / "src", ignore=shutil.ignore_patterns("__pycache__", "objects"))
+    for name in ("pyproject.toml", "README.md", "LICENSE", ".gitignore", "CHANGELOG.md"):
+        shutil.copy(ROOT / name, copy)
+
+    def python(folder: Path, *words: str) -> str:
+        done = subprocess.run(
+            [sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, timeout=600,
+            env={**environment, "PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    made = python(copy / "src", "-m", "springpot.simulation.kernel.make_objects").splitlines()
+    assert len(made) == len(SHIPPED) * len(ENTRIES)
+    uv("build", "--wheel", "--out-dir", str(tmp_path), str(copy))
+    (built,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(built) as archive:
+        archive.extractall(tmp_path / "installed")
+    names = {file.name for file in (tmp_path / "installed").rglob("objects/*")}
+    assert names == {"manifest.json", *(line.split(":")[0] for line in made)}
+    assert python(tmp_path / "installed", "-c", WITH_OBJECTS) == "True False\n"
+    assert not (tmp_path / "cache").exists()
 
 
 def test_the_wheel_announces_the_command(wheel: Path) -> None:

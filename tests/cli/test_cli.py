@@ -27,6 +27,7 @@ from springpot.machine.interrupt import leave_at_once
 from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation import monte_carlo
+from springpot.simulation.kernel.entries import ENTRIES
 from springpot.simulation.plan.options import DEFAULTS
 from tests.signals import in_a_terminal
 from tests.sizes import validation
@@ -515,7 +516,22 @@ def test_doctor_fails_when_its_check_does(
     findings = json.loads(capsys.readouterr().out)
     assert findings["versions"]["springpot"] == springpot.__version__
     assert set(findings["extras"]) == {"files", "plots", "studies", "cluster", "page"}
-    assert set(findings) == {"versions", "extras", "processor", "threads", "cache", "self_check"}
+    assert set(findings) == {"versions", "extras", "processor", "threads", "compiled_code", "cache", "self_check"}
+
+
+def test_doctor_compiles_ahead(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """And then checks as always; where the code comes from is said of every compiled function."""
+    asked: list[str] = []
+    made = doctor._ask_for_all
+    monkeypatch.setattr(doctor, "_ask_for_all", lambda system, point: asked.append(point) or made(system, point))
+    monkeypatch.setattr(doctor, "self_check", lambda: {"passed": True, "statement": "left out", "seconds": 1.0})
+    assert cli.main(["doctor", "--compile", "--json"]) == 0
+    assert asked == ["", "a_"]
+    code = json.loads(capsys.readouterr().out)["compiled_code"]
+    assert code.pop("lanes") in (32, 64)
+    goal = code.pop("target")
+    assert code.keys() == {entry.name for entry in ENTRIES}
+    assert all(f"for {goal}" in words for words in code.values())
 
 
 @pytest.mark.parametrize(

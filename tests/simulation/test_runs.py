@@ -19,7 +19,7 @@ from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
 from springpot.simulation import simulate
 from springpot.simulation.estimate.slow_impacts import missed_impacts
-from springpot.simulation.kernel.random import normals
+from springpot.simulation.kernel.normals import normals
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from tests.reference import walk, walk_as_printed

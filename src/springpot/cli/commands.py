@@ -446,15 +446,24 @@ app.command(
 
 
 @app.command
-def doctor(*, json_: Json = False) -> int:
-    """Check the installation: versions, processor, threads, caches, and a self-test of about a second.
+def doctor(
+    *,
+    json_: Json = False,
+    compile_: Annotated[
+        bool,
+        Parameter(name="--compile", negative="", help="First compile what later runs would, and keep it on disk."),
+    ] = False,
+) -> int:
+    """Check the installation: versions, processor, threads, compiled code, caches, and a self-test of about a second.
 
     Example: springpot doctor
     """
     with leave_at_once():
         import springpot.simulation.monte_carlo  # noqa: F401  (what takes long to load)
-        from springpot.cli.doctor import diagnose
+        from springpot.cli.doctor import compile_ahead, diagnose
 
+        if compile_:
+            compile_ahead()
     findings = diagnose()
     if json_:
         print_json(findings)

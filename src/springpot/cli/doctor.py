@@ -6,6 +6,7 @@ import math
 import platform
 import tempfile
 import time
+import warnings
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from springpot.machine.extras import EXTRAS
 from springpot.machine.processors import control_group_quota, threads_available
 from springpot.machine.trusted import UntrustedFolderError, make_folder
 from springpot.machine.versions import versions
+from springpot.problem.basquin import Basquin
 from springpot.problem.oscillator import Oscillator
-from springpot.problem.parts import Springpot
+from springpot.problem.parts import Barrier, Mass, Spring, Springpot, WhiteNoise
+from springpot.problem.system import System
 
 # The vector extensions that decide the speed of the compiled step, widest last; the full list runs to a hundred.
 _VECTOR_FEATURES = ("sse2", "avx", "fma", "avx2", "avx512f", "neon", "sve")
@@ -28,8 +31,8 @@ def diagnose() -> dict[str, Any]:
     Returns
     -------
     dict
-        ``versions``, ``extras`` (those that are complete), ``processor``, ``threads``, ``cache`` and ``self_check``;
-        JSON can hold all of it.
+        ``versions``, ``extras`` (those that are complete), ``processor``, ``threads``, ``compiled_code``, ``cache`` and
+        ``self_check``; JSON can hold all of it.
 
     Examples
     --------
@@ -41,6 +44,7 @@ def diagnose() -> dict[str, Any]:
         "extras": [name for name, modules in EXTRAS.items() if all(map(find_spec, modules))],
         "processor": processor(),
         "threads": threads(),
+        "compiled_code": compiled_code(),
         "cache": cache_folder(),
         "self_check": self_check(),
     }
@@ -72,6 +76,53 @@ def processor() -> dict[str, Any]:
     return {"machine": platform.machine(), "name": name, "host": host, "vector": vector or [f"those of {name}"]}
 
 
+def compiled_code() -> dict[str, Any]:
+    """Where the compiled code of a run comes from: this installation, the disk, or Numba, which then compiles it now.
+
+    Returns
+    -------
+    dict
+        ``target``, the kind of processors it is for; ``lanes`` of its vectors; and each function with the words on it.
+
+    Examples
+    --------
+    >>> compiled_code()["lanes"] in (32, 64)
+    True
+    """
+    from springpot.simulation.kernel.entries import ENTRIES
+    from springpot.simulation.kernel.targets import target
+
+    return {"target": target().name, "lanes": target().width, **{entry.name: entry.load().how for entry in ENTRIES}}
+
+
+def compile_ahead() -> None:
+    """Have the compiled code of runs, but for that of a user's own functions, and keep it for later processes.
+
+    Short runs ask for all that a run can find out, so that nothing they need is forgotten here.
+    """
+    one = System(Mass(1.0), Spring(1.0), Springpot(0.5, 0.3), WhiteNoise(1.0), Barrier(-0.5, 0.7))
+    two = System(
+        *(Mass(1.0, at=name) for name in "ab"), *(Spring(1.0, between=("ground", name)) for name in "ab"),
+        Springpot(0.5, 0.3, between=("a", "b")), WhiteNoise(1.0, on="a"), Barrier(-0.5, 0.7, between=("a", "b")),
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # such short runs say little
+        for system, point in ((one, ""), (two, "a_")):
+            _ask_for_all(system, point)
+
+
+def _ask_for_all(system: System, point: str) -> None:
+    from springpot.simulation.monte_carlo import simulated
+    from springpot.simulation.rare.exceedance import exceedance
+
+    simulated(
+        system, paths=64, duration=20.0, step=0.05, start="rest", distributions=True, spectrum=[2.0], profile=1.0,
+        slowest_counted_impact=0.1, rainflow={f"{point}x": Basquin(3.0, 1.0)}, forces=["springpot_force"],
+        first_passage={f"{point}{name}": 9.0 for name in ("x", "v", "distance", "speed")},
+    )  # fmt: skip
+    exceedance(system, {f"{point}distance": 9.0}, duration=1.0, step=0.1, start="rest", rtol=1.0)
+
+
 def threads() -> dict[str, Any]:
     """Threads that a run takes unless told otherwise, and what the control group grants (None without a limit).
 
@@ -99,13 +150,13 @@ def cache_folder() -> dict[str, Any]:
     ['folder', 'memory_folder', 'memory_reason', 'memory_used', 'reason', 'used']
     """
     from springpot.memory import store
-    from springpot.simulation.kernel.compiled import find_kernels
+    from springpot.simulation.kernel import kept
 
-    folder, reason = find_kernels()
+    folder, reason = kept.folder()
     memory = store.folder()
     against = "this user has no home folder" if memory is None else _against(memory)
     return {
-        "folder": folder, "used": folder is not None, "reason": reason,
+        "folder": folder and str(folder), "used": folder is not None, "reason": reason,
         "memory_folder": None if memory is None else str(memory), "memory_used": against is None,
         "memory_reason": against,
     }  # fmt: skip

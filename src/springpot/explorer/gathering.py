@@ -10,7 +10,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import estimates_of, watched
-from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS
 from springpot.simulation.paths.simulation import Simulation

@@ -83,8 +83,8 @@ def estimate(study: Study) -> Estimate:
 
 def _kernels() -> int:
     """Number of kernels that are compiled or read from disk: there is one for each precision."""
-    kernel = sys.modules.get("springpot.simulation.kernel.compiled")
-    return 0 if kernel is None else kernel.kernel_in.cache_info().currsize
+    entries = sys.modules.get("springpot.simulation.kernel.entries")
+    return 0 if entries is None else sum(entry.is_loaded for entry in entries.ENTRIES)
 
 
 class _Enough(Exception):

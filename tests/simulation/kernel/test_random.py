@@ -8,7 +8,7 @@ from numba import njit
 from scipy import special, stats
 
 from springpot.simulation.kernel import random as source
-from springpot.simulation.kernel.random import normals
+from springpot.simulation.kernel.normals import normals
 from tests.sizes import validation
 
 

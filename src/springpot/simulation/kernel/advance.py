@@ -8,7 +8,7 @@ the precision of the sweep.  The observation is in the middle of the drift.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 
 from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep, open_branches
 from springpot.simulation.kernel.calling import fixed
@@ -411,13 +411,3 @@ def advance(
         for lane in range(LANES):
             for k in range(columns):
                 out[(row + lane) * columns + k] = T.sums[k * LANES + lane]
-
-
-def signature_in(kind):
-    """Of the kernel whose sweep has numbers of this type."""
-    pointer = types.CPointer
-    whole, integers, doubles = types.int64, pointer(types.int64), pointer(types.float64)
-    return types.void(
-        integers, pointer(kind), doubles, doubles, whole, whole, whole, whole, whole, whole, types.uint32, types.uint32,
-        whole, types.boolean, integers, integers, doubles, whole, whole, whole, whole, pointer(types.uint8), doubles,
-    )  # fmt: skip

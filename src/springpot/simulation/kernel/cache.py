@@ -20,7 +20,6 @@ import inspect
 import pickle
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -30,17 +29,15 @@ from platformdirs import user_cache_dir
 
 from springpot.machine.files import write
 from springpot.machine.trusted import UntrustedFolderError, make_folder, read, reason_against, say_unused
-from springpot.simulation.kernel.lanes import FAST, INLINE, QUICK
+from springpot.simulation.kernel.lanes import INLINE, QUICK
 
 try:  # private names of Numba: where one is missing nothing is cached
     if "forceinline" not in INLINE:  # code from the disk could differ by rounding
         raise ImportError
     from numba.core.caching import FunctionCache
-    from numba.core.ccallback import CFunc
     from numba.core.compiler import CompileResult
     from numba.core.runtime import rtsys
     from numba.core.serialize import dumps
-    from numba.core.sigutils import normalize_signature
 except ImportError:
     FunctionCache = None
 
@@ -141,23 +138,6 @@ def cached(dispatcher: Any) -> Any:
     if FunctionCache:
         dispatcher._cache = _Cache(dispatcher.py_func)
     return dispatcher
-
-
-def callback(signature: Any) -> Callable[[Callable[..., None]], Any]:
-    """As ``numba.cfunc`` with the disk cache, for functions that hold nothing but numbers of their own.
-
-    Another compiled function in it would have another key in every process.
-    """
-
-    def compiled(function: Callable[..., None]) -> Any:
-        if not FunctionCache:
-            return numba.cfunc(signature, **FAST)(function)
-        made: Any = CFunc(function, normalize_signature(signature), {}, dict(FAST))
-        made._cache = _Cache(function)
-        made.compile()
-        return made
-
-    return compiled
 
 
 def find_folder(dispatcher: Any) -> tuple[str | None, str | None]:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import operator
+from typing import Any
 
 import llvmlite.ir as ir
 from numba import types
-from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.extending import intrinsic, lower_builtin, models, register_model
 
 _numbers = types.CPointer(types.float64)
 FORCE = types.void(types.float64, _numbers, _numbers, _numbers, _numbers, types.int64)
 """(time of the kick, numbers, x, v, change of v, count) of a function of the user, in the kernel's units."""
-SHARE = types.float64(types.float64)
-"""The restitution at a speed in m/s."""
+SHARE = types.void(types.float64, _numbers)
+"""(speed in m/s, restitution): written to its first number."""
 
 
 def calling(signature: Any, last_is_address: bool = False) -> Any:
@@ -25,17 +24,15 @@ def calling(signature: Any, last_is_address: bool = False) -> Any:
     def call(typing_context, address, arguments):
         def codegen(context, builder, call_signature, values):
             kinds = [context.get_value_type(kind) for kind in signature.args]
-            result = context.get_value_type(signature.return_type)
-            result = ir.VoidType() if signature.return_type == types.void else result
-            function = builder.inttoptr(values[0], ir.FunctionType(result, kinds).as_pointer())
+            function = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), kinds).as_pointer())
             given = [builder.extract_value(values[1], i) for i in range(len(kinds))]
             if last_is_address:
                 given[-1] = builder.inttoptr(given[-1], kinds[-1])
-            made = builder.call(function, given)
-            return context.get_dummy_value() if signature.return_type == types.void else made
+            builder.call(function, given)
+            return context.get_dummy_value()
 
         own = (*signature.args[:-1], types.int64) if last_is_address else tuple(signature.args)
-        return signature.return_type(types.int64, types.Tuple(own)), codegen
+        return types.void(types.int64, types.Tuple(own)), codegen
 
     return call
 

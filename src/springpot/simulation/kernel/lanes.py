@@ -9,27 +9,16 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-import llvmlite.binding as llvm
 import llvmlite.ir as ir
 import numba
 import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-LANES = 64  # paths of a block, advanced together
-_AVX512 = "v4", "avx512", "icelake", "sapphire", "emerald", "granite", "cascade", "cooper", "znver4", "znver5", "native"
+from springpot.simulation.kernel.sizes import GROUP as GROUP
+from springpot.simulation.kernel.sizes import LANES as LANES
+from springpot.simulation.kernel.targets import WIDTH as WIDTH
 
-
-def _width() -> int:
-    """How many lanes one vector has: eight registers of AVX2 at most, or four of AVX-512."""
-    name = numba.config.CPU_NAME
-    if name:
-        return 64 if any(word in name for word in _AVX512) else 32
-    return 64 if dict(llvm.get_host_cpu_features()).get("avx512f") else 32
-
-
-WIDTH = _width()
-GROUP = 4  # steps between two updates of the memory modes; one Philox block gives four normals
 MOST_MODES = 384
 
 # without the two flags by which the compiler assumes that there is no NaN or infinity: divergence must be visible

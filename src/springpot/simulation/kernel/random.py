@@ -10,11 +10,9 @@ The radius uses 31 bits of its word, so the largest normal is 6.66, which a Gaus
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from springpot.simulation.kernel.lanes import (
-    FAST,
     GROUP,
     INLINE,
     LANES,
@@ -29,7 +27,6 @@ from springpot.simulation.kernel.lanes import (
 
 _WORD = u64(0xFFFFFFFF)
 _ROOT_HALF = i32(0x3F3504F3)  # bits of sqrt(1/2)
-_START = 0x40000000  # counter word of the normals of the start
 _four_lanes = stack_array(GROUP * LANES)
 lane_numbers = stack_array(LANES)
 
@@ -129,69 +126,12 @@ def draw_for_steps(group, who, stream, word, k0, k1, halved, g, fine):
             g[2 * half * LANES + i] = f32(0.7071067811865476) * (fine[pair] + fine[pair + LANES])
 
 
-@njit(nogil=True, **FAST)
-def _fill(first, stream, word, k0, k1, out):
+def fill_normals(first, stream, word, k0, k1, paths, steps, out):
+    """Compiled code only: the normals of up to LANES paths, one path after another."""
     g, who = _four_lanes(f32(0)), lane_numbers(u32(0))
     number_lanes(first, who)
-    paths, steps = out.shape
     for group in range((steps + GROUP - 1) // GROUP):
         draw(group, who, stream, word, k0, k1, g)
         for lane in range(min(LANES, paths)):
             for j in range(min(GROUP, steps - GROUP * group)):
-                out[lane, GROUP * group + j] = g[j * LANES + lane]
-
-
-def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
-    """The normals of a run: element [p, n] is that of step n of path p.
-
-    Parameters
-    ----------
-    seed : int
-        0 <= seed < 2^64.
-    paths, steps : int
-    stream : int
-        0 for the run itself; the pilot runs of an adapted start use the ones after it.
-
-    Returns
-    -------
-    ndarray of float32, shape (paths, steps)
-
-    Examples
-    --------
-    >>> normals(seed=1, paths=2, steps=5).shape
-    (2, 5)
-    """
-    out = np.empty((paths, steps), np.float32)
-    k0, k1 = key_words(seed)
-    for first in range(0, paths, LANES):
-        _fill(first, stream, 0, k0, k1, out[first : first + LANES])
-    return out
-
-
-def start_normals(seed: int, first: int, paths: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
-    """Four normals for the start of each of the paths ``first`` ..., independent of those of the run.
-
-    Parameters
-    ----------
-    seed, first, paths, stream : int
-        ``first`` is a multiple of LANES.
-
-    Returns
-    -------
-    ndarray of float32, shape (paths, 4)
-
-    Examples
-    --------
-    >>> bool((start_normals(1, 64, 64) == start_normals(1, 0, 128)[64:]).all())
-    True
-    """
-    out = np.empty((paths, GROUP), np.float32)
-    k0, k1 = key_words(seed)
-    for begin in range(0, paths, LANES):
-        _fill(first + begin, stream, _START, k0, k1, out[begin : begin + LANES])
-    return out
-
-
-def key_words(seed: int) -> tuple[np.uint32, np.uint32]:
-    """The two 32-bit words of a 64-bit seed, low word first."""
-    return u32(seed & 0xFFFFFFFF), u32(seed >> 32)
+                out[lane * steps + GROUP * group + j] = g[j * LANES + lane]

@@ -60,6 +60,7 @@ ROUNDING = 1e-14  # of a closing speed, relative to the speeds that it is the di
 
 _of_walls = stack_array(MOST_WALLS)
 _between = stack_array(MOST_WALLS * MOST_WALLS)
+_one = stack_array(1)
 
 
 @njit(**INLINE)
@@ -329,7 +330,9 @@ def _restitution(K, D, k, speed):
         return D[b]
     if kind == POWER:
         return min(D[b] * (speed / D[b + 1]) ** -D[b + 2], 1.0) if speed > 0.0 else 1.0
-    return call_share(kind, (D[b] * speed,))
+    found = _one(0.0)
+    call_share(kind, (D[b] * speed, found))
+    return found[0]
 
 
 @njit(**LINKED)

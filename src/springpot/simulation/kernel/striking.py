@@ -9,7 +9,7 @@ from __future__ import annotations
 from numba import njit
 
 from springpot.simulation.kernel.calling import call_share
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, f64
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
 from springpot.simulation.kernel.motion import NO_SPRING, add, springs, sum_of
 from springpot.simulation.kernel.tables import (
     ALONG,
@@ -70,7 +70,8 @@ def restitution(K, F, k, speed, where, room):
         return choose(speed > 0.0, smaller(share, 1.0), 1.0)
     store(room, 0, choose(where, double(speed), -1.0))
     for lane in range(WIDTH):
-        room[WIDTH + lane] = call_share(kind, (F[b] * f64(room[lane]),)) if room[lane] >= 0.0 else 0.0
+        if room[lane] >= 0.0:
+            call_share(kind, (F[b] * f64(room[lane]), beyond(room, WIDTH + lane)))
     return filled(speed, load(room, WIDTH))
 
 

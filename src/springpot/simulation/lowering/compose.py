@@ -24,10 +24,10 @@ from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel import excitations, laws, watching
 from springpot.simulation.kernel.branches import MARKS, Kept, table_of
-from springpot.simulation.kernel.compiled import kernel_in
+from springpot.simulation.kernel.entries import KERNELS
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
-from springpot.simulation.kernel.random import start_normals
+from springpot.simulation.kernel.normals import start_normals
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import Tables, packed
@@ -277,20 +277,18 @@ class Parts:
     def kernel(self) -> Callable[..., None]:
         """The kernel, with all arguments that are the same for all blocks."""
 
-        advance, (integers, double, sweep) = kernel_in(self.tables.sweep.dtype), self.tables
+        advance, (integers, double, sweep) = KERNELS[str(self.tables.sweep.dtype)], self.tables
 
         def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             (low, high), watched = settings.window_steps, watching.table_of(observers)
             table, *kept = table_of(*branches)
-            states = np.ascontiguousarray(states)
-            arrays = (integers, sweep, double, states)
             advance(
-                *(array.ctypes.data for array in arrays), len(states), first, blocks, settings.steps, low, high,
-                int(k0), int(k1), stream, halved, watched.ctypes.data, table.ctypes.data, record.ctypes.data,
-                record.shape[0], len(self.points) + len(self.others), settings.record_every, record.shape[1],
-                stop.ctypes.data, rows.ctypes.data,
+                integers, sweep, double, np.ascontiguousarray(states), len(states), first, blocks, settings.steps, low,
+                high, k0, k1, stream, halved, watched, table, record, record.shape[0],
+                len(self.points) + len(self.others), settings.record_every, record.shape[1], stop, rows,
             )  # fmt: skip
+            del kept  # until here the table has addresses in it
             if self.others.size:
                 record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 

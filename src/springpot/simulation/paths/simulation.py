@@ -15,7 +15,7 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
-from springpot.simulation.kernel.random import key_words
+from springpot.simulation.kernel.normals import key_words
 from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
 from springpot.simulation.lowering.compose import Parts, compose
 from springpot.simulation.plan.motion import Motion

@@ -29,8 +29,9 @@ from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.problem.parts import Barrier
 from springpot.problem.parts.walls import restitution_at
 from springpot.simulation.kernel.branches import MARKS
-from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.loading import Code
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps
@@ -351,7 +352,7 @@ def _target(plan: Plan, kind: str, level: float, sign: float) -> float:
 
 
 @cache
-def _compiled() -> tuple[Callable[..., None], ...]:
+def _compiled() -> tuple[Code, ...]:
     @callback(ON_STEPS)
     def on_energy(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
         if n < low:

@@ -32,7 +32,7 @@ from springpot.machine.crew import work_together
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
 from springpot.simulation.kernel.lanes import GROUP, LANES
-from springpot.simulation.kernel.random import key_words
+from springpot.simulation.kernel.normals import key_words
 from springpot.simulation.paths.simulation import Simulation, addresses_of
 from springpot.simulation.rare.asked import Asked
 

@@ -20,7 +20,7 @@ from springpot.machine.arguments import LARGEST, finite_number, real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
-from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, bits_of, f32, i32, stack_array
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.paths.simulation import Simulation

@@ -27,14 +27,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import cfunc, njit
+from numba import njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import LARGEST, checked_name, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
-from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES
+from springpot.simulation.kernel.callbacks import callback
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, OF_USER
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.felt import roughness_in_steps
 from springpot.simulation.paths.simulation import Simulation
@@ -302,7 +303,7 @@ def _observable(plan: Plan, name: object, given: Any) -> tuple[Callable[..., flo
 
 
 def _observable_parts(name: str, function: Callable[..., float]) -> tuple[Any, Any]:
-    inner = njit(**INLINE)(getattr(function, "py_func", function))
+    inner = njit(**OF_USER)(getattr(function, "py_func", function))
 
     @njit(**INLINE)
     def value(t, x, v, level, sign, reference, omega):
@@ -460,7 +461,7 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
             array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
         array[_NEXT + lane], array[_LEVEL + lane] = number, level
 
-    @cfunc(ON_STEPS, **FAST)
+    @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         h, in_steps = array[_TIME] * step, int(array[_STEPS])
         if not (low < n and n + GROUP <= high) or (timed and in_steps > 0):
@@ -503,7 +504,7 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
             array[_V + lane] = scale * v[(GROUP - 1) * LANES + lane]
             array[_STRUCK + lane] = 0.0
 
-    @cfunc(ON_IMPACTS, **FAST)
+    @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         array[_STRUCK + lane] = max(array[_STRUCK + lane], speed)
 

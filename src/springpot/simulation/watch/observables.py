@@ -13,7 +13,7 @@ from functools import cache
 from typing import Any, Literal
 
 import numpy as np
-from numba import cfunc, njit
+from numba import njit
 from numba.core.errors import NumbaError
 
 from springpot.machine.arguments import checked_name, named_arguments
@@ -21,8 +21,8 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import OF_A_POINT, OF_A_WALL, PARTS_OF_ERROR, possible_results, results_on_request
 from springpot.problem.system import System
-from springpot.simulation.kernel.cache import callback
-from springpot.simulation.kernel.lanes import FAST, GROUP, INLINE, LANES, greater, lesser
+from springpot.simulation.kernel.callbacks import callback
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, OF_USER, greater, lesser
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.seen import Seen
@@ -165,7 +165,7 @@ def _on_steps_of(
     """The sum, or the most, at this place; ``takes`` says of each argument if it is t, x or v, and the number of the
     displacement.
     """
-    inner = njit(**INLINE)(function)
+    inner = njit(**OF_USER)(function)
 
     @njit(**INLINE)
     def value(t, length, speed, x, v, at, given):
@@ -174,7 +174,7 @@ def _on_steps_of(
     for kind, number in reversed(takes):
         value = _with(value, kind, number * GROUP * LANES)
 
-    @cfunc(ON_STEPS, **FAST)
+    @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         length, speed, time = array[_LENGTH], array[_SPEED_UNIT], array[_TIME]
         for j in range(GROUP):
@@ -191,9 +191,9 @@ def _on_steps_of(
 
 
 def _on_impacts_of(function: Callable[..., float]) -> Any:
-    inner = njit(**INLINE)(function)
+    inner = njit(**OF_USER)(function)
 
-    @cfunc(ON_IMPACTS, **FAST)
+    @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         so_far = array[FIRST + lane]
         array[FIRST + lane] = np.nan

@@ -21,7 +21,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import possible_results
 from springpot.problem.parts import Barrier
-from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.compose import Parts

@@ -26,7 +26,7 @@ from springpot.problem.basquin import Basquin
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, Springpot
 from springpot.problem.parts.registration import unit_times
-from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import (
     GROUP,
     INLINE,

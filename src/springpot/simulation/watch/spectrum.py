@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number, items_of
 from springpot.machine.arrays import Floats
-from springpot.simulation.kernel.cache import callback
+from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES, stack_array
 from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
 from springpot.simulation.plan.seen import Seen

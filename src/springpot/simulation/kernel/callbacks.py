@@ -1,0 +1,104 @@
+"""Compiled functions that the kernel calls by their addresses: observers, and functions of the user.
+
+Their machine code is made, loaded and kept as that of the kernel (:mod:`springpot.simulation.kernel.native`), but under
+a key of what they are made of (:mod:`springpot.simulation.kernel.fingerprint`).  So the same function is compiled once
+for all processes, and once in a process however often it is asked for.  A function of which nobody can tell what it
+depends on, or that needs Python while it runs, is compiled by Numba as any callback.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from threading import Lock
+from typing import Any
+
+from springpot.simulation.kernel import kept
+from springpot.simulation.kernel.compiling import LEVEL, alone, object_of
+from springpot.simulation.kernel.fingerprint import fingerprint
+from springpot.simulation.kernel.lanes import OF_USER, QUICK
+from springpot.simulation.kernel.loading import Code, MissingSymbolError, loaded, needed
+from springpot.simulation.kernel.native import compiler
+from springpot.simulation.kernel.targets import target
+
+_MOST = 256  # that stay in memory when nobody uses them
+_IN_C = """
+acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fmod hypot ldexp
+lgamma log log10 log1p log2 modf nearbyint pow remainder rint round sin sincos sinh sqrt tan tanh tgamma trunc
+"""
+_MATHEMATICS = frozenset(name + kind for name in _IN_C.split() for kind in ("", "f")) | {"memcpy", "memmove", "memset"}
+"""What code may call that is not its own: functions of C that only compute."""
+
+
+class _Recent:
+    """Those of this process by key, the ones last asked for."""
+
+    def __init__(self) -> None:
+        self._lock, self._made = Lock(), OrderedDict[str, Code]()
+
+    def get(self, key: str) -> Code | None:
+        with self._lock:
+            if key in self._made:
+                self._made.move_to_end(key)
+            return self._made.get(key)
+
+    def put(self, key: str, made: Code) -> Code:
+        with self._lock:
+            self._made[key] = made
+            while len(self._made) > _MOST:
+                self._made.popitem(last=False)
+        return made
+
+
+_recent = _Recent()
+
+
+def callback(signature: Any) -> Callable[[Callable[..., None]], Code]:
+    """Compile a function that returns nothing, for use through its address.
+
+    Parameters
+    ----------
+    signature : Numba's signature
+        Of numbers and of arrays of them (``CPointer``).
+
+    Returns
+    -------
+    callable
+        Of the function, to its `Code`, whose ``how`` begins with "kept", "compiled now", or "compiled by Numba": of one
+        that cannot be kept.
+
+    Examples
+    --------
+    >>> import ctypes
+    >>> from numba import types
+    >>> @callback(types.void(types.CPointer(types.float64)))
+    ... def double(number):
+    ...     number[0] *= 2.0
+    >>> number = ctypes.c_double(3.0)
+    >>> ctypes.CFUNCTYPE(None, ctypes.c_void_p)(double.address)(ctypes.addressof(number))
+    >>> number.value
+    6.0
+    """
+
+    def made(function: Callable[..., None]) -> Code:
+        words = fingerprint(function) if QUICK else None
+        if words is None:
+            return alone(function, signature)
+        goal = target()
+        key = repr((words, str(signature), compiler(), goal.key, LEVEL))
+        if found := _recent.get(key):
+            return found
+        name = f"{function.__name__}.{goal.name}".replace("<", "").replace(">", "")
+        if content := kept.load(name, key):
+            try:
+                return _recent.put(key, loaded(content, "kept on disk"))
+            except MissingSymbolError:
+                pass
+        kept.warn_if_unused()
+        content = object_of(function, signature, goal, OF_USER)
+        if not needed(content) <= _MATHEMATICS:
+            return _recent.put(key, alone(function, signature))
+        kept.save(name, key, content)
+        return _recent.put(key, loaded(content, "compiled now, and kept"))
+
+    return made
