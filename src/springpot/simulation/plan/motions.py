@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from springpot.machine.arguments import LARGEST
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import CANONICAL, Dimensionless
-from springpot.problem.parts import WhiteNoise
+from springpot.problem.parts import FractionalMaxwell, Springpot, WhiteNoise
 from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.creep import Creep
+from springpot.simulation.plan.creep_of_several import CreepOfSeveral
 from springpot.simulation.plan.guess import (
     BoltzmannLaw,
     dissipated,
@@ -21,9 +24,12 @@ from springpot.simulation.plan.guess import (
     guessed_scales,
     rate_on_pressed_walls,
 )
+from springpot.simulation.plan.modes import modal_scales, modes_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.origin import origin_of, seen_from
+from springpot.simulation.plan.rest import nearest_to_rest, within_walls
 from springpot.simulation.plan.scales import Scales, closed_form
+from springpot.simulation.plan.symmetry import Symmetry
 from springpot.simulation.plan.unsprung import creep_of
 
 
@@ -44,31 +50,50 @@ def motion_of(system: System) -> Motion:
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
-    if len(checked_system(system).points) > 1:
-        from springpot.simulation.plan.several import motion_of_several  # loaded for several masses only
-
-        return motion_of_several(system)
+    if not checked_system(system).coordinates.lone:
+        return _by_modes(system)
     origin = origin_of(system)
     centred = seen_from(system, origin)
+    rest = within_walls(system, np.zeros(1))
     try:
         paper = Dimensionless.of(centred)
     except NotCoveredError as reason:
         law = guessed_law(centred)
         scales = guessed_scales(centred, law).seen_from(-origin)
-        motion = Motion(system, scales, 1.0, (), False, False, str(reason), law)
-        searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
+        motion = Motion(system, scales, rest, np.array([scales.mean]), beyond_paper=str(reason), guess=law)
+        searched = motion.remembers and Symmetry(centred).has_mean(np.ones(1)) and not motion.is_thermal
         alone = creep_of(motion.unit, law.frequency, law.variance)
         return replace(motion, searched=searched, slow=alone or tuple(map(Creep, _alike(motion, law))))
     elastic = paper.barrier is None or paper.restitution == 1.0
     dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
+    scales = _scales_of(paper, centred).seen_from(-origin)
     return Motion(
         system,
-        _scales_of(paper, centred).seen_from(-origin),
+        scales,
+        rest,
+        np.array([scales.mean]),
         sign=paper.direction or 1.0,
         slow=(Creep(paper),),
         searched=paper.barrier is not None,
         keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
         beyond_paper=f"a constant force cannot be part of an Oscillator: {CANONICAL}." if origin else "",
+    )
+
+
+def _by_modes(system: System) -> Motion:
+    """The motion of coordinates of which no one has a potential alone."""
+    modes, rest = modes_of(system), nearest_to_rest(system)
+    many = f"the paper's problem has one mass, and the system has {len(system.coordinates.names)}."
+    motion = Motion(system, modal_scales(system, modes), rest, rest, beyond_paper=many)
+    slow = (*motion.springpots, *system.of(FractionalMaxwell))
+    if not slow:
+        return motion
+    rows = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
+    free = {name: modes.spread(row) ** 2 for name, row in rows.items()}
+    return replace(
+        motion,
+        slow=(CreepOfSeveral(system, modes.stiffness, motion.scales.fastest_rate, rows, free),),
+        searched=Symmetry(system).keeps_mean(slow) and not motion.is_thermal,
     )
 
 
@@ -89,4 +114,5 @@ def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
     if motion.is_thermal:
         return ()
     taken = min(max(2.0 * dissipated(motion.unit.parts, law), 0.0), LARGEST)
-    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in motion.springpots)
+    pots = (pot for pot in motion.unit.of(Springpot) if pot.remembers)
+    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in pots)

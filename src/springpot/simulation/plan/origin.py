@@ -28,7 +28,7 @@ def origin_of(system: System) -> float:
     >>> [origin_of(System(spring, Constant(-9.0))) for spring in springs]
     [-2.25, 0.0]
     """
-    if len(system.points) > 1 or not system.of(Constant) or system.of(*_PLACED):
+    if not system.coordinates.lone or not system.of(Constant) or system.of(*_PLACED):
         return 0.0
     forces = [part.force_coefficients() for _, part in system.named()]
     pulled, stiffness = (sum(force[n] for force in forces if n < len(force)) for n in (0, 1))
