@@ -49,7 +49,7 @@ def test_without_names_all_mean_squares_are_controlled() -> None:
     system = chain(sp.WhiteNoise(0.5, on="d"))
     run = simulated(system, rtol=0.03)
     names = [f"{point}_{of}_mean_square" for of in "xv" for point in "abcd"]
-    assert run.settings.start == "rest"
+    assert run.settings.start == "stationary"
     assert run.settings.window[0] > 4.0 * motion_of(system).scales.energy_time
     exact = sp.theory.linear(system).moments
     check(run, {name: exact[name] for name in names}, 0.03)

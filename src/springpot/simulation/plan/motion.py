@@ -333,11 +333,6 @@ class Motion:
         return any(part.envelope is not None for part in self.system.of(Excitation))
 
     @property
-    def settles_at_start(self) -> bool:
-        """Whether a stationary start is another than one from rest, so that it is the default of a run."""
-        return self.system.coordinates.lone or self.searched or self.drawn_about(self.rest) is not None
-
-    @property
     def mean_names(self) -> tuple[str, ...]:
         """The results that are the means of the coordinates."""
         at = self.system.coordinates

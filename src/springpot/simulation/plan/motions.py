@@ -27,7 +27,7 @@ from springpot.simulation.plan.guess import (
 from springpot.simulation.plan.modes import modal_scales, modes_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.origin import origin_of, seen_from
-from springpot.simulation.plan.rest import nearest_to_rest, within_walls
+from springpot.simulation.plan.rest import nearest_to_rest
 from springpot.simulation.plan.scales import Scales, closed_form
 from springpot.simulation.plan.symmetry import Symmetry
 from springpot.simulation.plan.unsprung import creep_of
@@ -54,7 +54,7 @@ def motion_of(system: System) -> Motion:
         return _by_modes(system)
     origin = origin_of(system)
     centred = seen_from(system, origin)
-    rest = within_walls(system, np.zeros(1))
+    rest = nearest_to_rest(system)
     try:
         paper = Dimensionless.of(centred)
     except NotCoveredError as reason:
