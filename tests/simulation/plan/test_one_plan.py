@@ -101,6 +101,21 @@ def test_a_start_from_boltzmanns_law_is_drawn_alike() -> None:
     assert min(x.min(), others[:, 0].min()) >= -0.5
 
 
+@pytest.mark.parametrize("name", ["two springpots", "arm", "alone"])
+def test_slow_displacements_are_those_of_all_parts_with_memory(name: str) -> None:
+    """One mass took each springpot for an oscillator of its own, and an arm with a springpot for no memory at all."""
+    parts = {
+        "two springpots": (sp.Spring(1.0), sp.Springpot(0.4, 0.5), sp.Springpot(0.7, 1.0), sp.WhiteNoise(1.0)),
+        "arm": (sp.Spring(1.0), sp.FractionalMaxwell(sp.Springpot(0.4, 3.0), sp.Spring(2.0)), sp.WhiteNoise(1.0)),
+        "alone": SYSTEMS["alone"],
+    }[name]
+    (alone,), (beside,) = motion_of(sp.System(*parts)).slow, motion_of(with_another(*parts)).slow
+    for time in (20.0, 200.0, 2000.0):
+        lacking = alone.missing(time)["x_mean_square"]
+        assert lacking > 1e-8 * alone.free["x_mean_square"]
+        assert lacking == pytest.approx(beside.missing(time)["a_x_mean_square"], rel=1e-6)
+
+
 def test_springs_that_hold_nothing_firmly_leave_the_start_at_rest() -> None:
     """A stiffness matrix that is singular up to rounding ended with an error of NumPy's."""
     springs = sp.Spring(0.3, between=("a", "b")), sp.Spring(0.33, between=("b", "c"))

@@ -44,7 +44,7 @@ from springpot.problem.system import System
 from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, FromPotential, boltzmann_of_several
 from springpot.simulation.plan.creep import Creep
-from springpot.simulation.plan.creep_of_several import CreepOfSeveral
+from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.loose import Loose, loose_masses
 from springpot.simulation.plan.modes import Modes, is_rough, modes_of
@@ -57,7 +57,7 @@ from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.seen import Seen, levels_of, seen_of
 from springpot.simulation.plan.struck import StruckWalls, countable_restitution, intensity_along
 from springpot.simulation.plan.symmetry import Symmetry
-from springpot.simulation.plan.unsprung import CreepAlone, holding_alone
+from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.walls import Before, before_walls
 
@@ -104,8 +104,8 @@ class Motion:
         Where the coordinates are at rest, and the first guess of their means.
     sign : float
         -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
-    slow : tuple of Creep, CreepOfSeveral or CreepAlone
-        The slow displacements of springpots, without walls.
+    slow : tuple of Creep or CreepOfPaper
+        The slow displacements of springpots, without walls; none without springpots.
     searched : bool
         Whether E[x], the x(0) of a stationary start, must be found by pilot runs.
     keeps_the_law : bool
@@ -121,7 +121,7 @@ class Motion:
     rest: Floats
     near_mean: Floats
     sign: float = 1.0
-    slow: tuple[Creep | CreepOfSeveral | CreepAlone, ...] = ()
+    slow: tuple[Creep | CreepOfPaper, ...] = ()
     searched: bool = False
     keeps_the_law: bool = False
     beyond_paper: str = ""
