@@ -332,6 +332,6 @@ def test_a_beam_is_drawn_with_its_points() -> None:
     said = {one.name: one.said for one in sliders(system, {"frequency": 50.0, "length": 0.005})}
     assert said["point-shares-2"] == "share of a mass"
     assert said["mass_2-participation"] == "participation"
-    path = record(simulation_of(plan_of(system, **SHORT)), 0)
+    path = record(simulation_of(plan_of(system, start="rest", **SHORT)), 0)
     assert path.x.shape[0] == 3
     np.testing.assert_allclose(path.x[2], path.x[0] + path.x[1], atol=1e-12)

@@ -40,7 +40,7 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
-from springpot.problem.system import System
+from springpot.problem.system import System, along
 from springpot.simulation.kernel.felt import MOST_FELT
 from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, FromPotential, boltzmann_of_several
 from springpot.simulation.plan.creep import Creep
@@ -49,9 +49,9 @@ from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.loose import Loose, loose_masses
 from springpot.simulation.plan.modes import Modes, is_rough, modes_of
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.origin import origin_of, seen_from
+from springpot.simulation.plan.origin import seen_from
 from springpot.simulation.plan.pressed import Pressed
-from springpot.simulation.plan.rest import equilibrium, within_walls
+from springpot.simulation.plan.rest import within_walls
 from springpot.simulation.plan.scales import Scales
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.seen import Seen, levels_of, seen_of
@@ -59,7 +59,7 @@ from springpot.simulation.plan.struck import StruckWalls, countable_restitution,
 from springpot.simulation.plan.symmetry import Symmetry
 from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.walls import Before, before_walls
+from springpot.theory.walls import Before
 
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _LATER = 1.2  # ratio of the times at which a transient is looked at
@@ -102,6 +102,8 @@ class Motion:
     scales : Scales
     rest, near_mean : ndarray
         Where the coordinates are at rest, and the first guess of their means.
+    origin : float
+        The place in m from which x of a lone row is measured; see `springpot.simulation.plan.origin`.
     sign : float
         -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
     slow : tuple of Creep or CreepOfPaper
@@ -120,17 +122,13 @@ class Motion:
     scales: Scales
     rest: Floats
     near_mean: Floats
+    origin: float = 0.0
     sign: float = 1.0
     slow: tuple[Creep | CreepOfPaper, ...] = ()
     searched: bool = False
     keeps_the_law: bool = False
     beyond_paper: str = ""
     guess: BoltzmannLaw | None = None
-
-    @cached_property
-    def origin(self) -> float:
-        """The place in m from which the kernel measures x; see `springpot.simulation.plan.origin`."""
-        return origin_of(self.system)
 
     @cached_property
     def centred(self) -> System:
@@ -478,9 +476,9 @@ class Motion:
     @cached_property
     def loose(self) -> Loose | None:
         """The masses that only walls hold; None without any."""
-        if self.system.coordinates.lone or self.not_stationary:
+        if self.not_stationary:
             return None
-        return loose_masses(self.system, *self.modes.held, self.scales.frequency, self.rest)
+        return loose_masses(self.system, lambda: self.modes.held, self.scales.frequency, self.rest)
 
     @property
     def loose_points(self) -> tuple[str, ...]:
@@ -637,19 +635,21 @@ class Motion:
         return {
             name: StruckWalls(
                 slow_restitution(part), intensity_along(self.system, self._spread, rows[name], part.position),
-                self._press_on(part),
+                self._press_on(name),
             )
             for name, part in self.touched.items()
             if isinstance(part, Barrier)
         }  # fmt: skip
 
-    def _press_on(self, wall: Barrier) -> float:
-        """Acceleration with which the springs press on a wall, in m/s^2, at most where they are not all on its row;
-        negative where they pull the mass away.
+    def _press_on(self, name: str) -> float:
+        """Acceleration in m/s^2 with which springs and constant forces press on a wall or contact where the masses are
+        moved to it as an impulse there moves them; negative where they pull away.
         """
-        if self.system.coordinates.lone:
-            return wall.inwards * float(self.unit.potential.force(wall.position - self.origin))
-        return max(wall.inwards * wall.position, 0.0) * self.scales.fastest_rate**2
+        at, stop = self.system.coordinates, self.touched[name]
+        row, reduced = at.elongations[name], at.reduced(at.elongations[name])
+        way = reduced * at.accelerations(row)
+        rising = float(along(self.system, way).force(stop.position)) - float(self.system.constant_force @ way)
+        return stop.inwards * rising / reduced  # of the potential energy there
 
     def _struck(self, names: Collection[str]) -> StruckWalls | None:
         """Some walls as one, if all are rigid, of one number of restitution, and noise drives masses to each."""
@@ -724,7 +724,7 @@ class Motion:
                 f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
                 "white noise causes infinitely many impacts in a finite time"
             )
-        if wall.intensity > 0.0 or wall.restitution == 1.0 or not self.system.of(WhiteNoise, *_SMOOTH):
+        if wall.intensity > 0.0 or wall.restitution == 1.0 or not self._driven(WhiteNoise, *_SMOOTH):
             return ""
         two = "ground" not in self.system.coordinates.ends.get(name, ("ground",))
         alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
@@ -801,13 +801,9 @@ class Motion:
         Where a displacement along the row of a wall is observed; it gives as the springs let it where all else is free.
         """
         at = self.system.coordinates
-        if at.lone:
-            moments = ("x_mean", "x_mean_square", "v_mean_square")
-            return before_walls(self.system, *(values[name] for name in moments))
-        rest = equilibrium(self.system)
         stiffness, shapes = np.linalg.eigh(at.sum_of(self.modes.stiffness))
         held, found = stiffness > _RIGID * stiffness[-1], {}
-        for wall, part in self.touched.items():
+        for wall in self.touched:
             row = at.elongations[wall]
             seen = ((name, float(row @ own) / float(own @ own)) for name, own in self.displacements.items()
                     if np.array_equal(row, own) or np.array_equal(row, -own))  # fmt: skip
@@ -819,36 +815,42 @@ class Motion:
             is_held = held.any() and np.abs(moved[~held]).max(initial=0.0) <= _RIGID * np.abs(moved).max()
             give = float((moved[held] ** 2 / stiffness[held]).sum()) if is_held else math.inf
             frequency = 1.0 / math.sqrt(give * at.reduced(row))
-            found[wall] = Before(
-                name, mean, math.sqrt(max(square - mean**2, 0.0)), self._speed_of(name, row, values), frequency,
-                frequency**2 * part.inwards * (part.position - float(row @ rest)),
-            )  # fmt: skip
+            spread, speed = math.sqrt(max(square - mean**2, 0.0)), self._speed_of(name, row, values)
+            found[wall] = Before(name, mean, spread, speed, frequency, self._press_on(wall))
         return found
 
     def _speed_of(self, name: str, row: Floats, values: Mapping[str, float]) -> float:
         """Of a displacement; of an elongation, whose speed is no result, as if its ends moved independently."""
         ends = zip(self.system.coordinates.names, row, strict=True)
-        parts = [(name[:-2], 1.0)] if name.endswith("_x") else [(end, share) for end, share in ends if share]
-        return math.hypot(*(share * math.sqrt(values.get(f"{end}_v_mean_square", 0.0)) for end, share in parts))
+        if name in self._points:
+            return math.sqrt(values.get(f"{name[:-1]}v_mean_square", 0.0))
+        return math.hypot(*(share * math.sqrt(values.get(f"{end}_v_mean_square", 0.0)) for end, share in ends))
 
     @cached_property
     def not_stationary(self) -> str:
         """Why there is no stationary state; empty if there is one."""
-        kinds = (WhiteNoise, *_FED, Harmonic, VanDerPol)
-        sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds)]
         if self.ends:
             return self.ends
-        if not any(sizes) and not self.system.of(Force):
+        if not self._driven(WhiteNoise, *_FED, Harmonic, VanDerPol, Force):
             return "without excitation the motion dies out"
-        if self.system.coordinates.lone:
-            return "nothing dissipates energy, so it grows without limit" if math.isinf(self.scales.energy_time) else ""
         if (free := self._unheld()) and self._unheld(holding_alone(self.system)):
             return f"no spring or wall keeps {listed(free)} near the ground"
-        lossy = any(part.dissipates for part in self.system.parts if isinstance(part, Stop) or is_rough(part))
+        elements, rows = self.system.elements, self.system.coordinates.elongations
+        losing = {name: part for name, part in elements.items() if part.dissipates}
+        if not losing:
+            return "nothing dissipates energy, so it grows without limit"
+        lossy = any(isinstance(part, Stop) or is_rough(part) for part in losing.values())
+        if lossy or np.linalg.matrix_rank([rows[name] for name in losing]) == len(self.rest):
+            return ""
         damped = self.modes.damped
-        if not lossy and not (damped.any() if self.touched else damped.all()):
+        if not (damped.any() if self.touched else damped.all()):
             return "nothing dissipates the energy of some motion, so it grows without limit"
         return ""
+
+    def _driven(self, *kinds: type[Any]) -> bool:
+        """Whether a part of these kinds feeds energy in: not one of size 0."""
+        sizes = (getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds))
+        return any(sizes)
 
     @property
     def held_by(self) -> tuple[Springpot, ...]:
@@ -867,14 +869,22 @@ class Motion:
         free = rows_of_all[int(kept.sum()) :].T
         if not free.shape[1]:
             return []
-        from scipy import optimize  # slow to import
-
         walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
         # a constant force holds, as weight does
         closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
         for direction in (*free, *-free):
-            room = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0))
-            if room.x is not None and float(direction @ room.x) > 1e-9:
-                away = np.abs(at.rows @ free @ room.x)
+            room = _farthest(direction, closing)
+            if float(direction @ room) > 1e-9:
+                away = np.abs(at.rows @ free @ room)
                 return [point for point, far in zip(at.points, away, strict=True) if far > 1e-6 * away.max()]
         return []
+
+
+def _farthest(direction: Floats, closing: Floats) -> Floats:
+    """The point of the unit cube that is farthest in a direction, of those that go no way which is closed."""
+    if direction.size == 1:
+        return np.sign(direction) * float((closing @ np.sign(direction) <= 0.0).all())
+    from scipy import optimize  # slow to import
+
+    found = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0)).x
+    return np.zeros(direction.size) if found is None else np.asarray(found)

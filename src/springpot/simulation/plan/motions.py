@@ -60,7 +60,7 @@ def motion_of(system: System) -> Motion:
     except NotCoveredError as reason:
         law = guessed_law(centred)
         scales = guessed_scales(centred, law).seen_from(-origin)
-        motion = Motion(system, scales, rest, np.array([scales.mean]), beyond_paper=str(reason), guess=law)
+        motion = Motion(system, scales, rest, np.array([scales.mean]), origin, beyond_paper=str(reason), guess=law)
         searched = motion.remembers and Symmetry(centred).has_mean(np.ones(1)) and not motion.is_thermal
         held = 0.0 if springpot_alone(motion.unit) else law.frequency**2
         free = {"x_mean_square": law.variance, "amplitude_mean_square": 2.0 * law.variance}
@@ -73,6 +73,7 @@ def motion_of(system: System) -> Motion:
         scales,
         rest,
         np.array([scales.mean]),
+        origin,
         sign=paper.direction or 1.0,
         slow=(CreepOfPaper(paper),),
         searched=paper.barrier is not None,
