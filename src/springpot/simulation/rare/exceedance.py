@@ -268,7 +268,7 @@ def stated(
     duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
     if given.get("start") is None:  # the time counts when the motion has settled
         options = {name: value for name, value in given.items() if value is not None}
-        given["start"], _ = default_start(motion_of(system), cast(Options, options), settled=True)
+        given["start"], _ = default_start(motion_of(system), cast(Options, options))
     plan = plan_of(system, duration=duration, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")
