@@ -36,8 +36,9 @@ def kernel_in(kind: np.dtype[Any]) -> Callable[..., None]:
     dispatcher.compile(signature)
     made = dispatcher.overloads[signature.args]
     address = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
-    kinds = [_IN_C.get(argument, ctypes.c_void_p) for argument in signature.args]
-    function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)(address)
+    kinds: list[Any] = [_IN_C.get(argument, ctypes.c_void_p) for argument in signature.args]
+    result: Any = ctypes.c_int32
+    function = ctypes.CFUNCTYPE(result, ctypes.c_void_p, ctypes.c_void_p, *kinds)(address)
     returned, raised = ctypes.c_void_p(), ctypes.c_void_p()
 
     def call(*arguments: Any) -> None:

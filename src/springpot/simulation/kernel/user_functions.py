@@ -61,7 +61,7 @@ def force_of(function: Callable[[float, float, float], float], name: str) -> Any
     """
     inner = inlined(function, float64(float64, float64, float64), f"{name} has a function")
 
-    @numba.cfunc(FORCE, **FAST)  # type: ignore[untyped-decorator]
+    @numba.cfunc(FORCE, **FAST)
     def follow(time, numbers, x, v, change, count):  # type: ignore[no-untyped-def]
         half, t = numbers[0], numbers[1] * time
         for i in range(count):
@@ -86,7 +86,7 @@ def restitution_of(function: Callable[..., float], name: str, numbers: tuple[flo
     """
     inner = inlined(function, float64(*[float64] * (1 + len(numbers))), f"{name} has a restitution")
 
-    @numba.cfunc(SHARE, **FAST)  # type: ignore[untyped-decorator]
+    @numba.cfunc(SHARE, **FAST)
     def follow(speed):  # type: ignore[no-untyped-def]
         share = inner(speed, *numbers)
         return 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
