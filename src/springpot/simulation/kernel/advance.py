@@ -7,6 +7,8 @@ the precision of the sweep.  The observation is in the middle of the drift.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -287,8 +289,8 @@ def advance(
     tables (`springpot.simulation.kernel.tables`): integers, numbers in the precision of the sweep and in double.
     ``start`` has x and v at time 0 of one path, or of ``starts`` paths.  ``halved``: white noise is that of a run with
     half the step.  S is the table of observers, B that of branches.  Written: ``record``, x and v of the first
-    ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the SUMS
-    of each path.  A block ends early when ``stop[0]`` is not 0.
+    ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the
+    SUMS of each path.  A block ends early when ``stop[0]`` is not 0.
     """
     K, D, S = fixed(integers), fixed(doubles), fixed(seen)
     F_all = fixed(numbers)

@@ -105,7 +105,7 @@ class Motion:
     origin : float
         The place in m from which x of a lone row is measured; see `springpot.simulation.plan.origin`.
     sign : float
-        -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
+        -1 where the wall of the paper's problem lies above the motion, else 1.
     slow : tuple of Creep or CreepOfPaper
         The slow displacements of springpots, without walls; none without springpots.
     searched : bool
