@@ -223,8 +223,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
-        a whole round of paths; the number of rounds depends on the machine.  The compilation of a new kind of system,
-        up to half a minute, counts too.
+        a whole round of paths; the number of rounds depends on the machine.  A compilation, up to half a minute,
+        counts too.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.  With several masses the names of the arguments
