@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit, types
+from scipy import special
 
 import springpot as sp
 from springpot.simulation.kernel import callbacks
@@ -161,10 +162,34 @@ def test_the_key_tells_numbers_apart_by_type_and_bits() -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [np.ones(2), [1.0], {"a": 1.0}, {1.0}, object(), Path(), of, os, types.List, lambda x: x]
-)
+    "value",
+    [
+        np.ones(2), [1.0], {"a": 1.0}, {1.0}, object(), Path(), of, os, lambda x: x, special.erf, special,
+        np.frompyfunc(abs, 1, 1), np.vectorize(abs),
+    ],
+)  # fmt: skip
 def test_what_is_no_number_has_no_key(value: Any) -> None:
-    assert of(value) is None or value is types.List
+    assert of(value) is None
+
+
+def test_the_key_of_a_compiled_function_has_its_types_and_options() -> None:
+    """A function for integers only cuts off what another one keeps."""
+
+    def half(x: float) -> float:
+        return 0.5 * x
+
+    made = njit(half), njit("float64(int64)")(half), njit("float64(float64)")(half), njit(fastmath=True)(half)
+    made = (*made, njit(locals={"x": types.float32})(half))
+    words = [of(each) for each in made]
+    assert None not in words
+    assert len(set(words)) == len(made)
+    assert of(njit(half)) == words[0]
+
+
+@pytest.mark.parametrize("known", [np.tanh, np.clip, np.float32, math.sin, abs, int, types.float32, math])
+def test_functions_of_known_libraries_have_a_key(known: Any) -> None:
+    assert of(known) is not None
+    assert of(known) != of(np.sinh)
 
 
 def test_the_key_of_code_is_its_bytecode() -> None:

@@ -455,6 +455,7 @@ def test_a_target_that_is_not_known_is_refused(tmp_path: Path) -> None:
 
 
 def test_every_entry_states_arrays_and_numbers_of_its_function() -> None:
+    assert len({entry.name for entry in ENTRIES}) == len(ENTRIES)
     for entry in ENTRIES:
         function = getattr(importlib.import_module(entry.module), entry.name)
         assert len(inspect.signature(function).parameters) == len(entry.arguments)
