@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 
 from springpot.machine import trusted
-from springpot.simulation.kernel import kept, native
+from springpot.simulation.kernel import kept, native, targets
 from springpot.simulation.kernel.entries import ENTRIES, FILL_NORMALS
 from springpot.simulation.kernel.loading import MissingSymbolError, loaded, needed
 from springpot.simulation.kernel.make_objects import LIBRARY, make
@@ -452,6 +452,18 @@ def test_objects_for_other_machines_can_be_made(name: str, tmp_path: Path) -> No
 def test_a_target_that_is_not_known_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"target must be one of linux-x86-64-v4, .*, not 'vax'"):
         make(("vax",), tmp_path)
+
+
+def test_code_for_another_machine_is_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LLVM would end the process."""
+    other = next(each.name for each in TARGETS if not each.here)
+    monkeypatch.setenv("SPRINGPOT_TARGET", other)
+    monkeypatch.setattr(targets, "target", targets.target.__wrapped__)
+    with pytest.raises(ValueError, match=rf"SPRINGPOT_TARGET must be .*not set, not {other}: this machine cannot run"):
+        fresh().load()
+    monkeypatch.setenv("SPRINGPOT_TARGET", "vax")
+    with pytest.raises(ValueError, match="target must be one of linux-x86-64-v4"):
+        fresh().load()
 
 
 def test_every_entry_states_arrays_and_numbers_of_its_function() -> None:
