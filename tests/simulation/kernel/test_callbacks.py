@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -280,6 +282,24 @@ def test_an_observable_may_make_an_array() -> None:
         observables={"largest": lambda t, x, v: np.array([x, v]).max(), "plain": lambda t, x, v: max(x, v)},
     )  # fmt: skip
     assert run["largest"].value == run["plain"].value
+
+
+CALLBACKS = """
+from springpot.explorer.gathering import _growth_part
+from springpot.simulation.watch.spectrum import _spectral_part
+
+print([part.how for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
+"""
+
+
+def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: Path) -> None:
+    """A function that holds another number is another function."""
+    script = tmp_path / "callbacks.py"
+    script.write_text(CALLBACKS)
+    for how in (NOW, KEPT):
+        done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=300)
+        assert done.stdout == f"{[how] * 3}\n", done.stderr
+    assert len([*(tmp_path / "cache").rglob("*.o")]) == 3
 
 
 def test_another_signature_is_another_function() -> None:

@@ -172,6 +172,30 @@ def test_where_others_can_write_nothing_is_kept(tiny: Path) -> None:
     assert list(cache.iterdir()) == []
 
 
+@needs_owners
+def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
+    """And the doctor says it among its findings."""
+    tmp_path.chmod(0o777)
+    code = (
+        "from springpot import cli; from springpot.cli import doctor; from springpot.machine import trusted\n"
+        "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
+        "assert cli.main(['doctor']) == 0"
+    )
+    places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPRINGPOT_CACHE_DIR": str(tmp_path / "sums")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env={**os.environ, **places}
+    )
+    reason = f"{str(tmp_path)!r} can be written by other users"
+    assert done.stderr == (
+        "springpot: warning: Compiled kernels are not stored, and every process compiles them again for a few seconds, "
+        f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.\n"
+    )
+    (shown,) = (line for line in done.stdout.splitlines() if line.strip().startswith("cache"))
+    assert f"folder none, used False, reason {reason}" in shown
+    assert f"memory_folder {places['SPRINGPOT_CACHE_DIR']}/memory, memory_used False, memory_reason {reason}" in shown
+    assert list(tmp_path.iterdir()) == []
+
+
 # --- what is kept ----------------------------------------------------------------------------------------------------
 
 
