@@ -10,7 +10,8 @@ from the folder that holds these files, and appends each finished system to its 
 The results of the commit 97121b9e, with the seed 1, are kept in `KEPT`: ``show now.jsonl`` compares with them.  It
 prints a table of the kinds of results, and every difference beyond `LARGEST` standard errors.  Its exit code is 1 if
 there is one, if the mean or the rms of a kind differs from 0 or 1 by more than chance allows, or if a result is not
-there any more.
+there any more.  Of ten thousand results one may lie beyond by chance: ``run --only "wall 7"`` simulates that system
+again, with another seed in each version.
 """
 
 from __future__ import annotations
