@@ -111,7 +111,7 @@ def test_what_cannot_be_extended_to_an_error(given: dict, asked: dict, sentence:
 
 def test_several_masses_from_rest_are_not_extended_to_an_error() -> None:
     """The sentence is about the start, and not about the quantities of one mass, which were not asked for."""
-    run = sp.simulate(buildings(sp.WhiteNoise(1e9, on="old")), paths=64, duration=5.0)
+    run = sp.simulate(buildings(sp.WhiteNoise(1e9, on="old")), paths=64, duration=5.0, start="rest")
     with pytest.raises(ValueError, match="run must have a stationary start"):
         sp.extend(run, rtol=0.1)
 

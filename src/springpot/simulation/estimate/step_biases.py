@@ -96,9 +96,10 @@ def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict
     powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
     biases: dict[str, float] = {}
     for begin, names in motion.whose_impacts.items():
-        if begin in motion.uncounted or not values.get(f"{begin}impact_rate", 0.0) > 0.0:
+        if values.get(f"{begin}impact_rate", math.nan) == 0.0:
             continue  # no impact was seen
-        own = {quantity: values.get(f"{begin}{quantity}", math.nan) for quantity in powers}
+        uncounted = begin in motion.uncounted
+        own = {quantity: math.nan if uncounted else values.get(f"{begin}{quantity}", math.nan) for quantity in powers}
         for name in (name for name in names if name in motion.struck_alone):
             if not (whole or motion.struck_alone[name].intensity):
                 continue

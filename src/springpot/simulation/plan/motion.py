@@ -286,10 +286,8 @@ class Motion:
 
         Of each x or v, and the number of the displacement; and t.
         """
-        if self.system.coordinates.lone:
-            return {}
         moving = {name: (kind, seen.number or 0) for name, (kind, seen) in self.levels.items() if kind in ("x", "v")}
-        return {"t": ("t", 0)} | moving
+        return {} if "x" in moving else {"t": ("t", 0)} | moving
 
     def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
         """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
@@ -615,10 +613,13 @@ class Motion:
 
     @cached_property
     def whose_impacts(self) -> dict[str, tuple[str, ...]]:
-        """The walls and contacts whose impacts are in results, by how the names of these begin: a lone row has all."""
-        if self.system.coordinates.lone:
-            return {"": (*self.touched,)}
-        return {f"{name}_": (name,) for name in self.touched}
+        """The walls and contacts whose impacts are in results, by how the names of these begin."""
+        seen = {each.stop: each.names["impact_speed"] for each in self.seen if "impact_speed" in each.names}
+        found = dict[str, tuple[str, ...]]()
+        for name in self.touched:
+            begin = seen.get(name, "").removesuffix("impact_speed")  # with none of its own it is among all
+            found[begin] = (*found.get(begin, ()), name)
+        return found
 
     @cached_property
     def struck_alone(self) -> dict[str, StruckWalls]:

@@ -116,8 +116,8 @@ def quantity_of(
         )
     if name not in known:
         near = motion.near(name, [*known, *motion.felt])
-        if len(points := motion.system.points) > 1:
-            a, b = (f"{point}_x" for point in points[:2])
+        a, b, *_ = (*(name for name, (kind, _) in motion.levels.items() if kind == "x"), "")
+        if b:
             near += f' Anything else is a function: {{"difference": (lambda {a}, {b}: {a} - {b}, levels)}}.'
         raise ValueError(f"{argument} has {shown(name)}, which is no quantity that can be asked{near}")
     kind, seen = known[name]

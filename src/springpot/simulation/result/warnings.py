@@ -103,7 +103,7 @@ def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
 
 def _about_shapes(motion: Motion) -> Iterator[Message]:
     """Of filters that change the linear response, where there is one mass: it lies where a density begins or ends."""
-    if not motion.system.of(SpectralExcitation) or len(motion.system.points) > 1:
+    if not motion.system.of(SpectralExcitation) or not motion.system.coordinates.lone:
         return
     from springpot.simulation.lowering.shaping import moments_off, shape_of  # SciPy is slow to import
 
