@@ -15,9 +15,6 @@ of a flight, where a free flight of angular frequency w over a step h has its me
 sin(w h) / (w h).  A jump j of the velocity at a place b, at any instant of the flight with the same probability, adds
 h^2 j / 24 to the first and -h^2 w^2 b j / 6 to the second.  What is left is of third order in the step.
 
-In a straight flight the springs act in the kicks: the balances need the means of x and x^2 there.  They exceed those in
-the middle of the flights by nothing and h^2 <v^2> / 4, and by h^2 / 8 and h^2 b / 8 for each jump and time.
-
 A path with a larger input has a larger amplitude, and one that was pushed from the wall fewer impacts: regression on
 all four leaves a hundredth of the variance of <A^2>, a third to a half of that of an impact rate on an elastic wall
 (docs/performance.md).
@@ -57,43 +54,31 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -
 
 
 def _are_summed(simulation: Simulation) -> bool:
-    """Whether the kernel has the sums of all forces: of a lone mass, and of linear springs in the kick or the flight."""
-    parts, motion = simulation.parts, simulation.motion
-    if not parts.tables.count("forced") or parts.tables.count("paper"):
+    """Whether the kernel has the sums of all forces but those of exact flights."""
+    if not simulation.parts.tables.count("turns"):
         return False
-    stiffness = motion.unit.stiffness  # a flight has all of it, or nothing
-    whole = not parts.tables.count("turns") or math.isclose(stiffness, _frequency(simulation) ** 2, rel_tol=1e-9)
-    return whole and all(isinstance(part, SUMMED) for part in motion.centred.parts)
+    stiffness = simulation.motion.unit.stiffness  # a flight has all of it, unless there is none
+    return all(isinstance(part, SUMMED) for part in simulation.motion.centred.parts) and math.isclose(
+        stiffness, _frequency(simulation) ** 2, rel_tol=1e-9
+    )
 
 
 def _balances(simulation: Simulation, column: dict[str, Floats]) -> tuple[Floats, Floats]:
     """Means over the window of the forces and of d(x v)/dt, per unit mass."""
     settings, (low, high) = simulation.settings, simulation.settings.window_steps
     steps, step = high - low, settings.step
+    frequency = _frequency(simulation)
+    turn = frequency * step
     jumps = [(place, jump / (steps * step)) for place, jump in _jumps(simulation, column)]
     none, origin, mass = np.zeros(column["force"].size), simulation.motion.origin, simulation.parts.mass
     pushed = sum((jump for _, jump in jumps), none)
     turned = sum((place * jump for place, jump in jumps), none)
-    x, xx, vv = (column[name] / steps for name in (*_squares(simulation), "v^2 seen"))
+    x, xx, vv = (column[f"{name} of {simulation.parts.points[0]}"] / steps for name in ("x", "x^2", "v^2"))
     x, xx = x - origin, xx - origin * (2.0 * x - origin)
     force, virial = column["force"] / steps / mass, column["virial"] / steps / mass
-    virial = virial - origin * force
-    if not simulation.parts.tables.count("turns"):
-        square = simulation.motion.unit.stiffness * step**2
-        at_kicks = x + step**2 / 8.0 * pushed
-        both = vv * (1.0 - square / 4.0) + turned * (1.0 - square / 8.0) - square / step**2 * xx
-        return pushed - square / step**2 * at_kicks - force, both - virial
-    frequency = _frequency(simulation)
-    turn = frequency * step
     mean = x * _sinc(0.5 * turn) + step**2 / 24.0 * pushed
     both = (vv - frequency**2 * xx) * _sinc(turn) - turn**2 / 6.0 * turned
-    return pushed - frequency**2 * mean - force, both + turned - virial
-
-
-def _squares(simulation: Simulation) -> tuple[str, str]:
-    """The columns of x and x^2."""
-    (point,) = simulation.parts.points
-    return f"x of {point}", f"x^2 of {point}"
+    return pushed - frequency**2 * mean - force, both + turned - (virial - origin * force)
 
 
 def _jumps(simulation: Simulation, column: dict[str, Floats]) -> list[tuple[float, Floats]]:

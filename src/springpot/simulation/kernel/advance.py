@@ -67,7 +67,6 @@ from springpot.simulation.kernel.tables import (
     EARLY_VV,
     EARLY_XX,
     ENERGY,
-    FORCED,
     GAUGED,
     HITS,
     MASS,
@@ -82,7 +81,6 @@ from springpot.simulation.kernel.tables import (
     ROW_AT,
     ROW_BEGIN,
     ROWS,
-    SEEN_VV,
     SHAKEN,
     SOURCES,
     SPRING,
@@ -108,7 +106,7 @@ from springpot.simulation.kernel.watching import FEELS, FELT, ON_STEPS_COUNT, sh
 MOST_ROWS, MOST_NOISES, MOST_DAMPERS, MOST_TAPS, MOST_SHAKEN = 16, 16, 12, 12, 16
 MOST_STATES = 480  # of sources, of parts that yield, and of rows at rest
 MOST_COLUMNS = (
-    7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 10
+    7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 9
 )
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
@@ -187,9 +185,9 @@ def _see(K, T, o):
         x = load(T.x0, i * LANES + o) + load(T.seen, i * LANES + o)
         add(T.terms, sum_of(K, X, i) + o, x)
         add(T.terms, sum_of(K, XX, i) + o, x * x)
-        if i < K[FORCED]:
+        if K[TURNS] + K[PAPER] > 0:
             v = load(T.seen_v, i * LANES + o)
-            add(T.terms, sum_of(K, SEEN_VV, i) + o, v * v)
+            add(T.terms, sum_of(K, VV, i) + o, v * v)
     for e in range(K[GAUGED]):
         u = load(T.seen_u, e * LANES + o)
         add(T.terms, sum_of(K, U, e) + o, u)
@@ -352,10 +350,9 @@ def advance(
                 births = bear(K, B, T, t, births, row, steps, risen, last)
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
-            early = sum_of(K, SEEN_VV if K[TURNS] + K[PAPER] > 0 else VV, 0)
             for i in range(n * LANES if t == middle(low, high) else 0):
                 T.sums[sum_of(K, EARLY_XX, 0) + i] = T.sums[sum_of(K, XX, 0) + i]
-                T.sums[sum_of(K, EARLY_VV, 0) + i] = T.sums[early + i]
+                T.sums[sum_of(K, EARLY_VV, 0) + i] = T.sums[sum_of(K, VV, 0) + i]
             for r in range(K[NOISES] + K[SHAKEN]):
                 draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, beyond(T.g, r * GROUP * LANES), fine)
             if K[SOURCES] > 0:

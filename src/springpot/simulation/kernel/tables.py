@@ -21,7 +21,7 @@ COUNTS = (
     "rows",  # elongations
     "gauged",  # the first of them, whose mean and mean square are summed
     "shown",  # the first of these, whose velocity's mean square is summed too: points that are no coordinates
-    "forced",  # the first rows, and coordinates: of dampers and memory force and virial, and v^2 at the observation
+    "forced",  # the first rows, of which the mean force of dampers and memory is summed, and its virial
     "walls",
     "noises",  # white
     "sources",  # other excitation
@@ -90,7 +90,7 @@ NUMBERS = (
     "turns_of_modes",  # (20 of each)
 )  # fmt: skip
 SUMS = (
-    "x", "xx", "vv", "u", "uu", "ww", "power", "works", "force", "virial", "seen_vv", "hits", "soft", "taps", "energy", "x_end",
+    "x", "xx", "vv", "u", "uu", "ww", "power", "works", "force", "virial", "hits", "soft", "taps", "energy", "x_end",
     "v_end", "limits", "early_xx", "early_vv",
 )  # fmt: skip
 
@@ -103,7 +103,7 @@ _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" 
  STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, PUSHED, EARLY, SPRING, KICK, DAMPING, ANSWER, NEAR,
  SOLVE, SIDE, PLACE, RESTITUTION, JUMP, ALONG, REDUCED, RESTS, LEAN, HEAVY, MASS, DAMPER, DAMPER_JUMP, DAMPER_ALONG,
  CONTACT, CONTACT_JUMP, CONTACT_ALONG, SHAKING, TURN, MODE, TURN_OF_MODES) = range(len(_WHERE))  # fmt: skip
-(X, XX, VV, U, UU, WW, POWER, WORKS, FORCE, VIRIAL, SEEN_VV, HITS, SOFT, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS,
+(X, XX, VV, U, UU, WW, POWER, WORKS, FORCE, VIRIAL, HITS, SOFT, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS,
  EARLY_XX, EARLY_VV) = range(len(SUMS))  # fmt: skip
 # of contacts together: time in touch, and the largest depth
 OF_A_WALL = 5  # sums of a wall or contact: impacts, speeds, their squares, energy taken, momentum
@@ -191,7 +191,7 @@ def begins_of_sums(counts: Mapping[str, int]) -> npt.NDArray[np.int64]:
     sizes = {
         "x": n, "xx": n, "vv": n, "u": counts["gauged"], "uu": counts["gauged"], "ww": counts["shown"], "power": 1,
         "works": counts["sources"] + counts["dampers"] + counts["shaken"],
-        "force": counts["forced"], "virial": counts["forced"], "seen_vv": counts["forced"], "soft": 2 if counts["contacts"] else 0,
+        "force": counts["forced"], "virial": counts["forced"], "soft": 2 if counts["contacts"] else 0,
         "hits": OF_A_WALL * (counts["walls"] + counts["contacts"]), "taps": counts["taps"], "energy": 2, "x_end": n,
         "v_end": n, "limits": 2, "early_xx": n, "early_vv": n,
     }  # fmt: skip

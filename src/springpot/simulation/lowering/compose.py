@@ -19,7 +19,7 @@ from springpot.memory import ExponentialSum, direct
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, PoissonImpulses, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
-from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop, slow_restitution
+from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel import excitations, laws, watching
@@ -177,11 +177,7 @@ class Parts:
             **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.tables.count("shown")]},
             "power": energy / time,
             **{f"work of {each.name}": each.mass * energy for each in self.named},
-            **(
-                {"force": self.unit_mass * speed / time, "virial": energy, "v^2 seen": speed**2}
-                if self.tables.count("forced")
-                else {}
-            ),
+            **({"force": self.unit_mass * speed / time, "virial": energy} if self.tables.count("forced") else {}),
             **{
                 f"{wall} {name}": factor
                 for wall in self.walls
@@ -207,21 +203,14 @@ class Parts:
     @property
     def halves(self) -> dict[str, tuple[str, str]]:
         """By the mean squares of each coordinate, the columns of the sum over the window and over its first half."""
-        found = {}
-        for point in self.points:
-            called = "" if self.is_alone else f"{point}_"
-            for name, whole in (("x", f"x^2 of {point}"), ("v", self.squares_of_v(point))):
-                found[f"{called}{name}_mean_square"] = whole, f"early {name}^2 of {point}"
-        return found
-
-    @property
-    def is_alone(self) -> bool:
-        """Whether there is one point, whose results have no name in front."""
-        return self.shape_of_state == (2,)
-
-    def squares_of_v(self, point: str) -> str:
-        """The column of the sum of v^2."""
-        return "v^2 seen" if self.sees_v else f"v^2 of {point}"
+        return {
+            f"{point}_{name}_mean_square"[0 if self.shape_of_state != (2,) else len(point) + 1 :]: (
+                f"{name}^2 of {point}",
+                f"early {name}^2 of {point}",
+            )
+            for point in self.points
+            for name in "xv"
+        }
 
     @property
     def shape_of_state(self) -> tuple[int, ...]:
@@ -384,14 +373,12 @@ def _frame(plan: Plan) -> _Frame:
 def _flight(plan: Plan) -> float:
     """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
 
-    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a lossy
-    wall the step's error is that of impacts which are missed, whatever the flight, and a straight one costs less.
+    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.
     """
     motion, system = plan.motion, plan.system
     if len(system.coordinates.names) > 1 or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
-    lossy = any(slow_restitution(wall) != 1.0 for wall in motion.walls)
-    straight = lossy or system.of(SoftStop, PoissonImpulses) or motion.rested_on
+    straight = system.of(SoftStop, PoissonImpulses) or motion.rested_on
     return 0.0 if straight else motion.scales.flight_frequency
 
 
@@ -924,14 +911,9 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading(f"{called}x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
         above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
         if parts.sees_v:
-            above, lack = {parts.squares_of_v(of): 1.0}, 0.0
-        yield Reading(f"{called}v_mean_square", above, added=float(lack))
-        if parts.is_alone and system.stiffness > 0.0:
-            share = system.natural_frequency**-2
-            whole = {f"x^2 of {of}": 1.0}
-            for column, factor in above.items():
-                whole[column] = whole.get(column, 0.0) + share * factor
-            yield Reading("amplitude_mean_square", whole, added=share * float(lack))
+            yield Reading(f"{called}v_mean_square", {f"v^2 of {of}": 1.0})
+        else:
+            yield Reading(f"{called}v_mean_square", above, added=float(lack))
     for pair, own_row in at.pairs.items():
         row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
@@ -972,8 +954,10 @@ def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
     """The results that only a lone mass has: its amplitude, the impacts on all stops, the force of its dampers."""
     if not parts.tables.count("forced"):
         return
+    x, v = (f"{name} of {parts.points[0]}" for name in ("x^2", "v^2"))
     if system.stiffness > 0.0:
         share = system.natural_frequency**-2
+        yield Reading("amplitude_mean_square", {x: 1.0, v: share})
         ends = (f"{end} of {parts.points[0]}" for end in _ENDS)
         yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
     impacts, speeds, squares = (tuple(f"{stop} {of}" for stop in parts.walls) for of in _OF_A_WALL[:3])
