@@ -68,6 +68,16 @@ def is_near(K, F, T, o):
 
 
 @njit(**INLINE)
+def _may_strike(K, F, k, b, x, v, moved, change):
+    """Where a flight ends behind wall k, or may have turned round behind it, as it can with a gap."""
+    side = F[K[SIDE] + k]
+    p, found = side * (F[K[PLACE] + k] - F[b + 7]), side * (x + moved) < side * (F[K[PLACE] + k] - F[b + 7])
+    if p < 0.0:
+        found = found | ((side * v < 0.0) & (side * (v + change) > 0.0))
+    return found
+
+
+@njit(**INLINE)
 def _flight(K, F, T, k, b, x, v, moved, change, where):
     """Of a flight with the changes ``moved`` and ``change`` without a wall: those with wall k, and where it is struck.
 
@@ -79,14 +89,8 @@ def _flight(K, F, T, k, b, x, v, moved, change, where):
     square = frequency * frequency
     total = leaving * leaving + square * (start * start)
     at_wall = leaving * leaving + square * ((start - p) * (start + p))
-    # one that lies still on a wall against which its spring presses goes nowhere
-    possible = at_wall >= 0.0 if p > 0.0 else at_wall > 0.0
+    struck = where & (at_wall > 0.0)
     speed = root(larger(at_wall, 0.0))
-    dipped = possible & (leaving < 0.0) & (v1 > 0.0)  # with a gap it may also have turned round behind the wall
-    struck = (x1 < p) & possible
-    if p < 0.0:
-        struck = struck | dipped
-    struck = struck & where
     r = restitution(K, F, k, speed, struck, T.own)
     share = (1.0 + r) * speed / total
     x2 = x1 - share * (speed * x1 + p * v1)
@@ -117,7 +121,10 @@ def _half_turn(K, F, T, S, i, b, x, v, weight, o):
         which, fast, left_over = filled(x, -1.0), filled(x, 0.0), filled(x, 0.0)
         for k in range(K[WALLS]):
             if _point(K, k) == i:
-                m2, c2, struck, speed, r = _flight(K, F, T, k, b, from_x, from_v, moved, change, goes_on)
+                where = goes_on & _may_strike(K, F, k, b, from_x, from_v, moved, change)
+                if not some(where):
+                    continue
+                m2, c2, struck, speed, r = _flight(K, F, T, k, b, from_x, from_v, moved, change, where)
                 side, place = F[K[SIDE] + k], F[K[PLACE] + k] - F[b + 7]
                 mine = struck & (opposite(hit) | (side * from_v < 0.0))
                 new_x, new_v = choose(mine, from_x + m2, new_x), choose(mine, from_v + c2, new_v)

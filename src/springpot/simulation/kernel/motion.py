@@ -309,7 +309,9 @@ def _change(K, D, F, T, k, n, after, o):
     own = T.own  # of the user: always in double precision
     store(own, 0, u)
     store(own, WIDTH, w)
-    call_force(kind, (D[K[STEP]] * (n + 0.5), plain(beyond(D, b)), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH))
+    call_force(
+        kind, (D[K[STEP]] * (n + 0.5), plain(beyond(D, b)), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH)
+    )
     return filled(u, load(own, 2 * WIDTH))
 
 

@@ -911,9 +911,12 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading(f"{called}x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
         above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
         if parts.sees_v:
-            yield Reading(f"{called}v_mean_square", {f"v^2 of {of}": 1.0})
-        else:
-            yield Reading(f"{called}v_mean_square", above, added=float(lack))
+            above, lack = {f"v^2 of {of}": 1.0}, 0.0
+        yield Reading(f"{called}v_mean_square", above, added=float(lack))
+        if at.lone and system.stiffness > 0.0:
+            share = system.natural_frequency**-2
+            whole = {f"x^2 of {of}": 1.0, **{column: share * factor for column, factor in above.items()}}
+            yield Reading("amplitude_mean_square", whole, added=share * float(lack))
     for pair, own_row in at.pairs.items():
         row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
@@ -954,10 +957,8 @@ def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
     """The results that only a lone mass has: its amplitude, the impacts on all stops, the force of its dampers."""
     if not parts.tables.count("forced"):
         return
-    x, v = (f"{name} of {parts.points[0]}" for name in ("x^2", "v^2"))
     if system.stiffness > 0.0:
         share = system.natural_frequency**-2
-        yield Reading("amplitude_mean_square", {x: 1.0, v: share})
         ends = (f"{end} of {parts.points[0]}" for end in _ENDS)
         yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
     impacts, speeds, squares = (tuple(f"{stop} {of}" for stop in parts.walls) for of in _OF_A_WALL[:3])
