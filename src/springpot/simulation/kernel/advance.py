@@ -7,8 +7,6 @@ the precision of the sweep.  The observation is in the middle of the drift.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
@@ -282,8 +280,8 @@ def _record(K, T, record, recorded, width, points, place, o):
 
 
 def advance(
-    integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record, recorded, width,
-    every, points_in_time, stop, out,
+    integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record,
+    recorded, width, every, points_in_time, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 

@@ -6,9 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.simulation.kernel.entries import FILL_NORMALS
-from springpot.simulation.kernel.sizes import GROUP, LANES
-
-_START = 0x40000000  # counter word of the normals of the start
+from springpot.simulation.kernel.sizes import LANES
 
 
 def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
@@ -36,31 +34,6 @@ def normals(seed: int, paths: int, steps: int, *, stream: int = 0) -> npt.NDArra
     for first in range(0, paths, LANES):
         part = out[first : first + LANES]
         FILL_NORMALS(first, stream, 0, k0, k1, len(part), steps, part)
-    return out
-
-
-def start_normals(seed: int, first: int, paths: int, *, stream: int = 0) -> npt.NDArray[np.float32]:
-    """Four normals for the start of each of the paths ``first`` ..., independent of those of the run.
-
-    Parameters
-    ----------
-    seed, first, paths, stream : int
-        ``first`` is a multiple of LANES.
-
-    Returns
-    -------
-    ndarray of float32, shape (paths, 4)
-
-    Examples
-    --------
-    >>> bool((start_normals(1, 64, 64) == start_normals(1, 0, 128)[64:]).all())
-    True
-    """
-    out = np.empty((paths, GROUP), np.float32)
-    k0, k1 = key_words(seed)
-    for begin in range(0, paths, LANES):
-        part = out[begin : begin + LANES]
-        FILL_NORMALS(first + begin, stream, _START, k0, k1, len(part), GROUP, part)
     return out
 
 

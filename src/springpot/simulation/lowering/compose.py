@@ -27,7 +27,6 @@ from springpot.simulation.kernel.branches import MARKS, Kept, table_of
 from springpot.simulation.kernel.entries import KERNELS
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
-from springpot.simulation.kernel.normals import start_normals
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import Tables, packed
@@ -50,7 +49,6 @@ from springpot.simulation.lowering.parts import (
 )
 from springpot.simulation.lowering.precision import turned_in_single
 from springpot.simulation.lowering.readings import Reading, has_damping
-from springpot.simulation.plan.guess import BoltzmannLaw
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
@@ -112,7 +110,7 @@ class Parts:
         Names in the columns: of the coordinates, and of all rows.
     others : ndarray, shape (other points, coordinates)
         The rows of points that are no coordinates.
-    law : BoltzmannLaw, BoltzmannOfSeveral or None
+    law : object or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     frequency, centre : float
         Of the circle on which a lone coordinate turns, in the kernel's units; 1 and 0 where none does.
@@ -261,12 +259,6 @@ class Parts:
         """x and v at time 0: of every path from ``first`` on if they are drawn, otherwise once for all."""
         if self.law is None or settings.start != "stationary":
             return self.start
-        if isinstance(self.law, BoltzmannLaw):
-            from scipy import special  # slow to import, and most runs need none of it
-
-            normals = start_normals(settings.seed, first, paths, stream=stream).astype(float)
-            x = self.law.drawn(special.ndtr(normals[:, 0])) / self.units.length
-            return np.stack([x, math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]], axis=1)
         drawn = []
         for block in range(first // LANES, (first + paths) // LANES):  # each is the same whatever the others are
             generator = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
@@ -376,7 +368,7 @@ def _flight(plan: Plan) -> float:
     Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.
     """
     motion, system = plan.motion, plan.system
-    if len(system.coordinates.names) > 1 or plan.settings.numerical_scheme.family == "grunwald":
+    if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
     straight = system.of(SoftStop, PoissonImpulses) or motion.rested_on
     return 0.0 if straight else motion.scales.flight_frequency
@@ -445,8 +437,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         gauged=tuple(f"row {n}" for n in range(tables.count("gauged"))),
         frequency=frame.flight or 1.0,
         centre=frame.centre,
-        mass=plan.system.inertia if many == 1 else 1.0,
-        wall_position=next(iter(walls.values())).position if many == len(walls) == 1 else 0.0,
+        mass=plan.system.inertia if at.lone else 1.0,
+        wall_position=next(iter(walls.values())).position if at.lone and len(walls) == 1 else 0.0,
         walls=names,
         contacts=tuple(name for _, name, _ in touched),
     )  # fmt: skip
@@ -527,7 +519,7 @@ def _tables(
         "contacts": len(touched), "shaken": len(shaken), "taps": len(memories.taps), "modes": memories.modes,
         "resting": int(sum(rests)), "parts": parts_of_step, "substeps": _substeps(frame, touched),
         "states": sum(each.named.states for each in given) + sum(each.law.states for each in dampers),
-        "turns": int(frame.flight > 0.0), "paper": int(printed), "forced": int(many == 1),
+        "turns": int(frame.flight > 0.0), "paper": int(printed), "forced": int(at.lone),
     }  # fmt: skip
     (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
         _sparse(rows)
@@ -696,12 +688,10 @@ def _kind_of(springs: Floats) -> int:
 
 def start_of(plan: Plan) -> tuple[Floats, Floats]:
     """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
-    names = plan.system.coordinates.names
     if plan.settings.initial_position is None:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
-    both = plan.settings.initial_position, plan.settings.initial_velocity
-    x0, v0 = (np.array([given[name] for name in names] if isinstance(given, Mapping) else [given]) for given in both)
-    return x0, v0
+    of = plan.motion.places_of
+    return of(plan.settings.initial_position), of(plan.settings.initial_velocity)
 
 
 def _sparse(rows: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
@@ -904,9 +894,9 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
     """
     system, at = plan.system, plan.system.coordinates
     gauged = dict(zip(at.numbers, parts.gauged, strict=False))
-    for i, (point, own, lack) in enumerate(zip(at.points, at.rows.tolist(), lacking, strict=True)):
+    everywhere = zip(at.beginnings, at.points, at.rows.tolist(), lacking, strict=True)
+    for i, (called, point, own, lack) in enumerate(everywhere):
         letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
-        called = name_at(system, point)
         yield Reading(f"{called}x_mean", {f"{letters[0]} of {of}": 1.0})
         yield Reading(f"{called}x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
         above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
@@ -940,17 +930,11 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
     yield from _of_a_lone_mass(system, parts)
-    for point, shares in zip(at.points, at.rows.tolist(), strict=True):
+    for called, shares in at.beginnings.items():
         x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
-        called = name_at(system, point)
         yield Reading(f"{called}x_mean_end", x, "one")
         yield Reading(f"{called}x_mean_square_end", x, "one", power=2)
         yield Reading(f"{called}v_mean_square_end", v, "one", power=2)
-
-
-def name_at(system: System, point: str) -> str:
-    """How the names of results of a point begin: those of a lone mass have no name."""
-    return f"{point}_" if len(system.points) > 1 else ""
 
 
 def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
