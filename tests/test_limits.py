@@ -51,7 +51,7 @@ def test_scales_of_a_wall_far_outside_the_law() -> None:
 def test_huge_numbers_that_belong_together_are_simulated() -> None:
     """Frequency and noise fit each other, and the wall is at the equilibrium: a bouncing mass in small units.
 
-    The other wall is far away in these units: with it the kernel is there.
+    The other wall is far away in these units.
     """
     step = plan_of(HUGE).settings.step
     huge = sp.System(*HUGE.parts, sp.Barrier(1e-11, side="below"))

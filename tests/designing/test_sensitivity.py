@@ -150,7 +150,6 @@ def test_monte_carlo_is_chosen_where_no_method_is_recommended() -> None:
 
 
 def test_monte_carlo_is_chosen_for_a_force_that_linear_theory_does_not_cover() -> None:
-    """With a second mass, for their kernel is there."""
     to_a, to_b = ("ground", "a"), ("ground", "b")
     model = sp.System(
         sp.Mass(2.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(8.0, between=to_a), sp.Spring(1.0, between=to_b),

@@ -16,12 +16,11 @@ from springpot.machine.faults import Stopped
 from springpot.simulation.monte_carlo import simulated
 from tests.explorer.conftest import Server
 from tests.explorer.test_page import COMPLETE, opened
-from tests.simulation.systems import of_many_kinds
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-FEW = of_many_kinds(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+FEW = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
 RUN: dict[str, Any] = {"paths": 64, "seed": 3, "start": "rest"}
 BAND = "frequency_Hz,psd_g2/Hz\n0.01,0.01\n2,0.02\n"
 
@@ -162,7 +161,7 @@ def test_rare_events_on_the_page(browser: Browser, server: Server) -> None:
     context.close()
 
 
-@pytest.mark.validation  # a kernel of its own; every day: what a table becomes
+@pytest.mark.validation  # every day: what a table becomes
 def test_a_table_on_the_page(browser: Browser, server: Server) -> None:
     """A table that is wrong is refused beside it; one that is right opens the system with it, and its numbers."""
     context = browser.new_context()

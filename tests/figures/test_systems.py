@@ -10,7 +10,6 @@ import pytest
 import springpot as sp
 from springpot import figures
 from springpot.machine.faults import NotCoveredError
-from tests.simulation.systems import of_many_kinds
 
 
 @cache
@@ -39,7 +38,7 @@ def test_both_walls_and_the_impacts_on_each(draw) -> None:
 
 
 def test_a_soft_contact_is_dashed_and_has_no_instant_of_impact() -> None:
-    stop = of_many_kinds(sp.Spring(1.0), sp.Dashpot(0.2), sp.Contact(-0.5, 50.0), sp.WhiteNoise(1.0))
+    stop = sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.Contact(-0.5, 50.0), sp.WhiteNoise(1.0))
     axes = figures.plot_path(sp.simulate(stop, paths=1, duration=20.0, step=0.02, start="rest", record=1))
     lines = {line.get_label(): line for line in axes.get_lines()}
     assert lines["contact"].get_linestyle() == "--"

@@ -107,7 +107,7 @@ def test_numbers_are_those_of_the_parts_and_names_are_none() -> None:
 def test_one_mass_with_a_name_is_one_mass() -> None:
     """Its numbers are those without a name, to the last bit."""
     parts = sp.Spring(8.0), sp.Springpot(0.5, 0.4), sp.Barrier(-0.2, 0.8), sp.WhiteNoise(1.0), sp.Constant(0.5)
-    away = sp.Barrier(200.0, side="below")  # with it their kernel is there
+    away = sp.Barrier(200.0, side="below")
     plain = sp.System(sp.Mass(2.0), *parts, away)
     named = sp.System(
         sp.Mass(2.0, at="box"),

@@ -41,7 +41,7 @@ def drawn(seed: int, path: int, steps: int, word: int) -> np.ndarray:
         ("grunwald", None), validation("grunwald", 0.0), validation("grunwald", 0.4),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("order", [0.1, validation(0.5), 0.9])
+@pytest.mark.parametrize("order", [0.1, validation(0.5), 0.9, 1.0])
 @pytest.mark.parametrize(("start", "derivative"), [(None, "caputo"), (0.5, "riemann-liouville")])
 def test_exponential_sum_equals_the_direct_sum(
     scheme: str, position: float | None, order: float, start: float | None, derivative: str

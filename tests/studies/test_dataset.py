@@ -17,7 +17,6 @@ from springpot.studies import tasks
 from springpot.studies.export import export
 from springpot.studies.store import Store, open_store
 from springpot.studies.tasks import compute
-from tests.simulation.systems import AWAY, NEARLY_LINEAR
 from tests.studies.samples import RUNS, THEORY, given, named
 
 ZIPPED: dict[str, Any] = {
@@ -229,7 +228,7 @@ def test_forces_are_results_of_a_study(tmp_path: Path) -> None:
 def test_damage_is_a_result_of_a_study(tmp_path: Path) -> None:
     """Cycles and damage are those of a run, at each level of a test; what no study can keep is refused."""
     shake = sp.SpectralExcitation.from_psd((0.05, 2.0), 0.01, "g2/Hz")
-    device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), NEARLY_LINEAR, *AWAY, shake=shake)
+    device = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(1.0), shake=shake)
     how: dict[str, Any] = {"paths": 64, "duration": 20.0, "step": 0.05, "start": "rest"}
     counted = {"x": {"exponent": 4.0, "strength": 0.5, "cycles": 1e6}}
     study: dict[str, Any] = {

@@ -12,7 +12,6 @@ from springpot.evidence.cells import cell_of
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import trust, warnings_of
 from springpot.theory import NotCoveredError, envelope, half_cycles, solve_all
-from tests.simulation.systems import NEARLY_LINEAR
 from tests.sizes import thinned
 from tests.struck import rates_of, speeds_of
 
@@ -32,7 +31,6 @@ def between(order: float, c: float, gaps: tuple[float, float], losses: tuple[flo
 
 def simulated_rates(system: sp.System, paths: int, seed: int, unit: float = 1.0) -> np.ndarray:
     """Impact rates of both walls, and their standard errors, at 240 units of time a path."""
-    system = sp.System(NEARLY_LINEAR, **dict(system.named()))  # as its kernel is there
     run = sp.simulate(
         system, paths=paths, duration=300.0 * unit, window=(60.0 * unit, 300.0 * unit), start="rest", seed=seed,
         distributions=False,

@@ -121,14 +121,15 @@ def _balance(
     gained = (column["energy_last"] - column["energy_first"]) / time
     # what noise whose increments are independent must have fed in
     fed = damped + walls / time + gained
-    fed = fed - sum((work for named, work in works.items() if named.does != "expected"), none)
+    known = "feeds", "works", "dissipates"
+    fed = fed - sum((work for named, work in works.items() if named.does in known), none)
     multiplied = sum((work for named, work in works.items() if named.does == "expected"), none)
     expected = supplied = parts.expected_power + float(multiplied.mean())
     total, found = fed, {}
     for named, work in works.items():
         if named.does == "feeds":
             supplied, total = supplied + abs(float(work.mean())), total + work
-        if named.does in ("feeds", "works", "dissipates"):
+        if named.does in known:
             found[f"{named.name}_power"] = -work if named.does == "dissipates" else work
     found["input_power"] = total
     if expected > 0.0:  # without such noise the balance is an identity, and no check

@@ -202,14 +202,15 @@ def memory_of(
         rates, strengths = np.append(rates, rate), np.append(strengths, weight)
         near, last = _newest_of_arm(arm, step)
         recent, extra = recent + weight * np.exp(-rate * np.arange(GROUP)) + near, extra + last
-    size = max(rates.size + rates.size % 2, 2 if turns else 0)
+    # without any mode the kernel takes the row for one without memory: what acts beside the modes needs one of weight 0
+    beside = turns or recent.any() or (springpots and settings.derivative != "caputo")
+    size = max(rates.size, 1 if beside else 0)
     if size + 2 * len(turns) > MOST_MODES:
         alone = len(springpots) == 1 and not arms
         whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
         advice = "use a larger one" if alone else "leave some out, or shorten the run"
         count = rates.size + 2 * len(turns)
         raise ValueError(f"{whose} {count} memory modes, but the kernel holds at most {MOST_MODES}: {advice}.")
-    # an even number of modes, because the kernel takes two at a time; an added one has weight 0
     padded, weighted = np.zeros(size), np.zeros(size)
     padded[: rates.size], weighted[: rates.size] = rates, strengths
     powers = np.exp(-np.outer(padded, np.arange(1, GROUP + 1)))
