@@ -202,14 +202,14 @@ def memory_of(
         rates, strengths = np.append(rates, rate), np.append(strengths, weight)
         near, last = _newest_of_arm(arm, step)
         recent, extra = recent + weight * np.exp(-rate * np.arange(GROUP)) + near, extra + last
-    size = max(rates.size + rates.size % 2, 2 if turns else 0)
+    # the kernel remembers increments of rows with modes only: one of weight 0, where there is no other
+    size = max(rates.size, int(bool(turns) or bool(recent.any())))
     if size + 2 * len(turns) > MOST_MODES:
         alone = len(springpots) == 1 and not arms
         whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
         advice = "use a larger one" if alone else "leave some out, or shorten the run"
         count = rates.size + 2 * len(turns)
         raise ValueError(f"{whose} {count} memory modes, but the kernel holds at most {MOST_MODES}: {advice}.")
-    # an even number of modes, because the kernel takes two at a time; an added one has weight 0
     padded, weighted = np.zeros(size), np.zeros(size)
     padded[: rates.size], weighted[: rates.size] = rates, strengths
     powers = np.exp(-np.outer(padded, np.arange(1, GROUP + 1)))
