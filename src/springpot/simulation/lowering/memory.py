@@ -202,8 +202,9 @@ def memory_of(
         rates, strengths = np.append(rates, rate), np.append(strengths, weight)
         near, last = _newest_of_arm(arm, step)
         recent, extra = recent + weight * np.exp(-rate * np.arange(GROUP)) + near, extra + last
-    # the kernel remembers increments of rows with modes only: one of weight 0, where there is no other
-    size = max(rates.size, int(bool(turns) or bool(recent.any())))
+    # the kernel looks for memory, and for what is left of a start, in rows with modes only: one of weight 0 will do
+    given = bool(springpots) and settings.derivative != "caputo"
+    size = max(rates.size, int(bool(turns) or bool(recent.any()) or given))
     if size + 2 * len(turns) > MOST_MODES:
         alone = len(springpots) == 1 and not arms
         whose = "memory_tolerance needs" if alone else "the springpots, arms and circuits need"
