@@ -119,9 +119,9 @@ def _balance(
     none = np.zeros(damped.size)
     walls = sum((energy for energy, _ in taken.values()), none)
     gained = (column["energy_last"] - column["energy_first"]) / time
-    # what noise whose increments are independent must have fed in
+    # what noise whose increments are independent must have fed in; the work of that with an envelope is hardly known
     fed = damped + walls / time + gained
-    fed = fed - sum((work for named, work in works.items() if named.does != "expected"), none)
+    fed = fed - sum((work for named, work in works.items() if named.does not in ("expected", "nothing")), none)
     multiplied = sum((work for named, work in works.items() if named.does == "expected"), none)
     expected = supplied = parts.expected_power + float(multiplied.mean())
     total, found = fed, {}
