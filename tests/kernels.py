@@ -9,6 +9,8 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 
 import springpot as sp
+from springpot.simulation.kernel import callbacks
+from springpot.simulation.kernel.entries import ENTRIES
 from springpot.simulation.monte_carlo import simulated  # here, so that one process makes the bytecode that both need
 
 PAIR = sp.System(
@@ -21,6 +23,11 @@ TOLERANCES = 1e-6, 1e-9  # relative errors of the memory, and with them single a
 def compiled(tolerance: float) -> None:
     """Have the kernel in the precision that goes with a tolerance."""
     simulated(sp.Oscillator(), paths=1, duration=1.0, step=0.1, start="rest", memory_tolerance=tolerance)
+
+
+def in_memory() -> tuple[int, int]:
+    """How many compiled functions this process has: those that Python calls, and those that the kernel calls."""
+    return sum(entry.is_loaded for entry in ENTRIES), len(callbacks._recent._made)
 
 
 if __name__ == "__main__":

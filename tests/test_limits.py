@@ -15,6 +15,7 @@ from springpot.evidence.explanation import equation
 from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import few, listed
 from springpot.simulation.error.reach import reach
+from springpot.simulation.kernel import advance, excitations, lanes, rest
 from springpot.simulation.lowering.filters import Filter, _stationary
 from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
@@ -130,3 +131,14 @@ def test_numbers_that_overflow_with_their_unit_are_refused(tmp_path: Path) -> No
 def test_a_fast_filter_does_not_hide_a_slow_one() -> None:
     both = Filter(np.diag([-1e40, -1.0]), np.diag([2e40, 2.0]), np.ones(2))
     assert _stationary(both) == pytest.approx(np.eye(2))
+
+
+def test_the_page_of_limits_says_how_much_a_simulation_holds() -> None:
+    page = " ".join((Path(__file__).parent.parent / "docs" / "limits.md").read_text(encoding="utf-8").split())
+    for most, what in (
+        (rest.MOST_POINTS, "masses"), (advance.MOST_ROWS, "points and pairs of ends"),
+        (rest.MOST_WALLS, "walls and contacts"), (advance.MOST_NOISES, "white noises"),
+        (excitations.MOST_SOURCES, "sources of other excitation"), (advance.MOST_DAMPERS, "nonlinear dampers"),
+        (advance.MOST_TAPS, "circuits"), (lanes.MOST_MODES, "modes of memory"), (advance.MOST_STATES, "states"),
+    ):  # fmt: skip
+        assert f" {most} {what}" in page, what

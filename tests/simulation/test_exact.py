@@ -7,7 +7,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 from scipy import integrate, linalg, stats
-from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.simulation import simulate
@@ -163,9 +162,14 @@ def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: 
     simulation, settings = simulation_of(plan), plan.settings
     rows = simulation.advance().rows
     low, high = settings.window_steps
-    per_second = {"impacts", "impact_speeds", "impact_speed_squares", "energy_first", "energy_last"}
-    scale = {name: 1 / ((high - low) * (settings.step if name in per_second else 1.0)) for name in COLUMNS}
-    columns = {name: column * scale[name] for name, column in zip(COLUMNS, rows.T[: len(COLUMNS)], strict=True)}
+    per_step = {"x of mass", "x^2 of mass", "v^2 of mass", "force", "virial", "power"}
+    per_second = {"barrier speeds", "barrier squares", "energy_first", "energy_last"}
+    scale = {**dict.fromkeys(per_step, 1.0), **dict.fromkeys(per_second, settings.step)}
+    columns = {
+        name: column / ((high - low) * scale[name])
+        for name, column in zip(simulation.parts.columns, rows.T, strict=True)
+        if name in scale
+    }
     return columns, simulation.parts.expected_power - simulation.parts.taken_at_once
 
 
@@ -187,15 +191,16 @@ def test_stationary_identities(
     """Means of d/dt of v, x v and the energy vanish: force, virial and energy balance, path by path."""
     problem = oscillator(order, coefficient, 1.0, 1.0, position, restitution)
     mean, fed = _stationary_rows(problem, 300.0, paths, step)
-    push = (1 + restitution) * mean["impact_speeds"]
-    loss = 0.5 * (1 - restitution**2) * mean["impact_speed_squares"]
+    push = (1 + restitution) * mean["barrier speeds"]
+    loss = 0.5 * (1 - restitution**2) * mean["barrier squares"]
     gain = mean["energy_last"] - mean["energy_first"]
     # each with the terms in it that must be noticed if they are 2 % off
+    x, x_square, v_square = (mean[f"{name} of mass"] for name in ("x", "x^2", "v^2"))
     balances = {
-        "force": (push - mean["x"] - mean["force"], [push, mean["x"]]),
+        "force": (push - x - mean["force"], [push, x]),
         "virial": (
-            mean["v_square"] - mean["x_square"] - mean["virial"] + position * push,
-            [mean["v_square"], mean["x_square"], mean["virial"]] if order < 1 else [mean["v_square"]],
+            v_square - x_square - mean["virial"] + position * push,
+            [v_square, x_square, mean["virial"]] if order < 1 else [v_square],
         ),
         "energy": (mean["power"] + loss + gain - fed, [mean["power"], loss] if restitution < 1 else [mean["power"]]),
     }

@@ -14,20 +14,20 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import springpot as sp
-from springpot.simulation.kernel import sources
 from springpot.simulation.lowering.filters import filtered
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.modulated import Modulation, law_of
+from springpot.simulation.lowering.sources import Filter
 from tests.kernels import PAIR
 
 ENVELOPE = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
 SHAKEN = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0, envelope=ENVELOPE)
-AWAY = sp.Barrier(-1e3, 0.8)  # so that all tests share one kernel
+AWAY = sp.Barrier(-1e3, 0.8)
 TIMES = [0.0, 2.0, 4.0, 6.0, 10.0, 15.0, 25.0]
 
 
 def of_pair(*noises: Any, damping: float = 0.3) -> sp.System:
-    """An oscillator with these noises beside another mass, in the kernel of several masses."""
+    """An oscillator with these noises beside another mass."""
     ends = {"between": ("ground", "a")}
     return sp.System(
         sp.Mass(1.0, at="a"), sp.Mass(1.0, at="b"), sp.Spring(4.0, **ends), sp.Dashpot(damping, **ends),
@@ -198,9 +198,9 @@ def test_filtered_noise_against_the_equation_of_lyapunov(noise: Any) -> None:
 def test_an_envelope_of_1_is_stationary_noise() -> None:
     """The recursion goes to the law of the innovations that stationary noise has."""
     step, steps = 0.3, 400
-    noise = Modulation("", None, filter=sources.Filter(np.array([[-0.2]]), np.array([[0.4]]), np.ones(1)))
+    noise = Modulation("", None, filter=Filter(np.array([[-0.2]]), np.array([[0.4]]), np.ones(1)))
     law = law_of(noise, Units(1.0, 1.0), step, steps)
-    stationary = filtered([noise.filter], 1, 0, step)
+    stationary = filtered([noise.filter], step)
     assert law.roots[-1] == pytest.approx(stationary.newest[0], rel=1e-12)
     assert law.roots[0] ** 2 > law.roots[-1] ** 2  # nothing is known at first
     assert law.seen @ law.gains[-1] == pytest.approx(stationary.newest[1], rel=1e-12)

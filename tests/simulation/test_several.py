@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from springpot.simulation.kernel.several import several
 
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
@@ -16,6 +15,7 @@ from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
+from tests.kernels import in_memory
 from tests.simulation.systems import of_many_kinds
 from tests.sizes import validation
 
@@ -548,10 +548,10 @@ def test_a_symmetric_pair_has_decoupled_modes() -> None:
 
 def test_one_compilation_serves_all_sizes() -> None:
     sp.simulate(thermal_pair(), paths=1, duration=1.0)
-    before = len(several.signatures)
+    before = in_memory()
     sp.simulate(chain(sp.WhiteNoise(0.5, on="d")), paths=1, duration=1.0)
     sp.simulate(three(sp.WhiteNoise(0.5, on="a"), sp.Barrier(0.1, 0.5, between=A_B)), paths=1, duration=1.0)
-    assert len(several.signatures) == before
+    assert in_memory() == before
 
 
 def test_the_same_bits_for_any_number_of_threads() -> None:

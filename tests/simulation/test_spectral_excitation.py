@@ -60,7 +60,7 @@ def test_impulses_are_integrals_of_the_force_over_the_steps(step: float) -> None
     """Their density is that of the force times sinc^2, folded: of the innovations form, within the band."""
     part = noise(FLAT)
     shape = shape_of(part, "flat")
-    law = filtered([filter_of(shape, 1.0, 2.0 * math.pi * step)], 1, 0, 1.0, floor=FLOOR)
+    law = filtered([filter_of(shape, 1.0, 2.0 * math.pi * step)], 1.0, floor=FLOOR)
     size = law.start.shape[0]
     move, seen, gain = np.zeros((size, size)), np.zeros(size), np.zeros(size)
     for k, pair in enumerate(law.pairs):  # of four steps

@@ -1,7 +1,4 @@
-"""Monte Carlo of systems of parts: exact laws, energy, and the same bits however a run is made.
-
-Two kernels serve all tests of this module, since each combination of kinds of parts takes seconds to compile.
-"""
+"""Monte Carlo of systems of parts: exact laws, energy, and the same bits however a run is made."""
 
 from __future__ import annotations
 
@@ -11,10 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba import njit
-from springpot.simulation.kernel.questions import splitting
-from springpot.simulation.kernel.restitution import Fixed, Power
-from springpot.simulation.kernel.two_walls import RULES, Pair, fly_between
 
 import springpot as sp
 from springpot.problem.parts import WhiteNoise
@@ -23,7 +16,6 @@ from springpot.simulation.error.budget import orders_of_step
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import impact_biases
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
@@ -378,12 +370,13 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
 @pytest.mark.parametrize(
     ("parts", "words"),
     [
-        (tuple(sp.Contact(-1.0, 50.0 + n) for n in range(7)), "7 contacts, but the kernel holds only 6"),
+        (tuple(sp.Contact(-1.0, 50.0 + n) for n in range(13)), "13 walls and contacts, .* holds at most 12"),
         ((sp.Contact(-1.0, 1e12), sp.Contact(1.0, 50.0, side="below")), "contact_1 is so stiff that half a step"),
         ((sp.Barrier(-1.0, lambda v: float(f"{v:.1f}")),), "barrier has a restitution that Numba cannot compile"),
         ((sp.PoissonImpulses(1e7, 1e-7),), "poisson_impulses"),
-        (tuple(sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 6)), "memory modes"),
-        (tuple(sp.Harmonic(1.0, 1.0 + n) for n in range(9)), "forces"),
+        (tuple(sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 12)), "memory modes"),
+        (tuple(sp.Harmonic(1.0, 1.0 + n) for n in range(13)), "13 sources of other excitation, .* at most 12"),
+        (tuple(sp.BoucWen(1.0, 0.1 + n) for n in range(13)), "13 nonlinear dampers and forces, .* at most 12"),
     ],
 )
 def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
@@ -391,20 +384,19 @@ def test_what_is_refused(parts: tuple[Any, ...], words: str) -> None:
         sp.simulate(sp.System(SPRING, sp.Dashpot(0.5), WHITE, *parts), paths=64, duration=1.0, step=0.01)
 
 
-@njit(_nrt=False)
-def _flown(wall, scheme, x, v, phase, sums, lane, weight):  # type: ignore[no-untyped-def]
-    return fly_between(wall, scheme, x, v, phase, 0.0, 0.0, 0.0, 0.0, sums, lane, weight)
-
-
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 def test_restitution_that_falls_with_the_speed() -> None:
     """One impact of a flight: at 16 times the speed half the restitution, and the energy that the wall took."""
-    extras, frequency, speed = np.zeros((RULES + 4) * LANES), 1e-3, 32.0
-    sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), extras, NO_OBSERVERS)
-    wall = Pair(-1.0, 1.0, Power(0.5, 2.0, 0.25), Fixed(0.9))
-    x, v = _flown(wall, splitting(frequency, 0.0, 1.0), 0.0, -speed, frequency * 1.5 / speed, sums, 0, 1.0)
-    assert (x, v) == pytest.approx((-1.0 + 0.5 * 0.25, 0.25 * speed), rel=1e-6)
-    assert extras[RULES * LANES] == pytest.approx(0.5 * speed**2 * (1.0 - 0.25**2), rel=1e-6)
-    assert sums.impacts[0] == 1.0
+    speed, walls = 32.0, (sp.Barrier(-1.0, sp.PowerRestitution(0.5, 2.0, 0.25)), sp.Barrier(100.0, 0.9, side="below"))
+    end = 2.0 / speed
+    found = sp.simulate(
+        sp.System(sp.Spring(1e-9), *walls), paths=1, duration=end, step=end / 16, window=(0.0, end), record=1,
+        start="rest", initial_velocity=-speed,
+    )  # fmt: skip
+    assert found.record[0, -1] == pytest.approx([-1.0 + 0.25, 0.25 * speed], rel=1e-6)
+    assert found["barrier_1_power"].value * end == pytest.approx(0.5 * speed**2 * (1.0 - 0.25**2), rel=1e-6)
+    assert found["barrier_1_impact_rate"].value * end == pytest.approx(1.0)
+    assert found["barrier_2_impact_rate"].value == 0.0
     assert slow_restitution(sp.Barrier(0.0, sp.PowerRestitution(0.5, 2.0))) == 1.0
 
 

@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
-from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.evidence import comparison, validity
@@ -84,8 +83,9 @@ def test_of_each_wall_and_of_what_it_takes() -> None:
 
 
 def test_few_impacts_have_poissons_interval() -> None:
-    run = sp.simulate(far_wall(-2.6), **SHORT)
-    seen = run.path_sums[:, COLUMNS.index("impacts")]
+    system = far_wall(-2.6)
+    run = sp.simulate(system, **SHORT)
+    seen = run.path_sums[:, [*simulation_of(plan_of(system, **SHORT)).parts.columns].index("barrier impacts")]
     assert 0 < seen.sum() < few_events.FEW
     low, high = interval(seen, TIME)
     assert low < run["impact_rate"].value < high

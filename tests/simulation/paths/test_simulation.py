@@ -1,8 +1,7 @@
-"""A simulation made once: the kernel's units and side, what may be changed later, and its start."""
+"""A simulation made once: the kernel's units, what may be changed later, and its start."""
 
 import numpy as np
 import pytest
-from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.problem.catalogue import possible_results
@@ -17,19 +16,18 @@ PROBLEM = sp.System(*PARTS, sp.Barrier(-0.2, 0.8))
 SHORT = {"paths": 64, "duration": 2.0, "step": 0.02, "seed": 3, "record": 2, "start": "rest"}
 
 
-@pytest.mark.parametrize("side", ["above", "below"])
-def test_a_state_comes_back_from_the_kernel_as_it_went_in(side: str) -> None:
+@pytest.mark.parametrize(("side", "start"), [("above", 0.7), ("below", -0.9)])
+def test_a_state_comes_back_from_the_kernel_as_it_went_in(side: str, start: float) -> None:
     problem = sp.System(*PARTS, sp.Barrier(-0.2, 0.8, side=side))  # type: ignore[arg-type]
-    simulation = simulation_of(plan_of(problem, **SHORT, initial_velocity=-1.3))
-    units = simulation.parts.units
-    assert units.sign == {"above": 1.0, "below": -1.0}[side]
-    assert simulation.parts.wall_position == units.into(-0.2, 0.0)[0]
-    state = np.array(units.into(0.7, -1.3)) * units.state
-    assert state.tolist() == [0.7, -1.3]
+    simulation = simulation_of(plan_of(problem, **SHORT, initial_position=start, initial_velocity=-1.3))
+    parts = simulation.parts
+    assert parts.wall_position == -0.2 / parts.units.length
+    assert (parts.start * parts.units.state).tolist() == [[start, -1.3]]
     found = simulation.advance()
-    np.testing.assert_array_equal(found.record[:, 0, 1], -1.3)
-    np.testing.assert_array_equal(found.rows[:2, COLUMNS.index("x_end")], found.record[:, -1, 0])
-    np.testing.assert_array_equal(found.rows[:2, COLUMNS.index("v_end")], found.record[:, -1, 1])
+    np.testing.assert_array_equal(found.record[:, 0], [[start, -1.3]] * 2)
+    at = [*parts.columns]
+    np.testing.assert_array_equal(found.rows[:2, at.index("x_end of mass")], found.record[:, -1, 0])
+    np.testing.assert_array_equal(found.rows[:2, at.index("v_end of mass")], found.record[:, -1, 1])
 
 
 def test_fewer_paths_of_the_same_simulation_are_its_first() -> None:

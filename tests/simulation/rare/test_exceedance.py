@@ -131,13 +131,14 @@ def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads() -> None:
     assert sp.exceedance(WALL, {"x": 3.2}, **SHORT, seed=2, rtol=0.2).probability != one.probability
 
 
-def test_a_mirrored_system_has_the_same_bits() -> None:
+def test_a_mirrored_system_has_the_mirrored_law() -> None:
     other = sp.System(sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.Barrier(0.3, 0.8, "below"), sp.WhiteNoise(0.2))
     for name, level, its_own in (("x", 3.0, -3.0), ("v", 3.0, -3.0), ("distance", 3.0, 3.0)):
         a, b = (
-            sp.exceedance(system, {name: at}, **SHORT, rtol=0.5) for system, at in ((WALL, level), (other, its_own))
+            sp.exceedance(system, {name: at}, **SHORT, rtol=0.1) for system, at in ((WALL, level), (other, its_own))
         )
-        assert a.probability == b.probability
+        error = math.hypot(a.error[name], b.error[name])
+        assert abs(a.probability[name] - b.probability[name]) < 3.5 * error < 0.6 * a.probability[name]
 
 
 @pytest.mark.validation

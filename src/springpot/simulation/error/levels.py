@@ -48,7 +48,7 @@ class Level:
     stream : int
     halved : bool
         Whether the noise is that of half the step, summed in pairs.
-    rows : ndarray, shape (paths, len(COLUMNS))
+    rows : ndarray, shape (paths, columns)
     counted : ndarray, shape (paths, 2 times the walls that are completed)
         Counts of `counts_of_fast_impacts`.
     """

@@ -119,7 +119,7 @@ def _balance(
     none = np.zeros(damped.size)
     walls = sum((energy for energy, _ in taken.values()), none)
     gained = (column["energy_last"] - column["energy_first"]) / time
-    # what noise whose increments are independent must have fed in
+    # what noise whose increments are independent must have fed in; the work of that with an envelope is hardly known
     fed = damped + walls / time + gained
     known = "feeds", "works", "dissipates"
     fed = fed - sum((work for named, work in works.items() if named.does in known), none)

@@ -8,14 +8,18 @@ the start and the end without a further one are known again, so second and third
 
 from __future__ import annotations
 
+import math
+
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
-from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, f64
+from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch, sum_of
 from springpot.simulation.kernel.striking import FIXED, MOST_EVENTS, count_impacts, count_taken, restitution
 from springpot.simulation.kernel.tables import (
+    LIMITS,
     PLACE,
     POINTS,
+    RESTITUTION,
     ROW_AT,
     ROW_BEGIN,
     ROWS,
@@ -38,7 +42,7 @@ from springpot.simulation.kernel.vectors import (
     some,
     store,
 )
-from springpot.simulation.kernel.watching import show_impacts
+from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impact, show_impacts
 
 TINY = 5e-5  # hops of a chattering sequence, over a half step, from which on the mass stays on the wall until its end
 
@@ -99,6 +103,32 @@ def _flight(K, F, T, k, b, x, v, moved, change, where):
 
 
 @njit(**INLINE)
+def _count_limit(K, T, where, o):
+    add(T.sums, sum_of(K, LIMITS, 0) + o, choose(where, filled(double(load(T.v, o)), 1.0), 0.0))
+
+
+@njit(**LINKED)
+def _count_hops(K, F, T, S, k, place, frequency, speed, x, v, where, weight, o):
+    """Elastic hops that are left on a wall against which the spring presses: all alike, they are counted in one go.
+
+    The mass leaves the wall at ``place`` with ``speed``; x and v are where it would be at the end without the wall.
+    """
+    turned = (speed * x - place * v) / frequency  # by this angle about the centre, sine and cosine of which are these
+    store(T.own, 0, choose(where, double(turned), -1.0))
+    store(T.own, WIDTH, double(place * x + speed * v / (frequency * frequency)))
+    store(T.own, 2 * WIDTH, double(speed))
+    for lane in range(WIDTH):
+        left, fast, hops = f64(T.own[lane]), f64(T.own[2 * WIDTH + lane]), 0.0
+        if left > 0.0 and fast > 0.0:
+            hop = 2.0 * math.atan2(fast, f64(frequency) * f64(place))
+            hops = math.floor(math.atan2(left, f64(T.own[WIDTH + lane])) / hop)
+        if hops > 0.0 and weight > 0.0 and S[ON_IMPACTS_COUNT] > 0:
+            show_impact(S, k, fast, o + lane, hops)
+        T.own[lane] = hops
+    count_impacts(K, F, T, k, where, filled(speed, weight) * filled(speed, load(T.own, 0)), speed, o)
+
+
+@njit(**INLINE)
 def _half_turn(K, F, T, S, i, b, x, v, weight, o):
     """Half a step of coordinate i with all impacts at its walls, one after another; changes of x and v, and where.
 
@@ -151,12 +181,19 @@ def _half_turn(K, F, T, S, i, b, x, v, weight, o):
         moved, change = choose(hit, new_x - at_x, moved), choose(hit, new_v - at_v, change)
         from_x, from_v = choose(hit, at_x, from_x), choose(hit, at_v, from_v)
         moved, change = choose(rests, 0.0, moved), choose(rests, 0.0 - from_v, change)
+        if some(rests):
+            _count_limit(K, T, rests, o)
         goes_on = hit & opposite(rests)
     if some(hit & goes_on):  # tiny hops on a wall against which it is pressed: it stays there
         for k in range(K[WALLS]):
             if _point(K, k) == i:
                 p, side = F[K[PLACE] + k] - F[b + 7], F[K[SIDE] + k]
                 behind = goes_on & (side * (from_x + moved) < side * p)
+                if K[K[WALL_KIND] + k] == FIXED and F[K[RESTITUTION] + 3 * k] == 1.0 and side * p > 0.0:
+                    x1, v1 = side * (from_x + moved), side * (from_v + change)
+                    _count_hops(K, F, T, S, k, side * p, F[b + 6], side * from_v, x1, v1, behind, weight, o)
+                else:
+                    _count_limit(K, T, behind, o)
                 moved, change = choose(behind, p - from_x, moved), choose(behind, 0.0, change)
     return from_x + moved - x, from_v + change - v, ever
 

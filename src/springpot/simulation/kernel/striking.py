@@ -183,7 +183,7 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
     step, n, m = F[K[STEP]], K[POINTS], K[ROWS]
     left = filled(load(T.fx, o), span)
     ever = left < 0.0
-    hit = ever
+    hit, late = ever, left
     for event in range(2 * MOST_EVENTS):
         soonest, speed, struck = left, filled(left, 0.0), filled(left, -1.0)
         for k in range(K[WALLS]):
@@ -242,6 +242,13 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
     if some(hit):  # lanes without an end stay where they are
         add(T.sums, sum_of(K, LIMITS, 1) + o, choose(hit, filled(double(left), 1.0), 0.0))
         left = choose(hit, 0.0, left)
+        there = hit & (late <= 0.0)  # in the middle, too
+        for i in range(n):
+            at = i * LANES + o
+            store(T.seen, at, choose(there, load(T.fx, at), load(T.seen, at)))
+        for e in range(m):
+            at = e * LANES + o
+            store(T.seen_u, at, choose(there, load(T.fu, at), load(T.seen_u, at)))
     advance(K, T, left, o)
     return ever
 

@@ -163,12 +163,12 @@ def show_steps(S, x, v, step, n, low, high):
 
 
 @njit(**INLINE)
-def show_impact(S, stop, speed, lane):
-    """Call the observers of all walls, and of the wall of this number, with an impact of a lane."""
+def show_impact(S, stop, speed, lane, count=1.0):
+    """Call the observers of all walls, and of the wall of this number, with impacts of a lane that are alike."""
     for i in range(S[COUNT]):
         b = AFTER + OF_ONE * i
         if S[b + 1] != 0 and (S[b + 5] == ALL or S[b + 5] == stop):
-            _call_on_impacts(S[b + 1], (1.0, speed, lane, S[b + 2]))
+            _call_on_impacts(S[b + 1], (f64(count), speed, lane, S[b + 2]))
 
 
 @njit(**INLINE)

@@ -437,7 +437,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         gauged=tuple(f"row {n}" for n in range(tables.count("gauged"))),
         frequency=frame.flight or 1.0,
         centre=frame.centre,
-        mass=plan.system.inertia if at.lone else 1.0,
+        mass=float(at.mass[0, 0]) if at.lone else 1.0,
         wall_position=next(iter(walls.values())).position if at.lone and len(walls) == 1 else 0.0,
         walls=names,
         contacts=tuple(name for _, name, _ in touched),

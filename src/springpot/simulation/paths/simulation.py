@@ -33,8 +33,8 @@ class Ensemble:
 
     Attributes
     ----------
-    rows : ndarray, shape (paths, len(COLUMNS))
-        Sums of each path.
+    rows : ndarray, shape (paths, columns)
+        Sums of each path, as `Parts.columns` names them.
     record : ndarray, shape (recorded, points, 2)
         x and v at 0 and after every ``record_every`` steps.
     observed : tuple of ndarray

@@ -95,9 +95,9 @@ def doubts(
 
 
 def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
-    """Of steps in which the kernel did not follow every impact."""
+    """Of steps in which the kernel did not follow every impact; on a circle what it leaves out are hops of no size."""
     column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    if count := int(column["collapses"].sum()):
+    if not simulation.parts.tables.count("turns") and (count := int(column["collapses"].sum())):
         yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
 
 
