@@ -488,7 +488,7 @@ def walk(
             fly(0.5 * short, since + (k + 0.5) * short, n)
 
     def touch(short: float) -> None:
-        """The elastic force of each contact; its dissipation k d^p chi d' with the mean of the rates before and after."""
+        """A kick by the contacts alone; the dissipation k d^p chi d' with the mean of the rates before and after."""
         nonlocal v
         for _, part, row in contacts:
             rate, force = float(row.g @ v), _elastic(part, float(row.g @ x))

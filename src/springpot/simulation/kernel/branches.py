@@ -58,15 +58,14 @@ class Branches(NamedTuple):
 
 
 TABLE = (
-    "any", "every", "limits", "who", "origin", "born", "marks", "ends", "head", "free", "rows", "used", "state", "memory",
-    "sources", "step", "next", "kept",
+    "any", "every", "limits", "who", "origin", "born", "marks", "ends", "head", "free", "rows", "used", "state",
+    "memory", "sources", "step", "next", "kept",
 )  # fmt: skip
-"""Whether there are branches; groups between two checkpoints; the address of floor and rise of the coordinate; those of
-the arrays of `Branches`; how many rows are free; those of the pool; and how many
-states of sources it keeps.
+"""Whether there are branches; groups between two checkpoints; the address of floor and rise of the coordinate; those
+of the arrays of `Branches`; how many rows are free; those of the pool; and how many states of sources it keeps.
 """
-(ANY, EVERY, EDGES, WHO, ORIGIN, BORN, NOW_MARKS, ENDS, HEAD, FREE, FREE_ROWS, USED, KEPT_STATE, KEPT_MEMORY, KEPT_SOURCES,
- KEPT_STEP, KEPT_NEXT, KEPT_COUNT) = range(len(TABLE))  # fmt: skip
+(ANY, EVERY, EDGES, WHO, ORIGIN, BORN, NOW_MARKS, ENDS, HEAD, FREE, FREE_ROWS, USED, KEPT_STATE, KEPT_MEMORY,
+ KEPT_SOURCES, KEPT_STEP, KEPT_NEXT, KEPT_COUNT) = range(len(TABLE))  # fmt: skip
 
 
 def table_of(branches: Branches | None = None) -> tuple[Any, ...]:
@@ -75,7 +74,8 @@ def table_of(branches: Branches | None = None) -> tuple[Any, ...]:
         return (np.zeros(len(TABLE), np.int64),)
     edges, kept = np.array([branches.floor, branches.rise]), branches.kept
     arrays = (
-        edges, branches.who, branches.origin, branches.born, branches.marks, branches.ends, branches.head, branches.free,
+        edges, branches.who, branches.origin, branches.born, branches.marks, branches.ends, branches.head,
+        branches.free,
     )  # fmt: skip
     pool = branches.used, kept.state, kept.memory, kept.sources, kept.step, kept.next
     addresses = [array.ctypes.data for array in (*arrays, *pool)]

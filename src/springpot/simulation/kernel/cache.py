@@ -5,7 +5,7 @@ key also contains a digest of every source file of this folder, and of the funct
 files in one index, and two processes that compile at the same time can mix them up; here each function has its own
 file, named by its key, with the key and a checksum in it.
 
-A kernel with a part that is defined outside this folder is not cached, because changes of that code are not detected.
+A user's own function is not cached, because changes of that code are not detected: the kernel calls its address.
 
 A file of the cache holds machine code, and loading it runs it.  So only a folder is used that no other user can write
 (:mod:`springpot.machine.trusted`): NUMBA_CACHE_DIR if it is set, else the user's cache folder.  Where it cannot be
@@ -50,15 +50,6 @@ _COMPILER = f"{numba.__version__} {llvmlite.__version__} {sys.version} {QUICK}"
 _DIGEST = hashlib.sha256(_sources(Path(__file__).parent) + _COMPILER.encode()).hexdigest()
 _LARGEST = 64 << 20  # bytes of a file; kernels take less than one MiB
 _IF_UNTESTED = () if QUICK else (Exception,)  # what another Numba may raise costs a compilation, no more
-_HERE = __name__.rpartition(".")[0]
-
-
-def _from_elsewhere(kind: Any) -> bool:
-    """Whether a signature or a type of Numba is, or holds, a NamedTuple that is not defined in this folder."""
-    part = getattr(kind, "instance_class", None)
-    inside = part is None or part.__module__.rpartition(".")[0] == _HERE
-    parts = kind if isinstance(kind, tuple) else getattr(kind, "args", getattr(kind, "types", ()))
-    return not inside or any(map(_from_elsewhere, parts))
 
 
 class _Files:
@@ -117,7 +108,7 @@ class _Cache(FunctionCache or object):  # type: ignore[misc]
                 "Compiled kernels are not stored, and every process compiles them again for a few seconds, because "
                 f"{self.reason}. Set NUMBA_CACHE_DIR to a folder that only you can write."
             )
-        elif not _from_elsewhere(sig):
+        else:
             with contextlib.suppress(*_IF_UNTESTED):
                 rtsys.initialize(target_context)  # what unpacks the arrays
                 data = self._cache_file.load(self._key(sig, target_context.codegen()))
@@ -126,7 +117,7 @@ class _Cache(FunctionCache or object):  # type: ignore[misc]
 
     def save_overload(self, sig: Any, data: Any) -> None:
         with contextlib.suppress(OSError, *_IF_UNTESTED):  # a full disk costs the next process a compilation, no more
-            if not (self.reason or _from_elsewhere(sig) or data.library.has_dynamic_globals or data.lifted):
+            if not (self.reason or data.library.has_dynamic_globals or data.lifted):
                 self._cache_file.save(self._key(sig, data.codegen), data._reduce())
 
     def _key(self, sig: Any, codegen: Any) -> Any:

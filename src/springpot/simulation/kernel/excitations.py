@@ -85,7 +85,7 @@ def supply_sources(K, D, F, group, who, stream, k0, k1, state, given, spare, nor
     for i in range(K[SOURCES]):
         kind, long, own = _of(K, i, KIND), _of(K, i, LONG), beyond(given, i * GROUP * LANES)
         begun, word, place = beyond(state, _of(K, i, PLACE) * LANES), _of(K, i, WORD), D[K[WAVE] + 2 * i]
-        if kind == FILTERED or kind == POISSON:
+        if kind == FILTERED or kind == POISSON:  # noqa: SIM109  (a tuple would be compiled as one)
             parts = K[PARTS]
             for part in range(parts):
                 if kind == FILTERED:

@@ -1,8 +1,8 @@
 """One step of all lanes of a vector: the kick of everything that acts at once, and the drift to the next kick.
 
 Everything that a part knows of the masses is its elongation, a row times the coordinates.  All forces act in the kick,
-with the answer of dampers and memory to their own impulse in one small matrix.  Between two kicks lies a drift: straight,
-or on a circle of the coordinate's own.  ``o`` is the first lane of the vector in the block.
+with the answer of dampers and memory to their own impulse in one small matrix.  Between two kicks lies a drift:
+straight, or on a circle of the coordinate's own.  ``o`` is the first lane of the vector in the block.
 """
 
 from __future__ import annotations
@@ -391,7 +391,7 @@ def remember(K, F, T, o):
                 h3 = h3 + F[t + 7] * y
                 t += NUMBERS_OF_MODE
             t, b = K[K[TURNED_TABLE] + e], b + count * LANES
-            for k in range(K[K[TURNED] + e]):  # of circuits with a coil: two states, which a step turns into each other
+            for _ in range(K[K[TURNED] + e]):  # of circuits with a coil: two states, which a step turns into each other
                 y, r = load(T.z, b), load(T.z, b + LANES)
                 y1 = y + (
                     F[t] * y + F[t + 1] * r + F[t + 4] * e0 + F[t + 6] * e1 + F[t + 8] * e2 + F[t + 10] * e3

@@ -291,7 +291,7 @@ def _come_to_rest(K, D, T, v, struck, speed, closing, lane, weight):
 
 @njit(**INLINE)
 def _pushed(K, D, T, j, lane, v):
-    """Put the impulses of constant forces, of smooth excitation in step j and of leaning walls behind the velocities."""
+    """Put the impulses of constant forces, smooth excitation in step j and leaning walls behind the velocities."""
     for i in range(K[POINTS]):
         v[MOST_POINTS + i] = D[K[CONSTANT] + i]
     for r in range(K[SOURCES]):
@@ -459,9 +459,9 @@ def put_in(K, D, T, j, x, v, lane):
 
 @njit(**INLINE)
 def _is_clear(K, D, T, lane):
-    """Whether the end of a drift lies before all walls, with a margin for rounding; a row that rests is clear of its own.
+    """Whether the end of a drift lies before all walls, with a margin for rounding.
 
-    Nonlinear dampers act on a row that leans on a wall after the kick.
+    A row that rests is clear of its own.  Nonlinear dampers act on a row that leans on a wall after the kick.
     """
     resting = T.state[flag(K, K[WALLS], lane)] > 0.0
     if K[DAMPERS] > 0 and has_leant(K, T.leant, lane):

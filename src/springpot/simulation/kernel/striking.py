@@ -106,7 +106,7 @@ def take_from_speeds(K, F, T, o):
 
 @njit(**INLINE)
 def _given_along(K, F, T, k, j, o):
-    """What springs and smooth forces change of the velocity of wall k's elongation in a step, times its reduced mass."""
+    """What springs and smooth forces change of the rate of wall k's elongation in a step, times its reduced mass."""
     n, m = K[POINTS], K[ROWS]
     given = filled(load(T.fx, o), 0.0)
     for i in range(n):

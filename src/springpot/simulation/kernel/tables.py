@@ -2,7 +2,7 @@
 
 Nothing in the types of the kernel's arguments depends on the system, so one compilation serves all systems.  The table
 of integers begins with a header: counts of things, then where each list begins, in the same table or in that of
-numbers.  Lists are described where they are made (`springpot.simulation.lowering.several`).
+numbers.  Lists are described where they are made (`springpot.simulation.lowering.compose`).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ COUNTS = (
 LISTS = (
     # sparse rows: nonzeros from ``begin[i]`` to ``begin[i + 1]``, each with its coordinate ``at`` and its value
     "row_begin", "row_at", "noise_begin", "noise_at", "source_begin", "source_at",
-    "source",  # eight integers of each, the seventh of a long list: see `springpot.simulation.kernel.sources`
+    "source",  # eight integers of each, the seventh of a long list: see `springpot.simulation.kernel.excitations`
     "spring_kind",  # of each row; 0 is none
     "mode_count", "mode_begin", "mode_table",  # of each row; the last is where its numbers begin
     "turned", "turned_table",  # modes of circuits with a coil, which follow
@@ -59,7 +59,7 @@ NUMBERS = (
     "step",
     "rounding",  # relative, of the precision of the sweep
     "row", "noise", "source_row",  # values of sparse rows; noise with sqrt(q h)
-    "wave",  # (2 sources) see `springpot.simulation.kernel.sources`
+    "wave",  # (2 sources) see `springpot.simulation.kernel.excitations`
     "smooth",  # of each source: 1 of a force that changes little within a step, otherwise 0
     "constant",  # impulse of constant forces on each coordinate in a step
     "pushed",  # the same without what the drift has
@@ -85,7 +85,7 @@ NUMBERS = (
     "contact",  # (6 contacts) place, direction of the force, stiffness, exponent, dissipation, reduced mass
     "contact_jump", "contact_along",
     "shaken",  # (2 shaken) variance of the impulses per square, and half of it over the reduced mass
-    "turn",  # (8 points) of each half and of the whole drift, see `springpot.simulation.kernel.turning_flight`
+    "turn",  # (8 points) of each half and of the whole drift, see `springpot.simulation.kernel.motion.TURN_NUMBERS`
     "modes",  # (8 numbers of each mode) four powers, four weights
     "turns_of_modes",  # (20 of each)
 )  # fmt: skip
@@ -95,14 +95,14 @@ SUMS = (
 )  # fmt: skip
 
 _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" for name in NUMBERS)))}
-(POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES, TURNS,
- PAPER, PARTS, SUBSTEPS, STRIDE, COLUMNS,
+(POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES,
+ TURNS, PAPER, PARTS, SUBSTEPS, STRIDE, COLUMNS,
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
- STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, PUSHED, EARLY, SPRING, KICK, DAMPING, ANSWER, NEAR, SOLVE, SIDE, PLACE,
- RESTITUTION, JUMP, ALONG, REDUCED, RESTS, LEAN, HEAVY, MASS, DAMPER, DAMPER_JUMP, DAMPER_ALONG, CONTACT, CONTACT_JUMP,
- CONTACT_ALONG, SHAKING, TURN, MODE, TURN_OF_MODES) = range(len(_WHERE))  # fmt: skip
+ STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, PUSHED, EARLY, SPRING, KICK, DAMPING, ANSWER, NEAR,
+ SOLVE, SIDE, PLACE, RESTITUTION, JUMP, ALONG, REDUCED, RESTS, LEAN, HEAVY, MASS, DAMPER, DAMPER_JUMP, DAMPER_ALONG,
+ CONTACT, CONTACT_JUMP, CONTACT_ALONG, SHAKING, TURN, MODE, TURN_OF_MODES) = range(len(_WHERE))  # fmt: skip
 (X, XX, VV, U, UU, WW, POWER, WORKS, FORCE, VIRIAL, HITS, SOFT, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS,
  EARLY_XX, EARLY_VV) = range(len(SUMS))  # fmt: skip
 # of contacts together: time in touch, and the largest depth
@@ -148,8 +148,8 @@ def packed(
     ----------
     counts : dict of int
     lists : dict of array of int
-        All LISTS but ``at``.  In ``drive``, ``shaken_begin`` and the seventh number of each source stands the number of a
-        long list, or -1 for none; the table has where it begins.
+        All LISTS but ``at``.  In ``drive``, ``shaken_begin`` and the seventh number of each source stands the number of
+        a long list, or -1 for none; the table has where it begins.
     numbers : dict of array of float
         All NUMBERS.
     long : sequence of ndarray
@@ -165,7 +165,7 @@ def packed(
     begins = ends[-1] + np.cumsum([0, *(part.size for part in long)])
     at = begins_of_sums(counts)
     whole = {**lists, "at": at[:-1]}
-    placed = []
+    placed = list[npt.NDArray[np.int64]]()
     for name in LISTS:
         own = np.array(whole[name], np.int64).ravel()
         where = slice(None) if name in ("drive", "shaken_begin") else slice(6, None, OF_A_SOURCE)

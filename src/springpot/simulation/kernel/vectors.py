@@ -1,8 +1,8 @@
 """Vectors as a type of Numba: one number of each of WIDTH lanes, whatever LLVM's loop vectoriser thinks of loops.
 
-``v32`` is <WIDTH x float>, ``v64`` <WIDTH x double>, ``mask`` <WIDTH x i1>.  Scalars are spread where they meet a vector,
-and single numbers become double where they meet these.  A comparison gives a mask, which is false where a number is
-NaN.  LLVM splits a vector where registers are shorter, so the same source serves all processors.
+``v32`` is <WIDTH x float>, ``v64`` <WIDTH x double>, ``mask`` <WIDTH x i1>.  Scalars are spread where they meet a
+vector, and single numbers become double where they meet these.  A comparison gives a mask, which is false where a
+number is NaN.  LLVM splits a vector where registers are shorter, so the same source serves all processors.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numba.extending import intrinsic, models, overload, register_model
 from springpot.simulation.kernel.lanes import INLINE, WIDTH
 
 
-class Vector(types.Type):
+class Vector(types.Type):  # type: ignore[misc]
     """A type of vectors."""
 
     def __init__(self, name: str, element: Any, kind: Any) -> None:
@@ -28,7 +28,7 @@ class Vector(types.Type):
 
 
 @register_model(Vector)
-class _Model(models.PrimitiveModel):
+class _Model(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Vector) -> None:
         super().__init__(manager, kind, kind.llvm)
 
@@ -51,7 +51,7 @@ def _spread(context: Any, builder: Any, value: Any, kind: Any, to: Vector) -> An
     )
 
 
-def _common(*kinds: Any) -> Vector | None:
+def _common(*kinds: Any) -> Any:
     """The type of what is made of numbers of these types; None if none of them is a vector of numbers."""
     vectors = [kind for kind in kinds if isinstance(kind, Vector)]
     return None if not vectors or mask in vectors else v64 if v64 in vectors else v32
@@ -65,7 +65,8 @@ def _of_numbers(make: Callable[..., Any], result: Vector | None = None) -> Any:
         to = _common(a, b)
 
         def codegen(context, builder, signature, args):
-            return make(builder, *(_spread(context, builder, *both, to) for both in zip(args, signature.args)))
+            both = zip(args, signature.args, strict=True)
+            return make(builder, *(_spread(context, builder, *each, to) for each in both))
 
         return None if to is None else ((result or to)(a, b), codegen)
 
@@ -79,16 +80,21 @@ def _operator(of: Any, apply: Any) -> None:
     overload(of, jit_options=INLINE)(choose)
 
 
-for _of, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"), (operator.truediv, "fdiv")):
-    _operator(_of, _of_numbers(lambda builder, a, b, name=_name: getattr(builder, name)(a, b)))
-for _of, _sign in (
+for _each, _name in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _operator(_each, _of_numbers(lambda builder, a, b, name=_name: getattr(builder, name)(a, b)))
+for _each, _sign in (
     (operator.lt, "<"),
     (operator.le, "<="),
     (operator.gt, ">"),
     (operator.ge, ">="),
     (operator.eq, "=="),
 ):
-    _operator(_of, _of_numbers(lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b), mask))
+    _operator(_each, _of_numbers(lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b), mask))
 
 smaller = _of_numbers(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", b, a), b, a))
 larger = _of_numbers(lambda builder, a, b: builder.select(builder.fcmp_ordered(">", b, a), b, a))
@@ -121,7 +127,7 @@ def choose(typing_context, m, a, b):
     to = _common(a, b)
 
     def codegen(context, builder, signature, args):
-        x, y = (_spread(context, builder, *both, to) for both in zip(args[1:], signature.args[1:]))
+        x, y = (_spread(context, builder, *both, to) for both in zip(args[1:], signature.args[1:], strict=True))
         return builder.select(args[0], x, y)
 
     return None if to is None else (to(m, a, b), codegen)
@@ -199,7 +205,7 @@ def _function(name: str, count: int) -> Any:
         kind = signature.return_type
         suffix = f".v{WIDTH}f64" if kind is v64 else f".v{WIDTH}f32"
         of = ir.FunctionType(kind.llvm, [kind.llvm] * count)
-        values = [_spread(context, builder, *both, kind) for both in zip(args, signature.args)]
+        values = [_spread(context, builder, *both, kind) for both in zip(args, signature.args, strict=True)]
         return builder.call(cgutils.get_or_insert_function(builder.module, of, "llvm." + name + suffix), values)
 
     if count == 1:

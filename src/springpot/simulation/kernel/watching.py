@@ -26,19 +26,19 @@ ALL, PEAKS = -1, -2  # walls; less its number, the largest forces of a contact
 HEADER = ("length", "speed", "time", "frequency", "wall", "lanes")
 """First numbers of an observer's array: x, v and t of the kernel times the first three are x, v and t of the user.
 
-``length`` and ``speed`` are negative for a wall above the motion, which is mirrored in the kernel; ``frequency`` is
-Omega and ``wall`` the position of the wall (0 without one), both in the kernel's units; only the first ``lanes`` lanes
-are paths of the run.  Of a force or an acceleration, which has the place of x, ``frequency`` is what brings it near 1,
-and ``wall`` twice the root of what its mean square lacks.
+``frequency`` is that of the circle on which one mass turns (1 without) and ``wall`` the position of a lone wall (0
+without one), both in the kernel's units; only the first ``lanes`` lanes are paths of the run.  Of a force or an
+acceleration, which has the place of x, ``frequency`` is what brings it near 1, and ``wall`` twice the root of what its
+mean square lacks.
 """
 
 _numbers = types.CPointer(types.float64)
 ON_STEPS = types.void(_numbers, _numbers, types.float64, types.int64, types.int64, types.int64, _numbers)
 """(x, v, step, n, low, high, array): x[j * LANES + lane] at the end of step n + j, of which low .. high - 1 count.
 
-Of several masses x and v are those of the displacement that the observer is ``of``, and after them, GROUP * LANES
-numbers each, those of the next ones.  Beyond the displacements v is of the whole group: the power of dampers and
-memory summed over its steps, then the work of each named force, LANES numbers each.
+x and v are those of the displacement that the observer is ``of``, and after them, GROUP * LANES numbers each, those of
+the next ones: of the coordinates, then of all rows.  Beyond the displacements v is of the whole group: the power of
+dampers and memory summed over its steps, then the work of each named force, LANES numbers each.
 """
 ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""
@@ -63,7 +63,7 @@ class Observer:
     stop : str
         The wall or contact whose impacts ``on_impacts`` sees; empty for all.
     place : float
-        Of this wall, in m, where there are several masses.
+        Of this wall, in m; 0 for the lone wall of one mass.
     per_block : bool
         Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
         blocks matters.
@@ -111,7 +111,7 @@ class Observers(NamedTuple):
     every: npt.NDArray[np.int64]  # groups between two calls of on_steps
     begin: npt.NDArray[np.int64]  # where in the arrays of x and v
     stop: npt.NDArray[np.int64]  # number of the wall, or ALL, or PEAKS less the number of a contact
-    # forces and accelerations, which `springpot.simulation.kernel.felt` makes of rows
+    # forces and accelerations, which `springpot.simulation.kernel.feeling` makes of rows
     feels: npt.NDArray[np.int64]  # the numbers of those that are seen
     felt_begin: npt.NDArray[np.int64]  # of the terms of each
     felt_row: npt.NDArray[np.int64]  # (terms,)
@@ -122,11 +122,11 @@ class Observers(NamedTuple):
 NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0), np.zeros((0, 0, 0)))
 
 TABLE = "observers", "on_steps", "on_impacts", "feels", "felt", "felt_begin", "felt_row", "numbers", "record", "points"
-"""The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many forces and accelerations are felt; where in
-the table their numbers stand, where the terms of each begin, and the row of each term; and the addresses of the numbers
-of the terms and of the record, with its points in time.  Then come OF_ONE integers of each observer: the two addresses
-(0: not called), that of its array, the groups between two calls, where in the arrays of x and v it looks, and the number
-of its wall, ALL, or PEAKS less the number of a contact.
+"""The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many forces
+and accelerations are felt; where in the table their numbers stand, where the terms of each begin, and the row of each
+term; and the addresses of the numbers of the terms and of the record, with its points in time.  Then come OF_ONE
+integers of each observer: the two addresses (0: not called), that of its array, the groups between two calls, where in
+the arrays of x and v it looks, and the number of its wall, ALL, or PEAKS less the number of a contact.
 """
 (COUNT, ON_STEPS_COUNT, ON_IMPACTS_COUNT, FEELS, FELT, FELT_BEGIN, FELT_ROW, NUMBERS_OF_FELT, RECORD,
  RECORD_POINTS) = range(len(TABLE))  # fmt: skip

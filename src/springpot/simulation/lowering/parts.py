@@ -243,7 +243,7 @@ def _(part: Friction, name: str, units: Units, step: float) -> Lowered:
 @lower.register
 def _(part: Yielding, name: str, units: Units, step: float) -> Lowered:
     impulse, limit = 0.5 * step * part.stiffness * units.time**2, part.yield_displacement / units.length
-    kind, numbers = laws.JENKINS, (limit,)
+    kind, numbers = laws.JENKINS, tuple[float, ...]([limit])
     if isinstance(part, BoucWen):
         kind = laws.WHOLE if part.exponent.is_integer() else laws.ANY
         numbers = limit, part.beta, part.exponent

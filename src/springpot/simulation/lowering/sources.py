@@ -16,7 +16,7 @@ from springpot.machine.arrays import Floats
 from springpot.simulation.kernel import excitations
 
 Table = npt.NDArray[np.floating]
-Told = tuple[tuple[int, int, int], tuple[float, float], Floats]
+Told = tuple[tuple[int, int, int], tuple[float, float], Table]
 """Of a law in the tables: its kind and two counts, two numbers, and a long list."""
 
 NOTHING: Floats = np.zeros(0)

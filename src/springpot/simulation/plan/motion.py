@@ -132,7 +132,7 @@ class Motion:
         The user's own.
     scales : Scales
     sign : float
-        -1 if the kernel sees the motion mirrored, x -> -x: a lone upper wall is a lower one there.
+        -1 where the wall of the paper's problem lies above the motion, else 1.
     slow : tuple of Creep or CreepOfSeveral
         The slow displacements of springpots, without walls.
     searched : bool

@@ -218,9 +218,7 @@ def _end_bin(array, sums, kinds):
     array[_PLACE] = place + 1.0
 
 
-def powers_of(
-    parts: Parts, motion: Motion, edges: npt.NDArray[np.int64], settings: Settings
-) -> Observer:
+def powers_of(parts: Parts, motion: Motion, edges: npt.NDArray[np.int64], settings: Settings) -> Observer:
     """The sums of the power that dampers and memory take, and of what excitations feed in beyond an expected power."""
     names = ["power", *(f"work of {each.name}" for each in parts.named)]
     damped = [parts.damped.get(name, 0.0) * parts.columns[name] for name in names]
