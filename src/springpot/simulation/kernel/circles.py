@@ -40,7 +40,6 @@ from springpot.simulation.kernel.vectors import (
 )
 from springpot.simulation.kernel.watching import show_impacts
 
-LONGEST = 2.8  # phase of a whole step, of which each half is one flight
 TINY = 5e-5  # hops of a chattering sequence, over a half step, from which on the mass stays on the wall until its end
 
 
@@ -80,7 +79,8 @@ def _flight(K, F, T, k, b, x, v, moved, change, where):
     square = frequency * frequency
     total = leaving * leaving + square * (start * start)
     at_wall = leaving * leaving + square * ((start - p) * (start + p))
-    possible = at_wall > 0.0
+    # one that lies still on a wall against which its spring presses goes nowhere
+    possible = at_wall >= 0.0 if p > 0.0 else at_wall > 0.0
     speed = root(larger(at_wall, 0.0))
     dipped = possible & (leaving < 0.0) & (v1 > 0.0)  # with a gap it may also have turned round behind the wall
     struck = (x1 < p) & possible

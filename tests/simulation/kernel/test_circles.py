@@ -1,63 +1,68 @@
-"""Impacts in vector code: the closed form of one impact, and runs at coarse steps in which most groups have them."""
+"""Flights on a circle with impacts in lanes: single flights are exact, and so are laws at coarse steps."""
+
+from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
 import pytest
-from numba import njit
-from springpot.simulation.kernel.questions import splitting
-from springpot.simulation.kernel.restitution import Fixed
-from springpot.simulation.kernel.rigid_wall import fly
-from springpot.simulation.kernel.single_impacts import flight
 
 import springpot as sp
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.kernel.watching import NO_OBSERVERS, Accumulators
 from springpot.theory import exact
+from tests.simulation.kernel.flights import FAINT, in_lanes, one_after_another
 from tests.simulation.problems import errors_of, values_of
 from tests.simulation.systems import NEARLY_LINEAR
 
 FREQUENCY = 1.7
+BELOW, CLOSE, PRESSED = ((1.0, -0.4, 0.8),), ((1.0, -0.05, 0.9), (-1.0, 0.06, 1.0)), ((1.0, 0.3, 1.0),)
 
 
-@njit(_nrt=False)  # without counting of references, and number by number: a fifth of the time to compile
-def _both(scheme, place, rule, states, phases, sums, found):  # type: ignore[no-untyped-def]
-    """Of each state: x, v and speed by one flight, whether it is sure, and x, v, impacts and speed by the exact one."""
-    for n in range(phases.size):
-        x, v, phase = states[0, n], states[1, n], phases[n]
-        c, s = np.cos(phase), np.sin(phase)
-        moved, change = (c - 1.0) * x + s / FREQUENCY * v, (c - 1.0) * v - s * FREQUENCY * x
-        dx, dv, speed, sure = flight(FREQUENCY, place, 1.0, rule.restitution, x, v, moved, change)
-        above, up, again, certain = flight(FREQUENCY, -place, -1.0, rule.restitution, -x, -v, -moved, -change)
-        sums.impacts[0] = sums.speeds[0] = 0.0
-        xn, vn = fly(place, rule, scheme, x, v, phase, 0.0, 0.0, 0.0, sums, 0, 1.0)
-        found[0, n], found[1, n], found[2, n], found[3, n] = x + dx, v + dv, speed, 1.0 if sure else 0.0
-        found[4, n], found[5, n], found[6, n], found[7, n] = xn, vn, sums.impacts[0], sums.speeds[0]
-        same = above == -dx and up == -dv and again == speed and certain == sure
-        if not same:
-            found[0, n] = np.nan
+def _with(walls: Any, intensity: float = FAINT) -> sp.System:
+    names = {1.0: "above", -1.0: "below"}
+    made = (sp.Barrier(place, r, names[side]) for side, place, r in walls)
+    return sp.System(sp.Spring(FREQUENCY**2), sp.WhiteNoise(intensity), *made)
 
 
-@pytest.mark.parametrize("restitution", [1.0, 0.6, 0.0])
-@pytest.mark.parametrize("place", [0.0, -0.4, 0.3])
-def test_one_impact_in_closed_form_is_the_exact_flight(place: float, restitution: float) -> None:
-    """Starts near the wall, so that a fifth of them strike; above and below the motion alike, to the last bit."""
-    rng = np.random.default_rng(1)
-    count = 20_000
-    states = np.stack([place + rng.exponential(0.5, count), FREQUENCY * rng.normal(size=count)])
-    sums = Accumulators(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES), NO_OBSERVERS)
-    found = np.empty((8, count))
-    longest = 1.4 if place <= 0.0 else 0.5
-    _both(
-        splitting(FREQUENCY, 0.0, 0.1), place, Fixed(restitution), states, rng.uniform(0.0, longest, count), sums, found
-    )
-    sure = found[3] == 1.0
-    assert np.mean(found[2] > 0.0) > 0.15
-    assert sure.all() if place <= 0.0 else sure.mean() > 0.8  # a preload brings some back at once
-    x, v, speed, _, x_exact, v_exact, impacts, speeds = found[:, sure]
-    assert impacts.max() == (0.0 if place > 0.0 == restitution else 1.0)
-    np.testing.assert_array_equal(impacts, speed > 0.0)
-    np.testing.assert_allclose([x, v, speed], [x_exact, v_exact, speeds], atol=1e-9)
+def _starts(walls: Any) -> np.ndarray:
+    """Near the first wall, on the side of the motion."""
+    rng, (side, place, _) = np.random.default_rng(3), walls[0]
+    wide = min((abs(other - place) for _, other, _ in walls[1:]), default=1.0)
+    x = place + side * wide * rng.uniform(0.02, 0.98, LANES)
+    return np.stack([x, FREQUENCY * rng.normal(size=LANES)], axis=1)
+
+
+@pytest.mark.parametrize("walls", [BELOW, CLOSE, PRESSED], ids=["below", "close", "pressed"])
+@pytest.mark.parametrize("step", [0.03, 0.29])
+def test_flights_with_impacts_are_exact_at_any_step(walls: Any, step: float) -> None:
+    """With up to eight impacts in half a step between two close walls; 64 paths, each from a start of its own."""
+    steps, starts = round(9.0 / step), _starts(walls)
+    seen, sums = in_lanes(_with(walls), starts, step, steps)
+    impacts = np.sum([each for name, each in sums.items() if name.endswith(" impacts")], axis=0)
+    assert impacts.sum() > 100.0
+    for path, (x, v) in enumerate(starts.tolist()):
+        by_hand, speeds = one_after_another(walls, FREQUENCY, x, v, step * np.arange(1.0, steps + 1.0))
+        np.testing.assert_allclose(seen[path, 1:, 0], by_hand, atol=1e-10)
+        assert abs(impacts[path] - len(speeds)) <= np.ceil(0.5 * step * FREQUENCY)  # those of the last half step
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.0])
+def test_chattering_on_a_pressed_wall_ends(restitution: float) -> None:
+    """Infinitely many hops, after which the mass lies on the wall; each of them took its share of the energy."""
+    walls = ((1.0, 0.3, restitution),)
+    seen, sums = in_lanes(_with(walls, 1.0), _starts(walls), 0.1, 400)
+    np.testing.assert_allclose(seen[:, -1, 0], [[0.3, 0.0]] * LANES, atol=1e-6)
+    assert (seen[:, :, 0, 0] > 0.3 - 1e-12).all()
+    lost = sums["energy_first"] - sums["energy_last"]
+    np.testing.assert_allclose(sums["barrier loss"], lost, rtol=1e-6)
+
+
+def test_a_wall_above_is_the_mirror_image_to_the_last_bit() -> None:
+    starts = _starts(BELOW)
+    low, sums = in_lanes(_with(BELOW), starts, 0.29, 60)
+    high, mirrored = in_lanes(_with(((-1.0, 0.4, 0.8),)), -starts, 0.29, 60)
+    np.testing.assert_array_equal(high, -low)
+    np.testing.assert_array_equal(mirrored["barrier speeds"], sums["barrier speeds"])
 
 
 @pytest.mark.parametrize(("position", "paths"), [(0.0, 30_000), (-0.5, 30_000), (0.3, 30_000)])
