@@ -13,13 +13,13 @@ from numba import njit
 from benchmarks.measure import LIMIT, Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
-from springpot.simulation.kernel.block import Memory, _remember
-from springpot.simulation.kernel.lanes import GROUP, LANES, f32, stack_array, u32
+from springpot.simulation.kernel import tables
+from springpot.simulation.kernel.lanes import GROUP, LANES, WIDTH, f32, stack_array, u32
+from springpot.simulation.kernel.motion import NUMBERS_OF_MODE, remember
 from springpot.simulation.kernel.normals import key_words
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
-from springpot.simulation.kernel.questions import Forcing
 from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
-from springpot.simulation.kernel.steps import Glimpse, State, Struck, Sums, sweep_lanes
+from springpot.simulation.kernel.tables import Tables
 from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose
 from springpot.simulation.paths.simulation import simulation_of
@@ -36,7 +36,6 @@ _CHAINS = 12  # independent, to hide the latency of a multiply-add; they and the
 _ROUNDS = 8
 FLOPS_OF_CHAINS = 2 * LANES * _CHAINS * _ROUNDS
 _chains = stack_array(_CHAINS * LANES)
-_state = stack_array(LANES)
 _four = stack_array(GROUP * LANES)
 _six = stack_array((GROUP + 2) * LANES)  # as in the kernel: two increments before the group, then the group's four
 _modes = stack_array(MODES * LANES)
@@ -103,63 +102,44 @@ def _normals_only(groups, k0, k1):
     return total
 
 
-@njit(**COMPILED)
-def _sweep_only(sweep, memory, x, v, groups):
-    zero, quick = memory.newest * f32(0), sweep.zero
-    p = (zero, zero, zero, zero)
-    h, d, g, clear = _four(zero), _six(zero), _four(f32(0)), _state(quick)
-    begun, change = State(_state(quick), _state(quick)), State(_state(quick), _state(quick))
-    seen = Glimpse(_four(quick), _four(quick), _four(quick), _four(quick), _four(quick))
-    terms = Sums(_state(quick), _state(quick), _state(quick), _state(quick), _state(quick), _state(quick))
-    none = _state(quick)  # white noise and a rigid wall keep nothing beside the sums
-    struck = Struck(none, none, none, none, none, none, none, none)  # for a sweep with impacts
-    forcing = Forcing(none, none, none, none, g, g)
-    for i in range((GROUP + 2) * LANES):
-        d[i] = zero
-    for i in range(GROUP * LANES):
-        h[i] = zero
-        g[i] = f32(i % 7) - f32(3)
-    for lane in range(LANES):
-        begun.x[lane], begun.v[lane] = x, v
-    least = quick
-    for n in range(groups):
-        sweep_lanes(sweep, memory, p, n, begun, change, clear, g, forcing, h, d, seen, struck, terms, True, False)
-        for lane in range(LANES):
-            begun.x[lane] += change.x[lane]
-            begun.v[lane] += change.v[lane]
-            least = min(least, clear[lane] + terms.x[lane] + terms.power[lane] + terms.virial[lane])
-        for i in range(2 * LANES):
-            d[i] = d[GROUP * LANES + i]
-    return least
+class _Kept(NamedTuple):
+    """What the memory is kept in, as in `springpot.simulation.kernel.motion.Lanes`."""
+
+    z: Any
+    h: Any
+    d: Any
 
 
 @njit(**COMPILED)
-def _memory_only(memory, groups):
-    zero = memory.newest * f32(0)
-    modes = memory.powers.size // 4
-    z, h, d = _modes(zero), _four(zero), _six(zero)
-    for i in range(modes * LANES):
-        z[i] = zero
+def _memory_only(integers, numbers, groups):
+    zero = numbers[0] * f32(0)
+    kept = _Kept(_modes(zero), _four(zero), _six(zero))
+    for i in range(MODES * LANES):
+        kept.z[i] = zero
     for i in range((GROUP + 2) * LANES):
-        d[i] = zero + f32(0.001)
+        kept.d[i] = zero + f32(0.001)
     for _ in range(groups):
-        _remember(z, d, h, modes, memory.powers, memory.weights)
+        for o in range(0, LANES, WIDTH):
+            remember(integers, numbers, kept, o)
         # the next increments depend on the force, as they do in a run: else the compiler sums them once for all lanes
-        for i in range(2 * LANES):
-            d[i] = d[GROUP * LANES + i]
         for i in range(GROUP * LANES):
-            d[2 * LANES + i] -= f32(1e-6) * h[i]
+            kept.d[2 * LANES + i] -= f32(1e-6) * kept.h[i]
     total = zero
     for i in range(GROUP * LANES):
-        total += h[i]
+        total += kept.h[i]
     return total
 
 
-def padded(memory: Memory, modes: int = MODES) -> Memory:
-    """The same memory with modes that weigh nothing, up to a given number of them."""
-    if (lacking := 4 * modes - memory.powers.size) < 0:
-        raise ValueError(f"modes must be at least {memory.powers.size // 4}, not {modes}.")
-    return memory._replace(powers=np.pad(memory.powers, (0, lacking)), weights=np.pad(memory.weights, (0, lacking)))
+def padded(own: Tables, modes: int = MODES) -> Tables:
+    """The tables of one mass with modes that weigh nothing, up to a given number of them."""
+    if (lacking := modes - own.count("modes")) < 0:
+        raise ValueError(f"modes must be at least {own.count('modes')}, not {modes}.")
+    integers, end = own.integers.copy(), own.integers[tables.MODE] + NUMBERS_OF_MODE * own.count("modes")
+    more = NUMBERS_OF_MODE * lacking
+    integers[tables.MODES] = integers[integers[tables.MODE_COUNT]] = modes
+    for behind in (tables.TURN_OF_MODES, integers[tables.TURNED_TABLE]):
+        integers[behind] += more
+    return Tables(integers, *(np.insert(each, end, np.zeros(more)) for each in (own.numbers, own.sweep)))
 
 
 def parts_of(
@@ -172,7 +152,7 @@ def parts_of(
         plan = plan.but(memory_tolerance=9e-8)
     kernel = simulation_of(plan).parts
     if modes is not None:
-        kernel = replace(kernel, memory=padded(kernel.memory, modes))
+        kernel = replace(kernel, tables=padded(kernel.tables, modes))
     return Parts(kernel, plan.settings)
 
 
@@ -188,26 +168,25 @@ def _block(parts: Parts) -> Callable[[], None]:
     rows, record, stop = np.empty((LANES, len(kernel.columns))), np.empty((0, 1, 2)), np.zeros(1, np.uint8)
 
     def run(own: Settings = settings) -> None:
-        advance(kernel.start.states, 0, 1, own, k0, k1, 0, False, NO_OBSERVERS, record, stop, rows)
+        advance(kernel.start, 0, 1, own, k0, k1, 0, False, NO_OBSERVERS, record, stop, rows)
 
     few = GROUP * settings.step
     run(replace(settings, duration=few, window=(0.0, few)))
     return run
 
 
-def _division(parts: Parts) -> dict[str, Callable[[], Any]]:
-    """The parts of a block, each alone, compiled."""
-    kernel, groups = parts.kernel, parts.settings.steps // GROUP
-    (_, sweep), (x, v) = kernel.of_kernel(), kernel.start.states[0, :2]
+def _division(parts: Parts, without_wall: Parts) -> dict[str, Callable[[], Any]]:
+    """Parts of a block, each alone, and a block without a wall, compiled."""
+    (integers, _, numbers), groups = parts.kernel.tables, parts.settings.steps // GROUP
     k0, k1 = key_words(1)
     drivers: dict[str, Callable[[int], Any]] = {
         "normals": lambda count: _normals_only(count, k0, k1),
-        "sweep": lambda count: _sweep_only(sweep, kernel.memory, x, v, count),
-        "memory": lambda count: _memory_only(kernel.memory, count),
+        "memory": lambda count: _memory_only(integers, numbers, count),
     }
     for driver in drivers.values():
         driver(1)
-    return {name: partial(driver, groups) for name, driver in drivers.items()}
+    alone = {name: partial(driver, groups) for name, driver in drivers.items()}
+    return {**alone, "without a wall": _block(without_wall)}
 
 
 # --- the plain kernel ---------------------------------------------------------------------------------------------
@@ -231,30 +210,33 @@ def _plain(oscillator: System, steps: int, precision: str) -> Callable[[], None]
 def one_core(quick: bool) -> list[Row]:
     """Rows of sections 1 and 2."""
     steps = 4_000 if quick else 100_000
-    oscillator = Oscillator()
+    oscillator, free = Oscillator(), Oscillator(barrier=None)
     first: list[Row] = []
     second: list[Row] = []
     for precision, word in (("float32", "single"), ("float64", "double")):
         repeats = 2_000 if quick else 20_000
         parts = parts_of(oscillator, steps, modes=MODES, precision=precision)
         per_step = 1e9 / (LANES * steps)
-        needed, alone = parts_of(oscillator, steps, precision=precision), _division(parts)
-        modes, tolerance = needed.kernel.memory.powers.size // 4, 1e-6 if precision == "float32" else 9e-8
+        needed = parts_of(oscillator, steps, precision=precision)
+        alone = _division(parts, parts_of(free, steps, modes=MODES, precision=precision))
+        modes, tolerance = needed.kernel.tables.count("modes"), 1e-6 if precision == "float32" else 9e-8
         kernels = {"whole": _block(parts), "plain": _plain(oscillator, steps, precision), "needed": _block(needed)}
         turns = 1 if quick else 9
         seconds = cpu_by_turns({"chains": _chains_of(precision, repeats), **kernels, **alone}, turns)
         taken = {name: per_step * seconds[name] for name in (*kernels, *alone)}
         whole, plain, as_run = (taken[name] for name in kernels)
-        division = {name: taken[name] for name in alone}
-        division["walls, sums and the rest"] = whole - sum(division.values())
+        of_two = taken["normals"] + taken["memory"]
+        division = {
+            "normals": (taken["normals"], "alone"), "memory": (taken["memory"], "alone"),
+            "kicks, drifts and sums": (taken["without a wall"] - of_two, "a block without a wall, less these two"),
+            "the wall": (whole - taken["without a wall"], "the whole less a block without it"),
+        }  # fmt: skip
         first += shares_of_limit(f"one core, {word} memory", repeats * FLOPS_OF_CHAINS / seconds["chains"] / 1e9, taken)
         first += [
             Row(
                 f"one core, {word} memory", f"of it {name}", value, "ns per path-step", value / whole, "the whole", note
             )
-            for (name, value), note in zip(
-                division.items(), ("alone", "alone", "alone", "what the three leave of the whole"), strict=True
-            )
+            for name, (value, note) in division.items()
         ]
         second += [
             Row(

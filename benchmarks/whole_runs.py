@@ -73,7 +73,7 @@ def cost_of_length(quick: bool) -> list[Row]:
         for steps in lengths:
             parts = parts_of(oscillator, steps, modes=modes)
             times.append(block_cpu(parts, 3))
-            kept = parts.kernel.memory.powers.size // 4
+            kept = parts.kernel.tables.count("modes")
             note = f"{1e9 * times[-1] / (LANES * steps):.2f} ns per path-step, {kept} modes"
             rows.append(Row(section, f"{name}, N = {steps}", times[-1], "s CPU", note=note))
         rows.append(Row(section, f"{name}: exponent of N", exponent(lengths, times), ""))

@@ -14,7 +14,7 @@ from benchmarks.__main__ import SECTIONS, main
 from benchmarks.equal_error import METHODS, OURS, QUANTITIES, TARGETS, AtStep, is_time, needed, section_of
 from benchmarks.equal_error_report import draw_times, lead
 from benchmarks.history import one_thread
-from benchmarks.kernels import shares_of_limit
+from benchmarks.kernels import MODES, padded, shares_of_limit
 from benchmarks.many_cores import two_threads
 from benchmarks.measure import LIMIT, RESULTS, Row, folder_for
 from benchmarks.peers import mirrored_chain, numpy_and_numba, numpy_only
@@ -24,6 +24,8 @@ from benchmarks.systems import systems
 from benchmarks.whole_runs import command
 
 from springpot import Oscillator
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.plan import plan_of
 from tests.sizes import validation
 
 
@@ -144,6 +146,13 @@ def test_no_kernel_does_more_than_the_limit(chains: float) -> None:
     assert [row.value for row in rows] == pytest.approx([chains, 200.0, 100.0])
     assert max(row.ratio or 0.0 for row in rows) == 1.0
     assert [row.ratio for row in rows] == pytest.approx([each / max(chains, 200.0) for each in (chains, 200.0, 100.0)])
+
+
+def test_modes_that_weigh_nothing_change_no_bit() -> None:
+    simulation = simulation_of(plan_of(Oscillator(), paths=64, duration=4.0, step=0.05, start="rest"))
+    more = simulation.with_parts(tables=padded(simulation.parts.tables))
+    assert more.parts.tables.count("modes") == MODES > simulation.parts.tables.count("modes")
+    np.testing.assert_array_equal(more.advance().rows, simulation.advance().rows)
 
 
 def _first(quick: bool) -> list[Row]:
