@@ -11,11 +11,10 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import pytest
-from springpot.simulation.kernel.forces import White
 
 from springpot.machine import trusted
 from springpot.simulation.kernel.cache import cached, find_folder
@@ -151,21 +150,6 @@ def test_a_damaged_kernel_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.M
         kept.write_bytes(damaged)
         assert hits(kernel(cache, monkeypatch)) == 0
     assert hits(kernel(cache, monkeypatch)) == 1
-
-
-class Elsewhere(NamedTuple):
-    """A part that is not of the house."""
-
-    size: float
-
-
-def test_a_kernel_with_a_part_from_elsewhere_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody can tell what its code depends on; two processes show it among the longer tests of the parts."""
-    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(tmp_path))
-    for part, files in ((Elsewhere(21.0), 0), ((Elsewhere(21.0), 1.0), 0), (White(21.0), 1)):
-        made = cached(numba.njit(lambda part: part))
-        assert made(part) == part
-        assert len(list(tmp_path.rglob("*.nbc"))) == files
 
 
 def _forged(kept: bytes, command: str) -> bytes:

@@ -278,8 +278,8 @@ def _record(K, T, record, recorded, width, points, place, o):
 
 
 def advance(
-    integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record, recorded, width,
-    every, points_in_time, stop, out,
+    integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record,
+    recorded, width, every, points_in_time, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -287,8 +287,8 @@ def advance(
     tables (`springpot.simulation.kernel.tables`): integers, numbers in the precision of the sweep and in double.
     ``start`` has x and v at time 0 of one path, or of ``starts`` paths.  ``halved``: white noise is that of a run with
     half the step.  S is the table of observers, B that of branches.  Written: ``record``, x and v of the first
-    ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the SUMS
-    of each path.  A block ends early when ``stop[0]`` is not 0.
+    ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the
+    SUMS of each path.  A block ends early when ``stop[0]`` is not 0.
     """
     K, D, S = fixed(integers), fixed(doubles), fixed(seen)
     F_all = fixed(numbers)

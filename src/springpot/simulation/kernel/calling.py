@@ -64,7 +64,7 @@ def pointer_like(typing_context, address, pointer):
     )
 
 
-class Fixed(types.Type):
+class Fixed(types.Type):  # type: ignore[misc]
     """A pointer to numbers that do not change while the kernel runs, whatever is written elsewhere.
 
     A compiler that is told so reads them once.
@@ -76,13 +76,13 @@ class Fixed(types.Type):
 
 
 @register_model(Fixed)
-class _Model(models.PrimitiveModel):
+class _Model(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Fixed) -> None:
         super().__init__(manager, kind, manager.lookup(kind.dtype).get_data_type().as_pointer())
 
 
 @infer_global(operator.getitem)
-class _Item(AbstractTemplate):
+class _Item(AbstractTemplate):  # type: ignore[misc]
     def generic(self, arguments: Any, keywords: Any) -> Any:
         table, index = arguments
         if isinstance(table, Fixed) and isinstance(index, types.Integer):

@@ -9,6 +9,7 @@ FILL_NORMALS = Entry(
     ("int64", "uint32", "uint32", "uint32", "uint32", "int64", "int64", "float32*"),
 )
 
+
 def _kernel(kind: str) -> Entry:
     return Entry(
         "springpot.simulation.kernel.advance:advance",

@@ -269,8 +269,8 @@ class Parts:
             return np.stack([x, math.sqrt(self.law.temperature) / self.units.speed * normals[:, 1]], axis=1)
         drawn = []
         for block in range(first // LANES, (first + paths) // LANES):  # each is the same whatever the others are
-            normals = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
-            drawn.append(np.hstack(self.law.drawn(normals, LANES)))
+            generator = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
+            drawn.append(np.hstack(self.law.drawn(generator, LANES)))
         size = len(self.points)
         return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
 
@@ -416,6 +416,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
     # twice the energy that a kick along a row brings and dampers leave
     keep = np.einsum("ei,ij,ej->e", frame.rows, frame.solve, frame.rows)
     x0, v0 = start_of(plan)
+    is_drawn = settings.start == "stationary" and (many > 1 or plan.motion.is_thermal)
     names = *walls, *(name for _, name, _ in touched)
     tables = _tables(
         frame, settings, memories, noises, given, constant, walls, rules, rests, dampers, touched, shaken,
@@ -432,7 +433,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         expected_power=frame.power * fed,
         expected_in=_expected_in(frame, noises, rough),
         taken_at_once=frame.power * (fed - kept),
-        law=plan.motion.drawn_about(x0) if settings.start == "stationary" and (many > 1 or plan.motion.is_thermal) else None,
+        law=plan.motion.drawn_about(x0) if is_drawn else None,
         named=named,
         damped={
             "power": 1.0,
@@ -464,7 +465,8 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         for each in given if each.course.size and each.brought > 0.0
     ]  # fmt: skip
     felt = lowered_felt(
-        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step, {each.named.name: n for n, each in enumerate(given) if each.named.does == "feeds"},
+        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
+        {each.named.name: n for n, each in enumerate(given) if each.named.does == "feeds"},
         {each.law.name: (each.place, each.law.impulses[0]) for each in dampers if each.law.states}, modulated,
     )  # fmt: skip
     readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
@@ -502,7 +504,7 @@ def _tables(
     lean = g[struck] @ frame.solve
     heavy = 1.0 / np.einsum("wi,wi->w", lean, g[struck])
     springs = step * np.array([[*total.springs, *(0.0,) * 10][:10] for total in frame.totals]).reshape(-1, 10)
-    sources_of, waves, long = [], [], []
+    sources_of, waves, long = list[int](), list[tuple[float, float]](), list[Floats]()
     for each in given:
         (kind_of_law, one, other), wave, own = each.law.told()
         sources_of += [kind_of_law, each.word, each.place, one, other, 0, len(long), len(own)]
@@ -520,42 +522,52 @@ def _tables(
     envelopes = [len(long) + n if each.squares.size else -1 for n, each in enumerate(shaken)]
     long += [each.squares for each in shaken]
     gauged = len(g) if len(at.rows) > many or at.pairs or shaken else 0
-    counts = dict(
-        points=many, rows=len(g), gauged=gauged, shown=len({*map(tuple, at.rows[many:])}), walls=len(walls),
-        noises=len(noises), sources=len(given), dampers=len(dampers), contacts=len(touched), shaken=len(shaken),
-        taps=len(memories.taps), modes=memories.modes, resting=int(sum(rests)),
-        states=sum(each.named.states for each in given) + sum(each.law.states for each in dampers), parts=parts_of_step,
-        substeps=_substeps(frame, touched), turns=int(frame.flight > 0.0), paper=int(paper), forced=int(many == 1),
-    )  # fmt: skip
+    counts = {
+        "points": many, "rows": len(g), "gauged": gauged, "shown": len({*map(tuple, at.rows[many:])}),
+        "walls": len(walls), "noises": len(noises), "sources": len(given), "dampers": len(dampers),
+        "contacts": len(touched), "shaken": len(shaken), "taps": len(memories.taps), "modes": memories.modes,
+        "resting": int(sum(rests)), "parts": parts_of_step, "substeps": _substeps(frame, touched),
+        "states": sum(each.named.states for each in given) + sum(each.law.states for each in dampers),
+        "turns": int(frame.flight > 0.0), "paper": int(paper), "forced": int(many == 1),
+    }  # fmt: skip
     (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
         _sparse(rows)
         for rows in (g, math.sqrt(step) * noises, np.array([each.row for each in given]).reshape(-1, many))
     )
-    lists = dict(
-        row_begin=row_begin, row_at=row_at, noise_begin=noise_begin, noise_at=noise_at, source_begin=source_begin,
-        source_at=source_at, source=sources_of, spring_kind=[max(map(_kind_of, both)) for both in zip(springs, kicks, strict=True)],
-        mode_count=memories.count, mode_begin=memories.begin, mode_table=memories.table, turned=memories.turned,
-        turned_table=memories.turned_table, drive=drives, drive_steps=[force.size for force, _ in begun],
-        tapped=[tap.mode for tap in memories.taps], wall_at=struck, wall_kind=[rule.kind for rule in rules],
-        damper_at=turned, damper_kind=[each.law.kind for each in dampers], damper_place=[each.place for each in dampers],
-        contact_at=soft, shaken_at=[each.row for each in shaken], shaken_begin=envelopes,
-        shaken_steps=[each.squares.size for each in shaken],
-    )  # fmt: skip
-    numbers = dict(
-        step=step, rounding=4.0 * float(np.finfo(kind).eps), row=row, noise=noise, source_row=source_row, wave=waves,
-        smooth=[float(each.is_smooth) for each in given], constant=step * constant,
-        pushed=step * constant if frame.centre == 0.0 else 0.0 * constant, early=sum(early for _, early in begun) * np.ones(many), spring=springs, kick=kicks,
-        damping=2.0 * frame.answers, answer=frame.answers, near=memories.near, solve=frame.solve,
-        side=[wall.inwards for wall in walls.values()], place=[wall.position + near * wall.inwards for wall in walls.values()],
-        restitution=[rule.numbers for rule in rules], jump=frame.jumps[struck], along=frame.jumps[struck] @ g.T,
-        reduced=frame.reduced[struck], rests=rests, lean=heavy[:, None] * lean, heavy=heavy,
-        mass=mass, damper=[each.numbers for each in dampers], damper_jump=frame.jumps[turned],
-        damper_along=frame.jumps[turned] @ g.T,
-        contact=[[*numbers_of(contact), frame.reduced[n]] for n, _, contact in touched],
-        contact_jump=frame.jumps[soft], contact_along=frame.jumps[soft] @ g.T,
-        shaken=[[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken], turn=_turn(frame, kind) if frame.flight else np.zeros(8 * many),
-        modes=memories.numbers, turns_of_modes=memories.turns,
-    )  # fmt: skip
+    lists = {
+        "row_begin": row_begin, "row_at": row_at, "noise_begin": noise_begin, "noise_at": noise_at,
+        "source_begin": source_begin, "source_at": source_at, "source": sources_of,
+        "spring_kind": [max(map(_kind_of, both)) for both in zip(springs, kicks, strict=True)],
+        "mode_count": memories.count, "mode_begin": memories.begin, "mode_table": memories.table,
+        "turned": memories.turned, "turned_table": memories.turned_table,
+        "drive": drives, "drive_steps": [force.size for force, _ in begun],
+        "tapped": [tap.mode for tap in memories.taps],
+        "wall_at": struck, "wall_kind": [rule.kind for rule in rules],
+        "damper_at": turned, "damper_kind": [each.law.kind for each in dampers],
+        "damper_place": [each.place for each in dampers],
+        "contact_at": soft,
+        "shaken_at": [each.row for each in shaken], "shaken_begin": envelopes,
+        "shaken_steps": [each.squares.size for each in shaken],
+    }  # fmt: skip
+    numbers = {
+        "step": step, "rounding": 4.0 * float(np.finfo(kind).eps), "row": row, "noise": noise,
+        "source_row": source_row, "wave": waves, "smooth": [float(each.is_smooth) for each in given],
+        "constant": step * constant, "pushed": step * constant if frame.centre == 0.0 else 0.0 * constant,
+        "early": sum(early for _, early in begun) * np.ones(many), "spring": springs, "kick": kicks,
+        "damping": 2.0 * frame.answers, "answer": frame.answers, "near": memories.near, "solve": frame.solve,
+        "side": [wall.inwards for wall in walls.values()],
+        "place": [wall.position + near * wall.inwards for wall in walls.values()],
+        "restitution": [rule.numbers for rule in rules],
+        "jump": frame.jumps[struck], "along": frame.jumps[struck] @ g.T,
+        "reduced": frame.reduced[struck], "rests": rests, "lean": heavy[:, None] * lean, "heavy": heavy, "mass": mass,
+        "damper": [each.numbers for each in dampers],
+        "damper_jump": frame.jumps[turned], "damper_along": frame.jumps[turned] @ g.T,
+        "contact": [[*numbers_of(contact), frame.reduced[n]] for n, _, contact in touched],
+        "contact_jump": frame.jumps[soft], "contact_along": frame.jumps[soft] @ g.T,
+        "shaken": [[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken],
+        "turn": _turn(frame, kind) if frame.flight else np.zeros(8 * many),
+        "modes": memories.numbers, "turns_of_modes": memories.turns,
+    }  # fmt: skip
     return packed(counts, lists, numbers, long, kind)
 
 
@@ -758,8 +770,8 @@ def _memories(frame: _Frame, settings: Settings) -> _Memories:
         max((history.relative_error for history in histories), default=0.0), 1.0, float(settings.steps + 1),
     )  # fmt: skip
     return _Memories(
-        begin, count, turned, table, turned_table, near, np.concatenate(numbers), np.concatenate(turns), modes, together,
-        tuple(taps),
+        begin, count, turned, table, turned_table, near, np.concatenate(numbers), np.concatenate(turns), modes,
+        together, tuple(taps),
     )  # fmt: skip
 
 
