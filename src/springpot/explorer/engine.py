@@ -6,8 +6,7 @@ import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import fields
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from springpot.explorer.question import Opened
 from springpot.explorer.shelf import Shelf
@@ -73,7 +72,6 @@ class Engine:
         self.threads = max(1, threads_available() // KERNELS)
         self._kernel = ThreadPoolExecutor(KERNELS, "kernel")
         self._slow = ThreadPoolExecutor(3 * MOST_SESSIONS, "slow")  # of each tab theory, pilots and measured data
-        self._kernels: set[Any] = set()  # kinds of problems whose kernel is there
 
     async def load(self) -> None:
         """Import the modules."""
@@ -92,17 +90,15 @@ class Engine:
         return await asyncio.wrap_future(self._kernel.submit(function, *args, **kwargs))
 
     def have_kernel(self, system: System) -> None:
-        """Compile the kernel for this kind of problem, or read it from disk, unless it is there."""
-        from springpot.simulation.paths.simulation import simulation_of
+        """Compile the kernel in the precision of this problem, or read it from disk, unless it is there."""
+        from springpot.simulation.kernel import entries
+        from springpot.simulation.lowering.compose import compose
         from springpot.simulation.plan.plan import plan_of
 
         plan = plan_of(system, paths=1, start="rest", threads=1)
         step = plan.settings.step
-        simulation = simulation_of(plan.but(duration=step, window=(0.0, step)))
-        kind = _kind_of(simulation.parts)
-        if kind not in self._kernels:
-            simulation.advance()
-            self._kernels.add(kind)
+        parts = compose(plan.but(duration=step, window=(0.0, step)))
+        entries.KERNELS[parts.tables.sweep.dtype.name].load()
 
     def close(self) -> None:
         """Cancel all work that has not begun."""
@@ -118,11 +114,3 @@ def _load_theory(system: System) -> None:
 
 def _load_simulation() -> None:
     from springpot.explorer import gathering, motion  # noqa: F401
-
-
-def _kind_of(parts: Any) -> Any:
-    """What a kernel is compiled for: the types of a problem's parts, not their numbers."""
-    from numba import typeof
-
-    own = (getattr(parts, field.name) for field in fields(parts))
-    return tuple(typeof(part) for part in own if hasattr(part, "_fields") or hasattr(part, "dtype"))

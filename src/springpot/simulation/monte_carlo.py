@@ -223,8 +223,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
-        a whole round of paths; the number of rounds depends on the machine.  The compilation of a new kind of system,
-        up to half a minute, counts too.
+        a whole round of paths; the number of rounds depends on the machine.  The compilation of the first run
+        on a machine, up to half a minute, counts too.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.  With several masses the names of the arguments
@@ -372,7 +372,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
 
     Notes
     -----
-    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.
+    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` its law is the mirror image.
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise

@@ -360,8 +360,8 @@ def _frame(plan: Plan) -> _Frame:
         if not parts[name].inertia:
             found[tuple(row)][name] = lower(parts[name].per_mass(unit_mass), name, units, step)
     totals, g = [sum(own.values(), Lowered()) for own in found.values()], np.array([*found]).reshape(-1, len(at.names))
-    paper = plan.settings.numerical_scheme.family == "grunwald"
-    answers = np.array([0.0 if paper else answer_of(total, step) for total in totals])
+    printed = plan.settings.numerical_scheme.family == "grunwald"
+    answers = np.array([0.0 if printed else answer_of(total, step) for total in totals])
     reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
     jumps = unit_mass * at.accelerations(reduced[:, None] * g)
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
@@ -517,8 +517,8 @@ def _tables(
     if frame.flight:  # kicks have what the drift has not; rounding of k - k is nothing
         kicks[0, 1] -= step * mass[0, 0] * frame.flight**2
         kicks[abs(kicks) < 1e-12 * (abs(springs[0, 1]) + step * mass[0, 0] * frame.flight**2)] = 0.0
-    paper = settings.numerical_scheme.family == "grunwald"
-    near = settings.contact_tolerance / frame.units.length if paper else 0.0
+    printed = settings.numerical_scheme.family == "grunwald"
+    near = settings.contact_tolerance / frame.units.length if printed else 0.0
     envelopes = [len(long) + n if each.squares.size else -1 for n, each in enumerate(shaken)]
     long += [each.squares for each in shaken]
     gauged = len(g) if len(at.rows) > many or at.pairs or shaken else 0
@@ -528,7 +528,7 @@ def _tables(
         "contacts": len(touched), "shaken": len(shaken), "taps": len(memories.taps), "modes": memories.modes,
         "resting": int(sum(rests)), "parts": parts_of_step, "substeps": _substeps(frame, touched),
         "states": sum(each.named.states for each in given) + sum(each.law.states for each in dampers),
-        "turns": int(frame.flight > 0.0), "paper": int(paper), "forced": int(many == 1),
+        "turns": int(frame.flight > 0.0), "paper": int(printed), "forced": int(many == 1),
     }  # fmt: skip
     (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
         _sparse(rows)

@@ -169,7 +169,7 @@ def exceedance(
         All available ones if left out.
     max_time : float
         Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
-        The compilation of a new kind of system, up to half a minute, counts too.
+        The compilation of the first run on a machine, up to half a minute, counts too.
     save : str or Path
         A file, made if missing, to which each repetition is written with a checksum when it has ended.  The same call
         goes on from them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  What was

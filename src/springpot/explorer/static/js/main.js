@@ -56,7 +56,7 @@ const view = {
 };
 let chosenByHand = false; // which methods are drawn
 let playing = true;
-let compiling = false; // the kernel of this kind of system
+let compiling = false; // the kernel
 let question = null; // the newest
 const answered = {}; // what theory, growth and curve depend on, when they came
 const dirty = new Set();
@@ -100,8 +100,8 @@ on("status", ({ theory, kernel }) => {
 });
 on("compiling", () => {
   compiling = true;
-  status("loading", "compiling, once for this kind of system…");
-  element("tile-paths-note").textContent = "compiling, once for this kind of system…";
+  status("loading", "compiling, once on this machine…");
+  element("tile-paths-note").textContent = "compiling, once on this machine…";
 });
 on("view", ({ equation, equations, sizes, paper, followed, groups, excitation }) => {
   excitationCard?.show(excitation);
