@@ -186,8 +186,8 @@ from springpot import cli
 sp.simulate(sp.Oscillator(), paths=64, duration=1.0)
 assert not {"scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special"} & sys.modules.keys()  # slow to import
 asked_for = (  # by other runs
-    "simulation.error.", "simulation.kernel.several", "simulation.lowering.several", "simulation.plan.several",
-    "simulation.rare.", "simulation.result.load", "simulation.result.save", "simulation.watch.", "theory.methods.",
+    "simulation.error.", "simulation.rare.", "simulation.result.load", "simulation.result.save", "simulation.watch.",
+    "theory.methods.",
 )
 loaded = {name for name in sys.modules if name.removeprefix("springpot.").startswith(asked_for)}
 assert loaded == {"springpot.simulation.watch.requested"}, loaded

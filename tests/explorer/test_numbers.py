@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from springpot.simulation.kernel.block import COLUMNS
 
 import springpot as sp
 from springpot.explorer.answers import solve, table
@@ -62,16 +61,47 @@ def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
         np.testing.assert_array_equal(found.edges, run.distributions[name].edges)
 
 
-def test_a_shown_path_is_a_path_of_the_run() -> None:
-    plan = plan_of(LOSSY, paths=129, seed=5, start="rest")
+PARTS = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0)
+PAIR = (
+    *(sp.Mass(1.0, at=at) for at in "ab"),
+    *(part(0.5, between=ends) for part in (sp.Spring, sp.Dashpot) for ends in (("ground", "a"), ("a", "b"))),
+)
+# what a path moves against, and the share of its time that it spends beyond the place of the wall, at most
+MOVING = {
+    "a wall below": (LOSSY, 0.0),
+    "a wall above": (sp.System(*PARTS, sp.Barrier(0.3, 0.8, side="below")), 0.0),
+    "a weight on a wall": (sp.System(*PARTS, sp.Constant(-2.0), sp.Barrier(-1.5, 0.8)), 0.0),
+    "a soft contact above": (sp.System(*PARTS, sp.Contact(0.3, 20.0, side="below")), 0.3),
+    "two masses": (
+        sp.System(*PAIR, sp.WhiteNoise(1.0, on="b"), sp.Barrier(0.5, 0.8, side="below", between=("a", "b"))), 0.0,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_a_shown_path_is_a_path_of_the_run(name: str) -> None:
+    """In the coordinates of the system, and on its side of the wall."""
+    system, beyond = MOVING[name]
+    given = {"paths": 129, "seed": 5, "start": "rest", "duration": 40.0, "window": (20.0, 40.0)}
+    plan = plan_of(system, **given)  # type: ignore[arg-type]
     simulation = simulation_of(plan)
-    run = sp.simulate(LOSSY, paths=129, seed=5, record=129, start="rest")
+    run = sp.simulate(system, record=129, **given)  # type: ignore[arg-type]
     assert blocks(plan.settings) == 3
     for number in range(3):
         shown = record(simulation, number)
         assert shown.path == 64 * number
-        np.testing.assert_array_equal(shown.x[0], run.record[shown.path, :, 0])
-        np.testing.assert_array_equal(shown.v[0], run.record[shown.path, :, 1])
+        found = run.record[shown.path].reshape(len(run.time), -1, 2)
+        np.testing.assert_array_equal(shown.x, found[:, :, 0].T)
+        np.testing.assert_array_equal(shown.v, found[:, :, 1].T)
+        assert len(shown.impacts) > 0
+        (wall,) = system.stops.values()
+        gap = (1.0 if wall.side == "above" else -1.0) * (shown.rows[0] @ shown.x - wall.position)
+        past = np.mean(gap < -1e-5)
+        assert past <= beyond
+        assert (past > 0.0) == (beyond > 0.0)
+    later = run.record[:, run.time > 20.0].reshape(129, -1, len(system.points), 2)
+    if len(system.points) == 1:  # the mean of the record is that of the sums: no other origin, no other sign
+        assert later[..., 0, 0].mean() == pytest.approx(run["x_mean"].value, abs=1e-3)
 
 
 def test_marked_impacts_are_those_the_kernel_counts() -> None:
@@ -79,8 +109,9 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
     for system, frequency in ((sp.Oscillator(), 1.0), (LOSSY, FREQUENCY)):
         end = 100.0 / frequency
         plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
-        found = simulation_of(plan).advance()
-        counted = found.rows[:, COLUMNS.index("impacts")].sum()
+        simulation = simulation_of(plan)
+        found, columns = simulation.advance(), list(simulation.parts.columns)
+        counted = sum(found.rows[:, columns.index(impacts)].sum() for impacts in simulation.parts.struck.values())
         marked = sum(marks(system, plan.settings.step, *path.T[:, None])[0].size for path in found.record)
         assert counted > 1000
         assert abs(marked / counted - 1.0) < 0.02

@@ -412,11 +412,11 @@ def test_a_number_without_a_value_says_why(device: Tab) -> None:
 def test_a_kernel_that_is_compiled_is_said_and_holds_nothing_up(
     context: BrowserContext, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A new kind of system takes ten seconds and more: meanwhile numbers can be changed, and theory answers."""
+    """It takes ten seconds and more: meanwhile numbers can be changed, and theory answers."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     with running(str(FOLDER / "kanai_tajimi.toml")) as server, opened(context, server, QUICK, wait=False) as tab:
         page = tab.page
-        page.locator("#status").filter(has_text="compiling, once for this kind of system").wait_for()
+        page.locator("#status").filter(has_text="compiling, once for all systems").wait_for()
         page.locator("#table tr[data-method=linear]").wait_for()
         asked_before = tab.generation()
         page.locator("#field-springpot-order").fill("0.7")

@@ -689,7 +689,7 @@ def test_what_is_not_there_is_said(given: dict[str, Any], sentence: str) -> None
         (sp.System(*FREE, sp.Spring(1.0, between=A_B), sp.Dashpot(0.1, between=A_B), sp.WhiteNoise(1.0, on="a")),
          "no spring or wall keeps a and b near the ground"),
         (sp.System(*FREE, *(sp.Spring(1.0, between=e) for e in (GROUND_A, A_B)), sp.WhiteNoise(1.0, on="a")),
-         "nothing dissipates the energy of some motion"),
+         "nothing dissipates energy, so it grows without limit"),
         (three(), "without excitation the motion dies out"),
     ],
 )  # fmt: skip

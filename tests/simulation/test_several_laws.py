@@ -14,7 +14,7 @@ import springpot as sp
 from springpot.problem.system import KINDS
 from springpot.simulation.lowering.parts import lower
 from springpot.simulation.monte_carlo import simulated
-from springpot.simulation.plan.several import modes_of
+from springpot.simulation.plan.modes import modes_of
 from springpot.theory.result import NoStationaryStateError
 from tests.simulation.test_several import (
     A_B,

@@ -77,7 +77,7 @@ class Engine:
         """Import the modules."""
         await self.turns().take(_load_theory, self.shelf.at("").system)
         self.theory_ready.set()
-        await self.simulate(_load_simulation)  # a kernel is compiled when it is asked for
+        await self.simulate(_load_simulation)  # the kernel is compiled when it is asked for
         self.kernel_ready.set()
 
     def turns(self) -> Turns:
@@ -89,21 +89,20 @@ class Engine:
         # work that has not begun is cancelled if its tab closes or has a new problem
         return await asyncio.wrap_future(self._kernel.submit(function, *args, **kwargs))
 
-    def have_kernel(self, system: System) -> None:
-        """Compile the kernel in the precision of this problem, or read it from disk, unless it is there."""
-        from springpot.simulation.kernel import entries
-        from springpot.simulation.lowering.compose import compose
-        from springpot.simulation.plan.plan import plan_of
-
-        plan = plan_of(system, paths=1, start="rest", threads=1)
-        step = plan.settings.step
-        parts = compose(plan.but(duration=step, window=(0.0, step)))
-        entries.KERNELS[parts.tables.sweep.dtype.name].load()
-
     def close(self) -> None:
         """Cancel all work that has not begun."""
         for pool in (self._kernel, self._slow):
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def have_kernel(system: System) -> None:
+    """Compile the kernel in the precision of a system, and functions of its user, or read them from disk."""
+    from springpot.simulation.paths.simulation import simulation_of
+    from springpot.simulation.plan.plan import plan_of
+
+    plan = plan_of(system, paths=1, start="rest", threads=1)
+    step = plan.settings.step
+    simulation_of(plan.but(duration=step, window=(0.0, step))).advance()
 
 
 def _load_theory(system: System) -> None:

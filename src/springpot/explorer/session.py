@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from springpot.explorer import frames
-from springpot.explorer.engine import Engine
+from springpot.explorer.engine import Engine, have_kernel
 from springpot.explorer.measured import Measured, Parts, Work, sentence_of
 from springpot.explorer.protocol import (
     AnyMessage,
@@ -284,8 +284,8 @@ class Session:
         await asyncio.gather(self._show(question, growing), self._gather(question, growing))
 
     async def _compiled(self, system: System) -> None:
-        """Have the kernel for this kind of problem; say so if it takes long."""
-        having = asyncio.ensure_future(self._engine.simulate(self._engine.have_kernel, system))
+        """Have the kernel; say so if it takes long."""
+        having = asyncio.ensure_future(self._engine.simulate(have_kernel, system))
         try:
             done, _ = await asyncio.wait([having], timeout=NOTICED)
             if not done:

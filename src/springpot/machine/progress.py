@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 
-COMPILATION = "The compilation of the first run on a machine, up to half a minute, counts too."
+COMPILATION = "A compilation, up to half a minute, counts too."
 
 
 @dataclass(frozen=True)

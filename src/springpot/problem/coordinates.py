@@ -83,6 +83,24 @@ class Coordinates:
         """Of the coordinates: those of the masses."""
         return self.points[: len(self.masses)]
 
+    @property
+    def lone(self) -> bool:
+        """Whether there is one point: all parts lie on its row, 1, so that springs and walls make a potential of its
+        place.
+        """
+        return len(self.points) == 1
+
+    @property
+    def beginnings(self) -> dict[str, Floats]:
+        """The row of each point by how the names of its results begin: with its name, or with nothing if it is alone.
+
+        Examples
+        --------
+        >>> [*Coordinates.of_masses("ab").beginnings], [*Coordinates.of_masses("a").beginnings]
+        (['a_', 'b_'], [''])
+        """
+        return {"" if self.lone else f"{point}_": row for point, row in zip(self.points, self.rows, strict=True)}
+
     def row(self, between: tuple[str, str] | None) -> Floats:
         """The row of a part between two ends; not given, between the ground and the one mass.
 

@@ -650,7 +650,7 @@ def _check_held(system: System) -> None:
     values, ways = np.linalg.eigh(system.stiffness_matrix)
     falling = ways.T[values < -_ROUNDING * np.abs(values).max()]
     for way in (*np.eye(len(values)), *falling):
-        if _along(system, way).open_ends():
+        if along(system, way).open_ends():
             moving = [point for point, share in zip(system.points, at.rows @ way, strict=True) if abs(share) > 1e-6]
             raise ValueError(
                 f"the potential must hold the masses, but it falls without limit where {listed(moving)} "
@@ -658,8 +658,17 @@ def _check_held(system: System) -> None:
             )
 
 
-def _along(system: System, way: Floats) -> Potential:
-    """The potential along a line through the origin, without constant forces."""
+def along(system: System, way: Floats) -> Potential:
+    """The potential along a line through the origin, without constant forces.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> ends = ("ground", "a"), ("a", "b")
+    >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(2.0, between=each) for each in ends))
+    >>> along(pair, np.array([1.0, -1.0])).coefficients[:2]
+    (0.0, 10.0)
+    """
     coefficients, sizes = np.zeros(10), np.zeros(10)
     contacts: list[Contact] = []
     low, high = -math.inf, math.inf

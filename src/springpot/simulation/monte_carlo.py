@@ -223,8 +223,8 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
     max_time : float
         With ``rtol``: seconds after which the run ends, with a warning if the tolerance is not reached.  It ends after
-        a whole round of paths; the number of rounds depends on the machine.  The compilation of the first run
-        on a machine, up to half a minute, counts too.
+        a whole round of paths; the number of rounds depends on the machine.  A compilation, up to half a minute,
+        counts too.
     observables : dict
         Names and functions f(t, x, v) of numbers, in s, m and m/s, that Numba can compile: each is averaged over the
         window and comes back under its name, with its standard error.  With several masses the names of the arguments
@@ -298,10 +298,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     start : {"stationary", "rest"}
         ``"stationary"`` sets x(0) to the stationary mean, of all masses, which pilot runs determine, so that the memory
         has no transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
-        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary (of several masses where memory
-        keeps a mean: otherwise it would be the same as from rest), except that a run whose
-        ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's, starts from
-        that state, and a run without a stationary state from rest, with a warning.
+        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, except that a
+        run whose ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's,
+        starts from that state, and a run without a stationary state from rest, with a warning.
     initial_position, initial_velocity : float, or dict of float
         x(0) in m and x'(0) in m/s, with ``start="rest"``.  If left out, x(0) is the equilibrium, or the wall if the
         equilibrium lies behind it, and x'(0) is 0.  Of several masses a dict of points and numbers, as
@@ -376,13 +375,13 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
-    from rest, or with thermal noise alone from Boltzmann's law; masses that walls alone hold start in motion between
-    them.  If left out, its step is a tenth of the shortest time scale, the highest frequency of its free motions.  Its
-    results are those of each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
-    ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
-    force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
-    ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on.  With ``rtol`` the means are not offered that
-    are 0 by symmetry, and the rate of impacts on a lossy wall has those that are too slow for the step.
+    in equilibrium, or with thermal noise alone from Boltzmann's law; masses that walls alone hold start in motion
+    between them. If left out, its step is a tenth of the shortest time scale, the highest frequency of its free
+    motions. Its results are those of each mass by its name, ``box_x_mean_square``, in the dataset over the dimension
+    ``point``; ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate,
+    speeds, power and force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
+    ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on. With ``rtol`` the means are not offered that are 0
+    by symmetry, and the rate of impacts on a lossy wall has those that are too slow for the step.
 
     Memory use is about 230 bytes per path, whatever the number of steps.
 

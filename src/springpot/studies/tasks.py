@@ -181,7 +181,7 @@ def check_some(study: Study, most: int) -> int:
                         raise ValueError(f"quantities must not have {name}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
             if given:
-                plan = plan_of(system, **_started(system, explicit or {"start": "stationary"}))
+                plan = plan_of(system, **(explicit or {"start": "stationary"}))
             if wishes:
                 requested(plan, **wishes)
             if rare:
@@ -235,9 +235,8 @@ def _simulated(task: Task, threads: int, progress: Callable[[float], None] | Non
 
     more: dict[str, Any] = {"quantities": task.quantities} if task.quantities else {}
     try:
-        system = task.system
-        settings = _requests(_started(system, task.settings))
-        return simulated(system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
+        settings = _requests(task.settings)
+        return simulated(task.system, **settings, **more, seed=task.seed, threads=threads, progress=progress), ""
     except NoStationaryStateError as nothing:
         return None, str(nothing)
 
@@ -264,21 +263,3 @@ def _requests(settings: Mapping[str, Any]) -> dict[str, Any]:
     curves = {name: Basquin(**numbers) for name, numbers in settings.get("rainflow", {}).items()}
     levels = {name: [*own] for name, own in settings.get("first_passage", {}).items()}
     return {**settings, **({"rainflow": curves} if curves else {}), **({"first_passage": levels} if levels else {})}
-
-
-def _started(system: System, settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings with the start that a stationary run of the system has: several masses may start from rest for it.
-
-    Raises
-    ------
-    NoStationaryStateError
-        If they would, and there is no stationary state.
-    """
-    from springpot.simulation.plan.motions import motion_of
-    from springpot.simulation.plan.plan import check_motion
-
-    if len(system.points) == 1 or settings.get("start") != "stationary":
-        return settings
-    motion = motion_of(system)
-    check_motion(motion, "start='stationary'")
-    return settings if motion.settles_at_start else {**settings, "start": "rest"}

@@ -16,8 +16,8 @@ from springpot.simulation.estimate.slow_impacts import (
     slow_impact_order,
     slow_impacts,
 )
-from springpot.simulation.plan.motion import StruckWalls
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.struck import StruckWalls
 from springpot.simulation.result.results import PROBABILITIES
 from springpot.theory.mckean import slow_impact_power
 from tests.simulation.problems import oscillator

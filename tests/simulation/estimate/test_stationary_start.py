@@ -128,7 +128,7 @@ def test_where_symmetry_makes_the_means_vanish_the_start_is_that_of_rest() -> No
     for system in (even, forgets):
         usual, rest, stationary = (simulated(system, **SHORT, **given) for given in
                                    ({}, {"start": "rest"}, {"start": "stationary"}))  # fmt: skip
-        assert usual.settings.start == "rest"
+        assert usual.settings.start == "stationary"
         assert stationary.diagnostics["pilot_runs"] == 0
         assert stationary.settings.initial_position == rest.settings.initial_position
         assert stationary.path_sums.tobytes() == rest.path_sums.tobytes() == usual.path_sums.tobytes()

@@ -166,7 +166,7 @@ def test_first_passages_are_those_of_the_record(restitution: float) -> None:
     }
     system = sp.System(*LINEAR, sp.WhiteNoise(1.0, on="a"), sp.WhiteNoise(0.5, on="b"), **walls)
     run = simulated(
-        system, paths=640, duration=12.0, step=0.04, record=640, distributions=True,
+        system, paths=640, duration=12.0, step=0.04, record=640, distributions=True, start="rest",
         first_passage={
             "a_x": -0.7, "gap_elongation": 0.6, "a_b_distance": 0.6, "gap_distance": {"level": 0.5, "reference": 0.1},
             "a_speed": 1.0, "a_b_elongation": -0.3, "roof_elongation": 0.8, "b_x": 0.8,
@@ -316,7 +316,7 @@ def test_two_masses_without_a_part_between_them_have_no_elongation() -> None:
 def test_a_run_says_that_its_window_begins_at_rest() -> None:
     """Not with a window of one's own."""
     system = sp.System(*LINEAR, sp.WhiteNoise(1.0, on="a"))
-    given: dict[str, Any] = {"paths": 16, "duration": 60.0, "step": 0.1}
+    given: dict[str, Any] = {"paths": 16, "duration": 60.0, "step": 0.1, "start": "rest"}
     asked: dict[str, Any] = {"profile": 3, "first_passage": {"a_x": 0.4}}
     begins = "the window is the whole run, because "
     for names in (("profile",), ("profile", "first_passage")):

@@ -18,14 +18,13 @@ from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.plan.creep import Creep
-from springpot.simulation.plan.creep_of_several import CreepOfSeveral
+from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import DEFAULTS
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.plan.transient import MOST_TRANSIENT, shares_missing
-from springpot.simulation.plan.unsprung import CreepAlone
 
 LONGEST = 100 * MOST_STEPS  # path with rtol
 LONGER_STEP, LONG_MEMORY = 3.0, 300.0  # factor on the first step for a loose tolerance, if the energy time is so long
@@ -228,7 +227,7 @@ def first_pairs(simulation: Simulation, rtol: float) -> int:
     return -(-pairs // (2 * LANES)) * 2 * LANES
 
 
-def _slow_time(creep: Creep | CreepOfSeveral | CreepAlone, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
+def _slow_time(creep: Creep | CreepOfPaper, motion: Motion, rtol: float, wanted: Sequence[str]) -> float:
     """Time in s after which the missing slow displacements are negligible, from variances without a wall."""
     if not creep.free:
         return 0.0

@@ -139,7 +139,7 @@ def _changes(simulation: Simulation, rows: Floats) -> Iterator[Change]:
         before, after = column[early] / (middle - low), (column[whole] - column[early]) / (high - middle)
         one, other = float(before.mean()), float(after.mean())
         later = high * step
-        if simulation.settings.start == "rest":
+        if simulation.settings.start == "rest" or simulation.parts.law is None:  # it begins without motion
             later = max(later, _settled_from(one, other, step * low, step * middle, step * high))
         yield Change(
             name, 0.5 * (one + other), other - one, standard_error(after - before), freedom,

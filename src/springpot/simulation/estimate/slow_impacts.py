@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
-from springpot.simulation.plan.motion import StruckWalls
+from springpot.simulation.plan.struck import StruckWalls
 from springpot.theory.mckean import COLLAPSE_BELOW, slow_impact_power
 
 if TYPE_CHECKING:

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.problem.parts import Barrier
 from springpot.simulation.estimate.slow_impacts import (
     MARGIN,
     SlowImpacts,
@@ -24,7 +22,7 @@ from springpot.simulation.estimate.slow_impacts import (
     quantile_step_bias,
     slow_impacts,
 )
-from springpot.simulation.plan.motion import Motion, StruckWalls, countable_restitution
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.schemes import scheme_of
 
 if TYPE_CHECKING:
@@ -93,34 +91,23 @@ def impact_biases(motion: Motion, step: float, values: dict[str, float]) -> dict
 
     A law of restitution counts with its value at the speeds that the step resolves.
     """
-    biases = _of_each_wall(motion, step, values)
-    if motion.uncountable or not motion.intensity > 0.0 or "impact_rate" not in values:
-        return biases
-    for wall in motion.unit.of(Barrier):
-        slow = countable_restitution(wall, motion.intensity, step)
-        alone = StruckWalls(slow, motion.intensity, motion.press_on(wall))
-        for name, bias in impact_step_biases(alone, step, values).items():
-            biases[name] = max(bias, biases.get(name, 0.0))
-    return biases
-
-
-def _of_each_wall(motion: Motion, step: float, values: dict[str, float]) -> dict[str, float]:
-    """Those of the results of single walls: by slow impacts that are missed, and by the scheme."""
     scheme = scheme_of(motion.scheme_for("default"))
     whole = scheme.impact_bias * (step * motion.scales.fastest_rate) ** 2
-    biases = {}
-    for name, wall in motion.struck_alone.items():
-        if values.get(f"{name}_impact_rate") == 0.0:
+    powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
+    biases: dict[str, float] = {}
+    for begin, names in motion.whose_impacts.items():
+        if begin in motion.uncounted or not values.get(f"{begin}impact_rate", 0.0) > 0.0:
             continue  # no impact was seen
-        powers = {"impact_rate": 1.0, "impact_speed_mean": 1.0, "impact_speed_mean_square": 2.0}
-        own = {quantity: values.get(f"{name}_{quantity}", math.nan) for quantity in powers}
-        part = dict(motion.system.named())[name]
-        slow = replace(wall, restitution=countable_restitution(part, wall.intensity, step))
-        for quantity, bias in impact_step_biases(slow, step, own).items():
-            biases[f"{name}_{quantity}"] = bias + powers[quantity] * whole * own[quantity]
-        for quantity in ("force_mean", "power"):
-            if (value := values.get(f"{name}_{quantity}", 0.0)) != 0.0:
-                biases[f"{name}_{quantity}"] = 2.0 * whole * value
+        own = {quantity: values.get(f"{begin}{quantity}", math.nan) for quantity in powers}
+        for name in (name for name in names if name in motion.struck_alone):
+            if not (whole or motion.struck_alone[name].intensity):
+                continue
+            for quantity, bias in impact_step_biases(motion.struck_in_steps(name, step), step, own).items():
+                bias += powers[quantity] * whole * own[quantity]
+                biases[f"{begin}{quantity}"] = max(bias, biases.get(f"{begin}{quantity}", 0.0))
+            for quantity in ("force_mean", "power"):
+                if whole * (value := values.get(f"{name}_{quantity}", 0.0)) != 0.0:
+                    biases[f"{name}_{quantity}"] = 2.0 * whole * value
     return biases
 
 

@@ -282,13 +282,12 @@ class Parts:
         def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows, *branches = given
             (low, high), watched = settings.window_steps, watching.table_of(observers)
-            table, *kept = table_of(*branches)
+            table, *_alive = table_of(*branches)  # the arrays whose addresses the table has
             advance(
                 integers, sweep, double, np.ascontiguousarray(states), len(states), first, blocks, settings.steps, low,
                 high, k0, k1, stream, halved, watched, table, record, record.shape[0],
                 len(self.points) + len(self.others), settings.record_every, record.shape[1], stop, rows,
             )  # fmt: skip
-            del kept  # until here the table has addresses in it
             if self.others.size:
                 record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
 

@@ -1,7 +1,8 @@
-"""Boltzmann's law of several masses, from which a thermal run starts.
+"""Boltzmann's law, from which a thermal run starts.
 
-Displacements are drawn from the normal law of the linear springs, and kept with the probability that the other springs,
-contacts and walls leave; what is kept has Boltzmann's law.
+Where all springs lie on one row it is the law of a number, on a grid of the potential.  Otherwise displacements are
+drawn from the normal law of the linear springs, and kept with the probability that the other springs, contacts and
+walls leave; what is kept has Boltzmann's law.
 """
 
 from __future__ import annotations
@@ -16,14 +17,28 @@ from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier, Contact, ThermalNoise
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
+from springpot.simulation.plan.guess import BoltzmannLaw
 
 _TRIED, _LEAST_KEPT = 4096, 0.01  # draws, and the share that must be kept
 _HELD = 1e-10  # least eigenvalue of the stiffness over the largest
 
 
 @dataclass(frozen=True, eq=False)
+class FromPotential:
+    """The law of one coordinate, whose places are measured from an origin."""
+
+    law: BoltzmannLaw
+    origin: float
+
+    def drawn(self, normals: np.random.Generator, count: int) -> tuple[Floats, Floats]:
+        """x and v of some paths."""
+        x = self.origin + self.law.drawn(normals.random(count))
+        return x[:, None], math.sqrt(self.law.temperature) * normals.standard_normal((count, 1))
+
+
+@dataclass(frozen=True, eq=False)
 class BoltzmannOfSeveral:
-    """The law.
+    """The law of several coordinates.
 
     Attributes
     ----------

@@ -1,110 +1,134 @@
-"""The slow displacements of a springpot: a power of time.
+"""Slow displacements of systems with springpots: how much of their variance a run from rest lacks.
 
-A path starts with an empty memory, so at time t a part of the variance of x is missing: the response to earlier noise,
-q times the integral of h^2 from t on, where h is the impulse response without a wall.  For large t, h follows the creep
-of spring and springpot, C D^alpha x + Omega^2 x = delta: t^(alpha - 1) / (C Gamma(alpha)) before the creep time, and
-alpha C t^(-1 - alpha) / (Omega^4 Gamma(1 - alpha)) after it (Podlubny, "Fractional Differential Equations", 1999,
-sections 1.2 and 5).  Up to order 1/2 each is a bound at all times.  Above order 1/2 the second is not: near order 1 the
-creep ends almost like exp(-Omega^2 t / C), and the power law is late and small.  There h is integrated as a sum of
-exponentials,
+Without springpots a linear system forgets exponentially.  With them its transfer functions G have a cut along the
+negative axis, and each impulse response ends like the sum over this cut,
 
-    h(t) = (1 / (pi alpha Omega^2)) int_0^(pi alpha) s exp(-s t) du,   C s^alpha / Omega^2 = sin u / sin(pi alpha - u).
+    h(t) = (1 / pi) int_0^inf Im G(s exp(-i pi)) exp(-s t) ds,
+
+which decays like a power of time.  Walls are left out, and nonlinear springs count with their mean stiffness.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from springpot.problem.dimensionless import Dimensionless
-from springpot.simulation.plan.scales import closed_form
+from springpot.machine.arrays import Floats
+from springpot.problem.parts import (
+    ColoredNoise,
+    FractionalMaxwell,
+    KanaiTajimiNoise,
+    PoissonImpulses,
+    Springpot,
+    ThermalNoise,
+    WhiteNoise,
+)
+from springpot.problem.system import System
+from springpot.simulation.plan.unsprung import holding_alone
 
-LATE = math.log(1e6)  # log(time / creep time) above which the late power law is used
+_SLOWEST, _FASTEST, _SPACING = 1e-13, 1e3, 0.05  # rates on the cut over the fastest of the motion; their logarithm
+_BELOW = 1e-12  # the cut, over the rate
+_HELD = 1e-10  # least eigenvalue of the stiffness over the largest
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Creep:
-    """The slow displacements of one springpot: those of the paper's problem without its wall."""
+    """The slow displacements of a system.
 
-    paper: Dimensionless
+    Attributes
+    ----------
+    system : System
+    stiffness : ndarray, shape (coordinates, coordinates)
+        The mean one, of springs.
+    fastest_rate : float
+    rows : dict
+        What is displaced: an elongation's row by the name of its mean square.
+    free : dict
+        Their mean squares without walls, about.
+    shaken : dict
+        The root mean square elongations that noise multiplies, about, by the names of these parts.
+    """
+
+    system: System
+    stiffness: Floats
+    fastest_rate: float
+    rows: Mapping[str, Floats]
+    free: dict[str, float]
+    shaken: Mapping[str, float]
 
     @property
     def times(self) -> tuple[float, float]:
         """Between which the end of the transient is sought."""
-        return 1.0 / self.paper.natural_frequency, 100.0 * closed_form(self.paper).relaxation_time
+        return 1.0 / self.fastest_rate, 0.01 / (_SLOWEST * self.fastest_rate)
 
-    @property
-    def free(self) -> dict[str, float]:
-        """Mean squares without a wall; none where only the wall dissipates."""
-        from springpot.theory.problem import free_mean_squares  # loaded for rtol only
+    @cached_property
+    def _rates(self) -> Floats:
+        low, high = (math.log(end * self.fastest_rate) for end in (_SLOWEST, _FASTEST))
+        return np.asarray(np.exp(np.arange(low, high, _SPACING)))
 
-        free = free_mean_squares(replace(self.paper, barrier=None))
-        if isinstance(free, str):  # no springpot, or one of order 0
-            return {}
-        square = self.paper.length_scale**2
-        return {"x_mean_square": free[0] * square, "amplitude_mean_square": sum(free) * square}
+    @cached_property
+    def _shares(self) -> tuple[Floats, Floats]:
+        """Of each rate: in the displacements per unit of white noise, and in those that are left of a thermal start."""
+        system, coordinates, s = self.system, self.system.coordinates, self._rates
+        none = np.zeros((len(self.rows), 0, len(s)))
+        k = self.stiffness
+        alone = {} if system.of(ThermalNoise) else holding_alone(system)
+        values = np.linalg.eigvalsh(k + coordinates.sum_of({name: pot.coefficient for name, pot in alone.items()}))
+        if not values[0] > _HELD * values[-1]:
+            return none, none
+        p = -s * (1.0 + 1j * _BELOW)
+        matrix = k + (p**2)[:, None, None] * coordinates.mass
+        for name, part in system.elements.items():
+            row, beside = coordinates.elongations[name], np.asarray(part.modulus(p) - part.static_stiffness)
+            matrix = matrix + beside[..., None, None] * np.outer(row, row)
+        cut = np.linalg.inv(matrix).imag / math.pi * (_SPACING * s)[:, None, None]
+        g, parts = np.array([*self.rows.values()]), dict(system.named())
+        pushes = [math.sqrt(_intensity(parts[name])) * force for name, force in coordinates.forces.items()]
+        for name, size in self.shaken.items():
+            pushes.append(math.sqrt(parts[name].intensity) * size * coordinates.elongations[name])
+        shares = np.einsum("ri,nij,kj->rkn", g, cut, np.array(pushes).reshape(-1, len(k)))
+        thermal = system.of(ThermalNoise)
+        if not thermal:
+            return shares, none
+        root = math.sqrt(thermal[0].temperature) * np.linalg.cholesky(k)
+        return shares, np.einsum("ri,nij,jk->rkn", g, cut / s[:, None, None], root)
+
+    @cached_property
+    def _pairs(self) -> Floats:
+        return 1.0 / np.add.outer(self._rates, self._rates)
 
     def missing(self, time: float) -> dict[str, float]:
-        """Bound on the variance that is missing at a time, in m^2."""
-        return {"x_mean_square": missing_variance(self.paper, time)}
+        """Variance that is missing at a time, in m^2."""
+        noise, start = self._shares
+        left = np.exp(-self._rates * time)
+        noise = noise * left
+        found = ((noise @ self._pairs) * noise).sum(axis=(1, 2)) + ((start @ left) ** 2).sum(axis=1)
+        return {name: float(value) for name, value in zip(self.rows, found, strict=True)}
 
     def left(self, time: float) -> float:
-        """The share of the variance that is missing at a time, about."""
-        return missing_variance(self.paper, time) / self.paper.length_scale**2
+        """The largest share of a variance that is missing at a time, about."""
+        missing = self.missing(time)
+        return max((value / self.free[name] for name, value in missing.items() if self.free[name] > 0.0), default=0.0)
 
 
-def missing_variance(paper: Dimensionless, time: float) -> float:
-    """Bound on the missing variance of x at a time much longer than a cycle, in m^2.
+def creeping(system: System) -> list[Any]:
+    """The parts whose memory fades like a power of time.
 
     Examples
     --------
-    >>> from springpot import Springpot
-    >>> strong = Dimensionless(springpot=Springpot(order=0.5, coefficient=50.0))
-    >>> [round(1e6 * missing_variance(strong, time)) for time in (20.0, 1000.0, 1e5)]
-    [590, 92, 0]
+    >>> creeping(System(Springpot(0.5, 1.0), Springpot(1.0, 1.0)))
+    [Springpot(order=0.5, coefficient=1.0)]
     """
-    order, coefficient = paper.springpot.order, paper.springpot.coefficient
-    if order == 0.0 or coefficient == 0.0:
-        return 0.0
-    intensity = paper.excitation.intensity
-    if order <= 0.5:
-        return intensity * _squared_powers(paper, time)
-    return intensity * _squared_creep(paper, time)
+    parts = system.of(Springpot, FractionalMaxwell)
+    return [part for part in parts if isinstance(part, FractionalMaxwell) or part.remembers]
 
 
-def _squared_powers(paper: Dimensionless, time: float) -> float:
-    """Integral of h^2 from a time on, with the smaller of the two power laws for h; logarithms avoid overflow."""
-    order, now = paper.springpot.order, math.log(time)
-    coefficient, stiffness = math.log(paper.springpot.coefficient), 2.0 * math.log(paper.natural_frequency)
-    early = -coefficient - math.lgamma(order)  # times t^(order - 1)
-    late = math.log(order) + coefficient - 2.0 * stiffness - math.lgamma(1.0 - order)  # times t^(-1 - order)
-    crossing = 0.5 * (late - early) / order
-    after = math.exp(2.0 * late - (1.0 + 2.0 * order) * max(now, crossing)) / (1.0 + 2.0 * order)
-    if now >= crossing:
-        return after
-    power = 1.0 - 2.0 * order
-    before = (crossing - now) * math.exp(2.0 * early - power * now)
-    if power > 1e-9:
-        before *= -math.expm1(-power * (crossing - now)) / (power * (crossing - now))
-    return after + before
-
-
-def _squared_creep(paper: Dimensionless, time: float) -> float:
-    """Integral of h^2 from a time on, above order 1/2."""
-    order, stiffness = paper.springpot.order, paper.natural_frequency**2
-    logarithm = math.log(stiffness / paper.springpot.coefficient) / order  # of the rate of creep
-    scaled = logarithm + math.log(time)
-    if order == 1.0:
-        return 0.5 * math.exp(logarithm - 2.0 * math.exp(min(scaled, 7.0))) / stiffness**2 if scaled < 7.0 else 0.0
-    if scaled > LATE:
-        return _squared_powers(paper, time)
-    small = math.log(math.pi * order / math.sin(math.pi * (1.0 - order)))
-    y = np.arange(-20.0 - small - max(order * scaled, 0.0), 20.0 + small + max(-order * scaled, 0.0), 0.15)
-    share, rest = 1.0 / (1.0 + np.exp(-y)), 1.0 / (1.0 + np.exp(y))
-    u, other = math.pi * order * share, math.pi * order * rest
-    rate = (np.sin(u) / np.sin(other)) ** (1.0 / order)  # over that of creep
-    weight = 0.15 * u * rest * rate * np.exp(-rate * math.exp(scaled))
-    pairs = float(np.sum(np.outer(weight, weight) / (rate[:, None] + rate)))
-    return math.exp(logarithm) * pairs / (math.pi * order * stiffness) ** 2
+def _intensity(part: object) -> float:
+    """Of white noise that moves what is slow alike."""
+    noises = WhiteNoise | PoissonImpulses | ColoredNoise | KanaiTajimiNoise
+    return 2.0 * math.pi * float(part.density(0.0)) if isinstance(part, noises) else 0.0

@@ -8,6 +8,7 @@ state at once: a fast mass strikes often and so soon loses what it has too much 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,7 +91,9 @@ def _room(inward: Floats, least: Floats, x: Floats, direction: Floats) -> tuple[
     return low, (left[:, ahead] / along[ahead]).min(axis=1, initial=math.inf)
 
 
-def loose_masses(system: System, places: Floats, speeds: Floats, frequency: float, rest: Floats) -> Loose | None:
+def loose_masses(
+    system: System, held: Callable[[], tuple[Floats, Floats]], frequency: float, rest: Floats
+) -> Loose | None:
     """What only walls hold; None where nothing is loose, or where the start cannot be drawn so.
 
     Loose is what no spring, damper or force touches, so that it moves straight from wall to wall: what noise or a
@@ -99,8 +102,8 @@ def loose_masses(system: System, places: Floats, speeds: Floats, frequency: floa
     Parameters
     ----------
     system : System
-    places, speeds : ndarray, shape (coordinates, modes)
-        Of the modes that springs hold, per normal.
+    held : callable
+        Displacements and velocities of the modes that springs hold, per normal, of shape (coordinates, modes).
     frequency : float
         Of the slowest of them, in rad/s.
     rest : ndarray
@@ -116,6 +119,7 @@ def loose_masses(system: System, places: Floats, speeds: Floats, frequency: floa
     inward, least = np.array([row for row, _ in stops]), np.array([place for _, place in stops])
     if ((np.abs(inward @ directions) > _TOUCHES).sum(axis=1) > 1).any():  # between two loose masses
         return None
+    places, speeds = held()
     of_wall, spread = (np.sqrt(((inward @ each) ** 2).sum(axis=1)) for each in (speeds, places))
     visits, own_speeds = [], []
     for direction in directions.T:

@@ -1,25 +1,31 @@
-"""What is known of a motion before it is simulated: its scales, walls and memory, and which results it can have."""
+"""What is known of a motion before it is simulated: its scales, walls and memory, and which results it can have.
+
+One coordinate with all parts on its row has a potential, and its size is guessed from Boltzmann's law on a grid of
+places; any other motion is guessed from its normal modes.  All else is the same for any number of coordinates.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import permutations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError, few, meant, shown
-from springpot.problem.catalogue import LEVELS
+from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
+from springpot.problem.catalogue import owner_of
+from springpot.problem.coordinates import product_of
 from springpot.problem.felt import Felt, felt_in
 from springpot.problem.parts import (
     Barrier,
     CloughPenzienNoise,
     ColoredNoise,
+    Dashpot,
     Excitation,
     Force,
     Harmonic,
@@ -34,72 +40,35 @@ from springpot.problem.parts import (
     WhiteNoise,
 )
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
-from springpot.problem.system import System
+from springpot.problem.system import System, along
 from springpot.simulation.kernel.feeling import MOST_FELT
+from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, FromPotential, boltzmann_of_several
 from springpot.simulation.plan.creep import Creep
+from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
+from springpot.simulation.plan.loose import Loose, loose_masses
+from springpot.simulation.plan.modes import Modes, is_rough, modes_of
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.origin import origin_of, seen_from
+from springpot.simulation.plan.origin import seen_from
 from springpot.simulation.plan.pressed import Pressed
+from springpot.simulation.plan.rest import within_walls
 from springpot.simulation.plan.scales import Scales
-from springpot.simulation.plan.seen import Seen
-from springpot.simulation.plan.unsprung import CreepAlone
+from springpot.simulation.plan.schemes import scheme_of
+from springpot.simulation.plan.seen import Seen, levels_of, seen_of
+from springpot.simulation.plan.struck import StruckWalls, countable_restitution, intensity_along
+from springpot.simulation.plan.symmetry import Symmetry
+from springpot.simulation.plan.unsprung import holding_alone
 from springpot.theory.mckean import COLLAPSE_BELOW
-from springpot.theory.walls import Before, before_walls
+from springpot.theory.walls import Before
 
-if TYPE_CHECKING:
-    from springpot.simulation.plan.creep_of_several import CreepOfSeveral
-
-_COUNTABLE = 1.0001 * COLLAPSE_BELOW
 _FED = (ColoredNoise, KanaiTajimiNoise, CloughPenzienNoise, SpectralExcitation, PoissonImpulses, ThermalNoise)
 _LATER = 1.2  # ratio of the times at which a transient is looked at
 _EVEN = 1e-9  # standard deviations of a mean that counts as 0
+_RIGID = 1e-9  # of the largest stiffness
+_BEHIND = 1e-12  # of the places: as far behind a wall rounding leaves a sum of displacements
+_LEAST_BIAS = 1e-3  # which is worth saying
 _SMOOTH = (*_FED, ParametricNoise)
 """Noise under which a mass can come to rest on a lossy wall after infinitely many impacts."""
-
-
-@dataclass(frozen=True)
-class StruckWalls:
-    """Walls as slow impacts see them.
-
-    Attributes
-    ----------
-    restitution : float
-        1 also where there is no wall, or walls of different restitutions.
-    intensity : float
-        Of the white noise per unit mass, in m^2 s^-3.
-    press : float
-        Acceleration with which the springs press the mass on a wall, in m/s^2; not positive without a preload.
-    """
-
-    restitution: float = 1.0
-    intensity: float = 0.0
-    press: float = 0.0
-
-    @property
-    def crowded(self) -> bool:
-        """Whether slow impacts are frequent and can be added: the walls are lossy, and the impact rate is finite."""
-        return COLLAPSE_BELOW < self.restitution < 1.0 and self.intensity > 0.0
-
-    def resolved_speed(self, step: float) -> float:
-        """The lower of the two speeds in m/s at which impacts are counted so that the errors of a step cancel.
-
-        In units of sqrt(q h); see `springpot.simulation.estimate.completed_rate`.
-        """
-        return (0.47 + 0.43 * self.restitution) * math.sqrt(self.intensity * step)
-
-
-def countable_restitution(wall: Barrier, intensity: float, step: float) -> float:
-    """The restitution of the impacts that a step misses; of a law at least one with which impacts have a rate.
-
-    A law may be below that limit for them and above it for slower ones.
-
-    Examples
-    --------
-    >>> countable_restitution(Barrier(-1.0, 0.5), 1.0, 0.01)
-    0.5
-    """
-    return max(restitution_of_missed(wall, intensity, step), _COUNTABLE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +100,14 @@ class Motion:
     system : System
         The user's own.
     scales : Scales
+    rest, near_mean : ndarray
+        Where the coordinates are at rest, and the first guess of their means.
+    origin : float
+        The place in m from which x of a lone row is measured; see `springpot.simulation.plan.origin`.
     sign : float
         -1 where the wall of the paper's problem lies above the motion, else 1.
-    slow : tuple of Creep or CreepOfSeveral
-        The slow displacements of springpots, without walls.
+    slow : tuple of Creep or CreepOfPaper
+        The slow displacements of springpots, without walls; none without springpots.
     searched : bool
         Whether E[x], the x(0) of a stationary start, must be found by pilot runs.
     keeps_the_law : bool
@@ -142,47 +115,73 @@ class Motion:
     beyond_paper : str
         Which part the paper's problem does not have, in one sentence; empty if it is that problem.
     guess : BoltzmannLaw or None
-        From which the scales are; None where they have closed forms.
+        From which the scales are; None where they have closed forms, or are those of modes.
     """
 
     system: System
     scales: Scales
-    sign: float
-    slow: tuple[Creep | CreepOfSeveral | CreepAlone, ...]
-    searched: bool
-    keeps_the_law: bool
+    rest: Floats
+    near_mean: Floats
+    origin: float = 0.0
+    sign: float = 1.0
+    slow: tuple[Creep | CreepOfPaper, ...] = ()
+    searched: bool = False
+    keeps_the_law: bool = False
     beyond_paper: str = ""
     guess: BoltzmannLaw | None = None
-
-    @cached_property
-    def origin(self) -> float:
-        """The place in m from which the kernel measures x; see `springpot.simulation.plan.origin`."""
-        return origin_of(self.system)
 
     @cached_property
     def centred(self) -> System:
         """The system as seen from there: scales, guesses and the kernel have its places."""
         return seen_from(self.system, self.origin)
 
+    @property
+    def unit(self) -> System:
+        """The system per unit mass, as seen from the origin."""
+        return self.centred.per_unit_mass
+
+    @property
+    def law(self) -> BoltzmannLaw:
+        """The law of x - origin at the guessed temperature, in the potential of a lone row."""
+        return self.guess or guessed_law(self.centred)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """At the guessed size of the motion."""
+        return modes_of(self.system)
+
+    def size_of(self, seen: Seen) -> tuple[float, float, float]:
+        """Mean, deviation and deviation of the velocity of a displacement, about."""
+        if not self.system.coordinates.lone:
+            return float(seen.row @ self.rest), self.modes.spread(seen.row), self.modes.speed(seen.row)
+        law = self.law
+        return self.origin + law.mean, math.sqrt(law.variance), math.sqrt(law.temperature)
+
+    def _spread(self, row: Floats) -> float:
+        """Standard deviation of an elongation, about."""
+        return self.size_of(Seen(row=row))[1]
+
     def square_about_origin(self, values: Mapping[str, float], mean: str = "x_mean") -> float:
         """E[(x - origin)^2] from the results of a run, of one of the means."""
         return max(values[f"{mean}_square"] - self.origin * (2.0 * values[mean] - self.origin), 0.0)
 
     @cached_property
+    def displacements(self) -> dict[str, Floats]:
+        """The rows of all displacements and elongations that are observed, by how the names of their results begin."""
+        at = self.system.coordinates
+        return {f"{own}x": row for own, row in at.beginnings.items()} | {
+            f"{pair}_elongation": row for pair, row in at.pairs.items()
+        }
+
+    @cached_property
     def seen(self) -> tuple[Seen, ...]:
         """The displacements whose distributions and spectra a run can have."""
-        names = {name: name for name in ("x", "v", "amplitude", "impact_speed")}
-        if not self.system.natural_frequency > 0.0:
-            del names["amplitude"]
-        return (Seen(names, stop="", low=self.low, high=self.high),)
+        return seen_of(self.system)
 
     @cached_property
     def levels(self) -> dict[str, tuple[str, Seen]]:
         """What can pass a level, by name: the quantity, and the displacement that it is of."""
-        # an impact is reported without its place: of several walls it may be any, and the ends of steps have to do
-        one_wall = len(self.touched) == len(self.walls) <= 1
-        own = Seen(stop="" if one_wall else None, low=self.low, high=self.high)
-        return {name: (name, own) for name in LEVELS}
+        return levels_of(self.system)
 
     @property
     def speeds(self) -> dict[str, Seen]:
@@ -281,27 +280,50 @@ class Motion:
         at = self.system.coordinates
         return len(at.names) + len(at.numbers)
 
-    @property
+    @cached_property
     def arguments(self) -> dict[str, tuple[str, int]]:
         """What the arguments of an observable may be called; empty if they are t, x and v in this order.
 
         Of each x or v, and the number of the displacement; and t.
         """
-        return {}
+        if self.system.coordinates.lone:
+            return {}
+        moving = {name: (kind, seen.number or 0) for name, (kind, seen) in self.levels.items() if kind in ("x", "v")}
+        return {"t": ("t", 0)} | moving
 
     def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
         """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
-        return self.position_of_rest if x is None else x, v
+        places = self.rest if x is None else self.places_of(x)
+        return float(seen.row @ places), float(seen.row @ self.places_of(v))
 
-    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Any, Any, Any] | None:
-        """By which splitting tells how near several masses are to a large value; of one mass it is its energy."""
-        return None
+    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Floats, Floats, Floats] | None:
+        """By which splitting tells how near a motion is to a large value, where its potential does not.
+
+        Of each mode what displacements, and velocities, bring to a quantity, over its usual size; and the place of
+        rest.  The root of the sum of both squares is what the mode can bring in a cycle.  With ``by_energy`` it is the
+        root of the energy of the mode.
+        """
+        if self.system.coordinates.lone:
+            return None
+        at, modes, rows = self.system.coordinates, self.modes, self.system.coordinates.elongations
+        lowest = min(modes.frequency[modes.stretching], default=1.0)
+        w = np.maximum(modes.frequency, lowest)
+        if by_energy:
+            shares = w
+        elif seen.feels:
+            felt, parts = [*self.felt.values()][seen.feels[0]], self.system.elements
+            of_parts = [share * (rows[n] @ modes.shapes) * [parts[n].modulus(1j * each) for each in w]
+                        for n, share in felt.shares.items()]  # fmt: skip
+            shares = np.abs(sum(of_parts))
+        else:
+            shares = np.abs(seen.row @ modes.shapes) * (w if of_speed else 1.0)
+        usual = math.sqrt(float((shares**2 * modes.temperature / w**2).sum())) or 1.0
+        placed = (shares / usual)[:, None] * modes.shapes.T @ at.mass
+        return placed, placed / w[:, None], self.rest
 
     def intensity_of(self, seen: Seen, time: Any = None) -> Any:
-        """Of the white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""
-        if time is None:
-            return self.intensity
-        return sum(noise.intensity * noise.square_at(time) for noise in self.unit.of(WhiteNoise))
+        """Of white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""
+        return intensity_along(self.system, self._spread, seen.row, time=time)
 
     @property
     def is_modulated(self) -> bool:
@@ -309,27 +331,62 @@ class Motion:
         return any(part.envelope is not None for part in self.system.of(Excitation))
 
     @property
-    def settles_at_start(self) -> bool:
-        """Whether a stationary start is another than one from rest, so that it is the default of a run."""
-        return True
-
-    @property
     def mean_names(self) -> tuple[str, ...]:
-        """The results that are E[x], of all masses."""
-        return ("x_mean",)
-
-    @property
-    def near_mean(self) -> Floats:
-        """First guess of E[x], of each mass."""
-        return np.array([self.scales.mean])
+        """The results that are the means of the coordinates."""
+        at = self.system.coordinates
+        return tuple(f"{own}x_mean" for own in at.beginnings)[: len(at.names)]
 
     def within_walls(self, places: Floats) -> Floats:
-        """The nearest places of all masses that are not behind a wall."""
-        return np.array([min(max(self.low, float(places[0])), self.high)])
+        """The least change of the places that puts every elongation before its wall."""
+        return within_walls(self.system, places)
 
     def as_given(self, places: Floats) -> Any:
-        """Places of all masses in the form of ``initial_position``."""
-        return float(places[0])
+        """Places of all masses in the form of ``initial_position``: by their names, or the number of one alone."""
+        at = self.system.coordinates
+        return float(places[0]) if at.lone else dict(zip(at.names, places.tolist(), strict=True))
+
+    def places_of(self, given: Any) -> Floats:
+        """Back from that form."""
+        return np.array([*given.values()] if isinstance(given, Mapping) else [given], float)
+
+    def placed(self, given: Any) -> Any:
+        """x(0) from what was given: that of rest without it, and 0 of masses that are not named."""
+        if given is None:
+            return self.as_given(self.rest)
+        places = self._checked(given, "initial_position")
+        x = self.places_of(places)
+        for name, part in self.system.named():
+            if isinstance(part, Barrier):
+                row = self.system.coordinates.elongations[name]
+                distance, size = part.inwards * (float(row @ x) - part.position), abs(part.position) + np.abs(x).max()
+                if distance < -_BEHIND * size * (np.count_nonzero(row) > 1):
+                    raise ValueError(
+                        f"initial_position lies behind {name}: its elongation must be {part.side} {part.position:g}, "
+                        f"and is {float(row @ x):g}."
+                    )
+        return places
+
+    def moving(self, given: Any) -> Any:
+        """x'(0) from what was given: 0 without it."""
+        none = self.as_given(np.zeros(len(self.rest)))
+        return none if given is None else self._checked(given, "initial_velocity")
+
+    def _checked(self, given: Any, name: str) -> Any:
+        """A number, or one for each mass; 0 of those not named."""
+        points = self.system.coordinates.names
+        if self.system.coordinates.lone:
+            return finite_number(given, name, low=-LARGEST, high=LARGEST)
+        if not isinstance(given, Mapping):
+            example = f"{ {points[0]: 0.01} }, in the command as {points[0]}=0.01"
+            raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
+        for point in given:
+            if point not in points:
+                near = meant(point, points) if isinstance(point, str) else ""
+                raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
+        return {
+            point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
+            for point in points
+        }
 
     def stationary_place(self, seen: Seen) -> float:
         """About where a displacement is in the stationary state: on which side a level lies."""
@@ -338,27 +395,42 @@ class Motion:
 
     @property
     def pilot_time(self) -> float:
-        """The relaxation time of pilot runs, in s: creep is seen for twenty cycles at most."""
+        """The relaxation time of pilot runs, in s.
+
+        E[x] is a fixed point however long a pilot creeps; where the error of x(0) is said to fade, creep is seen for
+        twenty cycles at most.
+        """
         cycle = 5.0 / self.scales.frequency
-        return max(self.scales.energy_time, min(self.scales.creep_time, 20.0 * cycle), cycle)
+        seen = 0.0 if self.left_of_start(1.0, 0.0) is None else min(self.scales.creep_time, 20.0 * cycle)
+        return max(self.scales.energy_time, seen, cycle)
 
     def left_of_start(self, off: float, time: float) -> float | None:
         """Bound on what an x(0) that is off changes of the mean from a time in s on; both over the root mean square.
 
-        It is the force C t^-alpha / Gamma(1 - alpha) of each springpot over Omega^2.  None if it hardly fades, and is
-        measured by pilots.
+        It is the force C t^-alpha / Gamma(1 - alpha) of each springpot over Omega^2.  None of several coordinates,
+        where it hardly fades, since some springpots are stronger than the springs beside them: pilots measure it.
         """
+        if not self.system.coordinates.lone:
+            return None
         frequency, share = self.scales.frequency, 0.0
-        for pot in self.springpots:
+        for pot in self.kept_means:
             fading = max(frequency * time, 1.0) ** -pot.order / math.gamma(1.0 - pot.order)
             share += off * (pot.coefficient * frequency ** (pot.order - 2.0)) * fading
         return share
 
-    @property
+    @cached_property
     def kept_means(self) -> tuple[KeptMean, ...]:
-        """What springpots remember of the start."""
-        one = np.ones(1)
-        return tuple(KeptMean("x", one, pot.order, pot.coefficient) for pot in self.springpots)
+        """What springpots remember of the start, each along its row."""
+        at, found = self.system.coordinates, []
+        for part, pot in self.system.named():
+            row = at.elongations.get(part)
+            if row is not None and isinstance(pot, Springpot) and pot.remembers:
+                alike = (
+                    n for n, own in self.displacements.items() if np.array_equal(own, row) or np.array_equal(own, -row)
+                )
+                if name := next(alike, ""):
+                    found.append(KeptMean(name, self.displacements[name], pot.order, pot.coefficient / at.reduced(row)))
+        return tuple(found)
 
     def transient_left(self, start: str, time: float) -> float:
         """About the share of the transient that is left at a time in s.
@@ -386,114 +458,106 @@ class Motion:
     def _creeps_less(self, start: str) -> bool:
         return start == "stationary" and self.searched and self.scales.creep_time > self.scales.energy_time
 
-    def drawn_about(self, places: Floats) -> Any:
-        """The law from which a start about these places is drawn; None where it is not."""
-        return self.law
+    def drawn_about(self, places: Floats) -> FromPotential | BoltzmannOfSeveral | Loose | None:
+        """The law from which a start about these places is drawn, Boltzmann's or that of loose masses; or None."""
+        return replace(self._drawn, rest=places) if isinstance(self._drawn, Loose) else self._drawn
+
+    @cached_property
+    def _drawn(self) -> FromPotential | BoltzmannOfSeveral | Loose | None:
+        if self.system.coordinates.lone:
+            return FromPotential(self.law, self.origin) if self.system.of(ThermalNoise) else None
+        return boltzmann_of_several(self.system) or self.loose
+
+    @property
+    def is_thermal(self) -> bool:
+        """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
+        return self._drawn is not None and not isinstance(self._drawn, Loose)
+
+    @cached_property
+    def loose(self) -> Loose | None:
+        """The masses that only walls hold; None without any."""
+        if self.not_stationary:
+            return None
+        return loose_masses(self.system, lambda: self.modes.held, self.scales.frequency, self.rest)
 
     @property
     def loose_points(self) -> tuple[str, ...]:
         """The masses that only walls hold, and that may wait long for their impacts."""
-        return ()
+        return () if self.loose is None else self.loose.points
 
     def waiting_time(self, start: str) -> float:
         """In which what a start does to masses that only walls hold falls by a factor of e, in s; 0 without any."""
-        return 0.0
+        return 0.0 if self.loose is None else self.loose.waiting_time(start)
 
     def scheme_for(self, word: Scheme) -> SchemeOfRun:
-        """The name of the scheme that a run has, from the one chosen."""
-        return word
-
-    def placed(self, given: Any) -> Any:
-        """x(0) from what was given: 0 without it, or the wall beyond which 0 lies."""
-        if given is None:
-            return self.position_of_rest
-        position = finite_number(given, "initial_position", low=-LARGEST, high=LARGEST)
-        if not self.low <= position <= self.high:
-            raise ValueError(
-                f"initial_position is {position:g}, behind a wall: it must lie between {self.low:g} and {self.high:g}."
-            )
-        return position
-
-    def moving(self, given: Any) -> Any:
-        """x'(0) from what was given: 0 without it."""
-        return 0.0 if given is None else finite_number(given, "initial_velocity", low=-LARGEST, high=LARGEST)
+        """The name of the scheme that a run has, from the one chosen; flights of several coordinates are straight."""
+        return word if self.system.coordinates.lone else "straight"
 
     def usual_energy(self, values: Mapping[str, float]) -> float:
-        """An energy of the motion per unit mass, from the results of a run."""
-        if self.scales.guessed:
-            return 0.5 * values["v_mean_square"]
-        whole = 0.5 * (values.get("amplitude_mean_square", math.nan) * self.system.natural_frequency**2)
-        moved = self.origin * (2.0 * values["x_mean"] - self.origin) if self.origin else 0.0
-        return whole - 0.5 * self.system.natural_frequency**2 * moved
+        """The kinetic energy, in J, from the results of a run; without what inertial parts share between masses."""
+        at = self.system.coordinates
+        masses = zip(at.beginnings, np.diag(at.mass), strict=False)  # those of coordinates come first
+        return 0.5 * sum(float(mass) * values[f"{own}v_mean_square"] for own, mass in masses)
 
     @property
     def resolved_rate(self) -> float:
         """The rate that the default step follows."""
-        return self.scales.fastest_rate
+        return max(self.scales.fastest_rate, self.scales.resolved_rate)
 
     @property
     def usual_quantities(self) -> tuple[str, ...]:
-        """What ``rtol`` controls where nothing else is asked for."""
-        return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
+        """What ``rtol`` controls where nothing else is asked for: the mean square amplitude, or all mean squares."""
+        if self.system.coordinates.lone:
+            return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
+        own = self.system.coordinates.beginnings
+        return tuple(name for of in "xv" for each in own if (name := f"{each}{of}_mean_square") not in self.zeros)
+
+    @cached_property
+    def zeros(self) -> tuple[str, ...]:
+        """The means of displacements that no force with a mean can move, and all of those that no force can move."""
+        symmetry = Symmetry(self.system)
+        means = symmetry.zero_means(self.displacements)
+        if self.system.of(ThermalNoise):
+            return means
+        still = symmetry.still(self.displacements)
+        squares = [f"{begin}_mean_square" for begin in still]
+        speeds = [f"{begin[:-1]}v_mean_square" for begin in still if begin in self._points]
+        return (*means, *squares, *speeds)
 
     @property
-    def zeros(self) -> tuple[str, ...]:
-        """The results that are 0 by symmetry."""
-        return ("x_mean",) if self.is_symmetric and self.origin == 0.0 else ()
+    def _points(self) -> tuple[str, ...]:
+        return tuple(f"{own}x" for own in self.system.coordinates.beginnings)
 
     def mean_square_of(self, name: str) -> str:
-        """The mean square displacement with which a result changes."""
-        return "x_mean_square"
-
-    @property
-    def unit(self) -> System:
-        """The system per unit mass, as seen from the origin."""
-        return self.centred.per_unit_mass
-
-    @property
-    def law(self) -> BoltzmannLaw:
-        """The law of x - origin at the guessed temperature."""
-        return self.guess or guessed_law(self.centred)
-
-    def size_of(self, seen: Seen) -> tuple[float, float, float]:
-        """Mean, deviation and deviation of the velocity of a displacement, about."""
-        law = self.law
-        return self.origin + law.mean, math.sqrt(law.variance), math.sqrt(law.temperature)
+        """The mean square displacement with which a result changes: its own, or that of the nearest row."""
+        if own := owner_of(name, self.displacements):
+            return f"{own}_mean_square"
+        rows = self.system.coordinates.elongations
+        if not (stop := owner_of(name, self.touched)):
+            return next(f"{begin}_mean_square" for begin in self.displacements)
+        row = rows[stop]
+        alike = {begin: abs(float(own @ row)) / float(np.linalg.norm(own)) for begin, own in self.displacements.items()}
+        return f"{max(alike, key=alike.__getitem__)}_mean_square"
 
     @property
     def low(self) -> float:
-        """The lower wall, or -inf."""
+        """The lower wall of a lone row, or -inf."""
         return self.system.potential.low
 
     @property
     def high(self) -> float:
-        """The upper wall, or inf."""
+        """The upper wall of a lone row, or inf."""
         return self.system.potential.high
 
     @property
-    def position_of_rest(self) -> float:
-        """0, or the wall beyond which it lies."""
-        return min(max(0.0, self.low), self.high)
-
-    @property
-    def intensity(self) -> float:
-        """Of the white noise per unit mass, in m^2 s^-3."""
-        return sum((noise.intensity for noise in self.unit.of(WhiteNoise)), 0.0)
-
-    @property
     def springpots(self) -> tuple[Springpot, ...]:
-        """Those with memory, per unit mass."""
-        return tuple(pot for pot in self.unit.of(Springpot) if pot.remembers)
+        """Those with memory."""
+        return tuple(pot for pot in self.system.of(Springpot) if pot.remembers)
 
     @property
     def remembers(self) -> bool:
         """Whether a part has memory."""
         return any(part.remembers for part in self.system.parts)
-
-    @property
-    def is_thermal(self) -> bool:
-        """Whether x and v at time 0 are drawn from Boltzmann's law, so that a run is stationary at once."""
-        return bool(self.system.of(ThermalNoise))
 
     @property
     def is_random(self) -> bool:
@@ -549,81 +613,145 @@ class Motion:
         """Walls and contacts by their names."""
         return self.system.stops
 
-    @property
-    def is_symmetric(self) -> bool:
-        """Whether E[x] is the origin because both directions from there have the same law.
+    @cached_property
+    def whose_impacts(self) -> dict[str, tuple[str, ...]]:
+        """The walls and contacts whose impacts are in results, by how the names of these begin: a lone row has all."""
+        if self.system.coordinates.lone:
+            return {"": (*self.touched,)}
+        return {f"{name}_": (name,) for name in self.touched}
+
+    @cached_property
+    def struck_alone(self) -> dict[str, StruckWalls]:
+        """Each rigid wall as slow impacts see it: the noise along its row, and how the springs press on it at most.
 
         Examples
         --------
-        >>> from springpot.simulation.plan.motions import motion_of
         >>> from springpot.problem.parts import Spring
-        >>> motion_of(System(Spring(1.0))).is_symmetric, motion_of(System(Spring(1.0), Barrier(-1.0))).is_symmetric
-        (True, False)
+        >>> from springpot.simulation.plan.motions import motion_of
+        >>> motion_of(System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8, "above"), WhiteNoise(2.0))).struck_alone
+        {'barrier': StruckWalls(restitution=0.8, intensity=2.0, press=2.0)}
         """
-        potential = self.centred.potential
-        odd = not any(potential.coefficients[::2]) and potential.low == -potential.high
-        contacts = self.centred.of(SoftStop)
-        mirrored = {contact.mirrored() for contact in contacts}
-        return odd and len({wall.restitution for wall in self.walls}) <= 1 and mirrored == {*contacts}
+        rows = self.system.coordinates.elongations
+        return {
+            name: StruckWalls(
+                slow_restitution(part), intensity_along(self.system, self._spread, rows[name], part.position),
+                self._press_on(name),
+            )
+            for name, part in self.touched.items()
+            if isinstance(part, Barrier)
+        }  # fmt: skip
+
+    def _press_on(self, name: str) -> float:
+        """Acceleration in m/s^2 with which springs and constant forces press on a wall or contact where the masses are
+        moved to it as an impulse there moves them; negative where they pull away.
+        """
+        at, stop = self.system.coordinates, self.touched[name]
+        row, reduced = at.elongations[name], at.reduced(at.elongations[name])
+        way = reduced * at.accelerations(row)
+        rising = float(along(self.system, way).force(stop.position)) - float(self.system.constant_force @ way)
+        return stop.inwards * rising / reduced  # of the potential energy there
+
+    def _struck(self, names: Collection[str]) -> StruckWalls | None:
+        """Some walls as one, if all are rigid, of one number of restitution, and noise drives masses to each."""
+        walls = [self.struck_alone[name] for name in names if name in self.struck_alone]
+        numbers = {getattr(self.touched[name], "restitution", None) for name in names}
+        if len(numbers) != 1 or any(map(callable, numbers)) or not all(wall.intensity > 0.0 for wall in walls):
+            return None
+        return max(walls, key=lambda wall: wall.press, default=None)
 
     @cached_property
     def struck(self) -> StruckWalls:
-        """The walls as slow impacts see them: near a wall only noise and what presses on it matter.
+        """The walls of which all impacts are counted together."""
+        return self._struck(self.whose_impacts.get("", ())) or StruckWalls()
 
-        Examples
-        --------
-        >>> from springpot.simulation.plan.motions import motion_of
-        >>> from springpot.problem.parts import Dashpot, Spring
-        >>> motion_of(System(Spring(4.0), Dashpot(0.1), Barrier(0.5, 0.8, "above"), WhiteNoise(2.0))).struck
-        StruckWalls(restitution=0.8, intensity=2.0, press=2.0)
-        """
-        unit = self.unit
-        walls = unit.of(Barrier)
-        numbers = {wall.restitution for wall in walls}
-        if len(numbers) != 1 or any(map(callable, numbers)) or unit.of(SoftStop) or not self.intensity > 0.0:
-            return StruckWalls()
-        return StruckWalls(restitution_at(walls[0], 0.0), self.intensity, max(self.press_on(wall) for wall in walls))
+    @property
+    def completed(self) -> dict[str, StruckWalls]:
+        """The walls to whose impacts slow ones can be added, by how the names of their results begin."""
+        each = ((begin, self._struck(names)) for begin, names in self.whose_impacts.items())
+        return {begin: walls for begin, walls in each if walls and walls.crowded}
 
     def struck_in(self, step: float) -> dict[str, StruckWalls]:
         """The rigid walls whose impacts are in each distribution of an impact speed, by its name, as slow impacts see
         them: of unlike ones that behind which a step misses most of them; a law counts with its value at those.
         """
-        if self.uncountable or not self.walls or not self.intensity > 0.0:
-            return {}
-        least = min(countable_restitution(wall, self.intensity, step) for wall in self.unit.of(Barrier))
-        press = max(self.press_on(wall) for wall in self.unit.of(Barrier))
-        return {"impact_speed": StruckWalls(least, self.intensity, press)}
+        found = {}
+        for begin, names in self.whose_impacts.items():
+            walls = [self.struck_in_steps(name, step) for name in names if name in self.struck_alone]
+            if walls and all(wall.intensity > 0.0 for wall in walls) and begin not in self.uncounted:
+                least, press = min(wall.restitution for wall in walls), max(wall.press for wall in walls)
+                found[f"{begin}impact_speed"] = replace(walls[0], restitution=least, press=press)
+        return found
+
+    def struck_in_steps(self, name: str, step: float) -> StruckWalls:
+        """A rigid wall as the impacts see it that a step misses."""
+        alone, wall = self.struck_alone[name], self.touched[name]
+        assert isinstance(wall, Barrier)
+        return replace(alone, restitution=countable_restitution(wall, alone.intensity, step))
 
     def velocity_biases(self, step: float) -> dict[str, float]:
-        """Bounds on the relative step biases of mean square velocities that strong dampers leave: of one mass none."""
-        return {}
-
-    @property
-    def completed(self) -> dict[str, StruckWalls]:
-        """The walls to whose impacts slow ones can be added, by how the names of their results begin."""
-        return {"": self.struck} if self.struck.crowded else {}
-
-    @property
-    def uncounted(self) -> dict[str, str]:
-        """How the names of results begin that are of impacts which cannot be counted, and why: of all walls together,
-        and of each lossy one.  Contacts have a rate: what rests on a wall behind touches them once.
+        """Bounds on the relative step biases of mean square velocities, where noise is not matched to the dampers,
+        which take a share of each kick within its step.
         """
-        if not self.uncountable:
+        taken, rows = scheme_of(self.scheme_for("default")).taken, self.system.coordinates.elongations
+        shares = [
+            part.coefficient
+            * step ** (2.0 - (part.order if isinstance(part, Springpot) else 1.0))
+            / self.system.coordinates.reduced(rows[name])
+            for name, part in (self.system.named() if taken else ())
+            if isinstance(part, Springpot | Dashpot) and part.dissipates
+        ]
+        bias = taken * max(shares, default=0.0)
+        if self.system.of(ThermalNoise) or bias < _LEAST_BIAS:
             return {}
-        lossy = (
-            name for name, wall in self.touched.items() if isinstance(wall, Barrier) and slow_restitution(wall) != 1.0
+        return {f"{own}v_mean_square": bias for own in self.system.coordinates.beginnings}
+
+    @cached_property
+    def uncounted(self) -> dict[str, str]:
+        """How the names of results begin that are of impacts which cannot be counted, and why: of walls whose impacts
+        are counted together, and of each lossy one.  Contacts have a rate: what rests on a wall behind touches once.
+        """
+        found = dict[str, str]()
+        for begin, names in self.whose_impacts.items():
+            walls = {name: self.struck_alone[name] for name in names if name in self.struck_alone}
+            if reason := next(filter(None, (self._uncounted(name, wall) for name, wall in walls.items())), ""):
+                lossy = [f"{name}_" for name, wall in walls.items() if wall.restitution != 1.0]
+                found |= dict.fromkeys((begin, *lossy), reason)
+        return found
+
+    def _uncounted(self, name: str, wall: StruckWalls) -> str:
+        if wall.intensity > 0.0 and wall.restitution <= COLLAPSE_BELOW:
+            return (
+                f"restitution {wall.restitution:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
+                "white noise causes infinitely many impacts in a finite time"
+            )
+        if wall.intensity > 0.0 or wall.restitution == 1.0 or not self._driven(WhiteNoise, *_SMOOTH):
+            return ""
+        two = "ground" not in self.system.coordinates.ends.get(name, ("ground",))
+        alike = any(noise.on == "ground" for noise in self.system.of(WhiteNoise))
+        return (
+            f"{name} is lossy, and no white noise drives its two ends apart"
+            f"{' (that of the ground moves both masses alike)' if two and alike else ''}: a smooth force lets "
+            "them come to rest on each other after infinitely many impacts"
         )
-        return dict.fromkeys(("", *(f"{name}_" for name in lossy)), self.uncountable)
+
+    @property
+    def uncountable(self) -> str:
+        """Why the impacts on some walls cannot be counted; empty if they can.
+
+        Examples
+        --------
+        >>> from springpot.simulation.plan.motions import motion_of
+        >>> from springpot.problem.parts import Spring
+        >>> smooth = System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColoredNoise(1.0, 0.5))
+        >>> motion_of(smooth).uncountable[:41]
+        'barrier is lossy, and no white noise driv'
+        """
+        return next(iter(self.uncounted.values()), "")
 
     def uncounted_because(self, name: str) -> str:
         """Why a result is of impacts that cannot be counted; empty of any other."""
         whose, of_impacts, _ = name.rpartition("impact_")
         return self.uncounted.get(whose, "") if of_impacts else ""
-
-    @property
-    def struck_alone(self) -> dict[str, StruckWalls]:
-        """Each wall as slow impacts see it, by its name, where its results have biases of their own: none has."""
-        return {}
 
     def slowest_restitutions(self, name: str, step: float) -> list[float]:
         """Of each lossy wall in a result: for the slowest impacts that a step resolves, or slower ones."""
@@ -634,87 +762,129 @@ class Motion:
         ]
 
     def _walls_in(self, name: str) -> list[tuple[Barrier, float]]:
-        """The walls whose impacts are in a result, and the intensity of the noise that drives the mass to each."""
-        return [(wall, self.intensity) for wall in self.walls]
-
-    def motions_before_walls(self, values: Mapping[str, float]) -> dict[str, Before]:
-        """What moves before each wall and contact, from the results of a run."""
-        return before_walls(self.system, *(values[name] for name in ("x_mean", "x_mean_square", "v_mean_square")))
-
-    def press_on(self, wall: Barrier) -> float:
-        """Acceleration with which the springs press the mass on a wall, in m/s^2; negative where they pull it away."""
-        direction = {"above": 1.0, "below": -1.0}[wall.side]
-        return direction * float(self.unit.potential.force(wall.position))
+        """The walls whose impacts are in a result, and the intensity of the noise that drives masses to each."""
+        own = owner_of(name, self.touched)
+        walls = ((wall, self.touched[wall]) for wall in ([own] if own else self.touched))
+        return [(part, self.struck_alone[wall].intensity) for wall, part in walls if isinstance(part, Barrier)]
 
     @property
     def pressed(self) -> dict[str, Pressed]:
-        """The lossy walls that springs and constant forces press the mass on under white noise, by name."""
-        walls = ((name, wall) for name, wall in self.unit.named() if isinstance(wall, Barrier))
+        """The lossy walls that springs and constant forces press the mass on under white noise, by name; none where
+        flights are straight, so that they press nowhere, and `resolved_rate` has the rates of hops.
+        """
+        if self.scheme_for("default") == "straight":
+            return {}
+        speed, walls = math.sqrt(2.0 * self.law.temperature), dict(self.system.named())
         return {
-            name: Pressed(press, restitution_at(wall, math.sqrt(2.0 * self.law.temperature)))
-            for name, wall in walls
-            if (press := self.press_on(wall)) > 0.0 and self._is_rough_at(wall) and slow_restitution(wall) < 1.0
+            name: Pressed(alone.press, restitution_at(walls[name], speed))
+            for name, alone in self.struck_alone.items()
+            if alone.press > 0.0 and alone.intensity > 0.0 and alone.restitution < 1.0
         }
 
     @property
     def rested_on(self) -> frozenset[str]:
-        """The lossy walls on which a mass can come to rest, by name: only smooth forces act on it there."""
-        if self.system.of(PoissonImpulses, ThermalNoise):
+        """The lossy walls on which masses can come to rest, by name: only smooth forces act along their rows."""
+        at, parts = self.system.coordinates, dict(self.system.named())
+        if self.system.of(ThermalNoise):
             return frozenset()
-        walls = ((name, wall) for name, wall in self.unit.named() if isinstance(wall, Barrier))
-        return frozenset(name for name, wall in walls if not (wall.is_elastic or self._is_rough_at(wall)))
+        impulses = [force for name, force in at.forces.items() if isinstance(parts[name], PoissonImpulses)]
+        return frozenset(
+            name
+            for name, alone in self.struck_alone.items()
+            if not (parts[name].is_elastic or alone.intensity > 0.0)
+            and not any(product_of(at.accelerations(at.elongations[name]), force) for force in impulses)
+        )
 
-    def _is_rough_at(self, wall: Barrier) -> bool:
-        """Whether noise with independent increments acts on the mass where it is at a wall."""
-        if self.intensity > 0.0 or (wall.position != 0.0 and self.system.of(ParametricNoise)):
-            return True
-        return self.is_thermal and self.system.dashpots > 0.0
+    def motions_before_walls(self, values: Mapping[str, float]) -> dict[str, Before]:
+        """What moves before each wall and contact, from the results of a run.
+
+        Where a displacement along the row of a wall is observed; it gives as the springs let it where all else is free.
+        """
+        at = self.system.coordinates
+        stiffness, shapes = np.linalg.eigh(at.sum_of(self.modes.stiffness))
+        held, found = stiffness > _RIGID * stiffness[-1], {}
+        for wall in self.touched:
+            row = at.elongations[wall]
+            seen = ((name, float(row @ own) / float(own @ own)) for name, own in self.displacements.items()
+                    if np.array_equal(row, own) or np.array_equal(row, -own))  # fmt: skip
+            name, sign = next(seen, ("", 0.0))
+            if f"{name}_mean_square" not in values:
+                continue
+            mean, square = sign * values.get(f"{name}_mean", 0.0), values[f"{name}_mean_square"]  # or 0 by symmetry
+            moved = row @ shapes
+            is_held = held.any() and np.abs(moved[~held]).max(initial=0.0) <= _RIGID * np.abs(moved).max()
+            give = float((moved[held] ** 2 / stiffness[held]).sum()) if is_held else math.inf
+            frequency = 1.0 / math.sqrt(give * at.reduced(row))
+            spread, speed = math.sqrt(max(square - mean**2, 0.0)), self._speed_of(name, row, values)
+            found[wall] = Before(name, mean, spread, speed, frequency, self._press_on(wall))
+        return found
+
+    def _speed_of(self, name: str, row: Floats, values: Mapping[str, float]) -> float:
+        """Of a displacement; of an elongation, whose speed is no result, as if its ends moved independently."""
+        ends = zip(self.system.coordinates.names, row, strict=True)
+        if name in self._points:
+            return math.sqrt(values.get(f"{name[:-1]}v_mean_square", 0.0))
+        return math.hypot(*(share * math.sqrt(values.get(f"{end}_v_mean_square", 0.0)) for end, share in ends))
 
     @cached_property
-    def uncountable(self) -> str:
-        """Why the impacts cannot be counted; empty if they can.
-
-        Examples
-        --------
-        >>> from springpot.simulation.plan.motions import motion_of
-        >>> from springpot.problem.parts import Spring
-        >>> smooth = System(Spring(1.0), Springpot(0.5, 1.0), Barrier(0.0, 0.8), ColoredNoise(1.0, 0.5))
-        >>> motion_of(smooth).uncountable[:42]
-        'barrier is lossy, and no white noise acts '
-        """
-        system = self.system
-        smooth = system.of(*_SMOOTH)
-        for name, wall in system.named():
-            if not isinstance(wall, Barrier) or slow_restitution(wall) == 1.0:
-                continue
-            rough = self._is_rough_at(wall)
-            if smooth and not rough:
-                return (
-                    f"{name} is lossy, and no white noise acts on the mass: a smooth force lets the mass come to rest "
-                    "on the wall after infinitely many impacts"
-                )
-            slow = slow_restitution(wall)
-            if slow <= COLLAPSE_BELOW and rough:
-                return (
-                    f"restitution {slow:g} of {name} is not above {COLLAPSE_BELOW:.3f} (= exp(-pi/sqrt 3)): "
-                    "white noise causes infinitely many impacts in a finite time"
-                )
+    def not_stationary(self) -> str:
+        """Why there is no stationary state; empty if there is one."""
+        if self.ends:
+            return self.ends
+        if not self._driven(WhiteNoise, *_FED, Harmonic, VanDerPol, Force):
+            return "without excitation the motion dies out"
+        if (free := self._unheld()) and self._unheld(holding_alone(self.system)):
+            return f"no spring or wall keeps {listed(free)} near the ground"
+        elements, rows = self.system.elements, self.system.coordinates.elongations
+        losing = {name: part for name, part in elements.items() if part.dissipates}
+        if not losing:
+            return "nothing dissipates energy, so it grows without limit"
+        lossy = any(isinstance(part, Stop) or is_rough(part) for part in losing.values())
+        if lossy or np.linalg.matrix_rank([rows[name] for name in losing]) == len(self.rest):
+            return ""
+        damped = self.modes.damped
+        if not (damped.any() if self.touched else damped.all()):
+            return "nothing dissipates the energy of some motion, so it grows without limit"
         return ""
+
+    def _driven(self, *kinds: type[Any]) -> bool:
+        """Whether a part of these kinds feeds energy in: not one of size 0."""
+        sizes = (getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds))
+        return any(sizes)
 
     @property
     def held_by(self) -> tuple[Springpot, ...]:
-        """The springpots that hold the mass without a spring."""
-        return tuple(creep.springpot for creep in self.slow if isinstance(creep, CreepAlone))
+        """The springpots that hold some motion without a spring."""
+        alone = holding_alone(self.system)
+        return tuple(alone.values()) if alone and self._unheld() else ()
 
-    @property
-    def not_stationary(self) -> str:
-        """Why there is no stationary state; empty if there is one."""
-        kinds = (WhiteNoise, *_FED, Harmonic, VanDerPol)
-        sizes = [getattr(part, "intensity", getattr(part, "amplitude", 1.0)) for part in self.system.of(*kinds)]
-        if self.ends:
-            return self.ends
-        if not any(sizes) and not self.system.of(Force):
-            return "without excitation the motion dies out"
-        if math.isinf(self.scales.energy_time):
-            return "nothing dissipates energy, so it grows without limit"
-        return ""
+    def _unheld(self, also: Collection[str] = ()) -> list[str]:
+        """The points of a motion that stretches no spring, and none of some other parts, and that no wall ends."""
+        at = self.system.coordinates
+        rows = at.elongations
+        held = [any(part.force_coefficients()) or part.modulus(0.0) != 0.0 for part in self.system.elements.values()]
+        springs = [rows[name] for name, holds in zip(self.system.elements, held, strict=True) if holds or name in also]
+        _, sizes, rows_of_all = np.linalg.svd(np.array(springs).reshape(-1, len(at.names)))
+        kept = sizes > max(len(springs), len(at.names)) * np.finfo(float).eps * sizes.max(initial=0.0)
+        free = rows_of_all[int(kept.sum()) :].T
+        if not free.shape[1]:
+            return []
+        walls = [-part.inwards * rows[name] @ free for name, part in self.system.named() if isinstance(part, Stop)]
+        # a constant force holds, as weight does
+        closing = np.array([*walls, -self.system.constant_force @ free]).reshape(-1, free.shape[1])
+        for direction in (*free, *-free):
+            room = _farthest(direction, closing)
+            if float(direction @ room) > 1e-9:
+                away = np.abs(at.rows @ free @ room)
+                return [point for point, far in zip(at.points, away, strict=True) if far > 1e-6 * away.max()]
+        return []
+
+
+def _farthest(direction: Floats, closing: Floats) -> Floats:
+    """The point of the unit cube that is farthest in a direction, of those that go no way which is closed."""
+    if direction.size == 1:
+        return np.sign(direction) * float((closing @ np.sign(direction) <= 0.0).all())
+    from scipy import optimize  # slow to import
+
+    found = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0)).x
+    return np.zeros(direction.size) if found is None else np.asarray(found)

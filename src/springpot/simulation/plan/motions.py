@@ -6,25 +6,31 @@ power, and those of several masses from their modes.  Later rooms take what they
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-from springpot.machine.arguments import LARGEST
+import numpy as np
+
+from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import CANONICAL, Dimensionless
-from springpot.problem.parts import WhiteNoise
+from springpot.problem.parts import ParametricNoise
 from springpot.problem.system import System, checked_system
-from springpot.simulation.plan.creep import Creep
+from springpot.simulation.plan.creep import Creep, creeping
+from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import (
-    BoltzmannLaw,
-    dissipated,
     guessed_law,
     guessed_scales,
     rate_on_pressed_walls,
 )
+from springpot.simulation.plan.modes import modal_scales, modes_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.origin import origin_of, seen_from
+from springpot.simulation.plan.rest import nearest_to_rest
 from springpot.simulation.plan.scales import Scales, closed_form
-from springpot.simulation.plan.unsprung import creep_of
+from springpot.simulation.plan.seen import Seen
+from springpot.simulation.plan.symmetry import Symmetry
+from springpot.simulation.plan.unsprung import springpot_alone
 
 
 def motion_of(system: System) -> Motion:
@@ -39,37 +45,65 @@ def motion_of(system: System) -> Motion:
 
     Examples
     --------
-    >>> from springpot.problem.parts import Barrier, Spring, Springpot
+    >>> from springpot.problem.parts import Barrier, Spring, Springpot, WhiteNoise
     >>> lone = System(Spring(4.0), Springpot(0.5, 0.1), Barrier(0.5, 0.8, "below"), WhiteNoise(2.0))
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
-    if len(checked_system(system).points) > 1:
-        from springpot.simulation.plan.several import motion_of_several  # loaded for several masses only
-
-        return motion_of_several(system)
+    if not checked_system(system).coordinates.lone:
+        return _by_modes(system)
     origin = origin_of(system)
     centred = seen_from(system, origin)
+    rest = nearest_to_rest(system)
     try:
         paper = Dimensionless.of(centred)
     except NotCoveredError as reason:
         law = guessed_law(centred)
         scales = guessed_scales(centred, law).seen_from(-origin)
-        motion = Motion(system, scales, 1.0, (), False, False, str(reason), law)
-        searched = motion.remembers and not motion.is_symmetric and not motion.is_thermal
-        alone = creep_of(motion.unit, law.frequency, law.variance)
-        return replace(motion, searched=searched, slow=alone or tuple(map(Creep, _alike(motion, law))))
+        motion = Motion(system, scales, rest, np.array([scales.mean]), origin, beyond_paper=str(reason), guess=law)
+        searched = motion.remembers and Symmetry(centred).has_mean(np.ones(1)) and not motion.is_thermal
+        held = 0.0 if springpot_alone(motion.unit) else law.frequency**2
+        free = {"x_mean_square": law.variance, "amplitude_mean_square": 2.0 * law.variance}
+        return _with_slow(replace(motion, searched=searched), np.array([[system.inertia * held]]), free)
     elastic = paper.barrier is None or paper.restitution == 1.0
     dashpot = paper.springpot.order == 1.0 and paper.springpot.coefficient > 0.0
+    scales = _scales_of(paper, centred).seen_from(-origin)
     return Motion(
         system,
-        _scales_of(paper, centred).seen_from(-origin),
+        scales,
+        rest,
+        np.array([scales.mean]),
+        origin,
         sign=paper.direction or 1.0,
-        slow=(Creep(paper),),
+        slow=(CreepOfPaper(paper),),
         searched=paper.barrier is not None,
         keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
         beyond_paper=f"a constant force cannot be part of an Oscillator: {CANONICAL}." if origin else "",
     )
+
+
+def _by_modes(system: System) -> Motion:
+    """The motion of coordinates of which no one has a potential alone."""
+    modes, rest = modes_of(system), nearest_to_rest(system)
+    many = f"the paper's problem has one mass, and the system has {len(system.coordinates.names)}."
+    motion = Motion(system, modal_scales(system, modes), rest, rest, beyond_paper=many)
+    searched = Symmetry(system).keeps_mean(creeping(system)) and not motion.is_thermal
+    free = {f"{begin}_mean_square": modes.spread(row) ** 2 for begin, row in motion.displacements.items()}
+    return _with_slow(replace(motion, searched=searched), system.coordinates.sum_of(modes.stiffness), free)
+
+
+def _with_slow(motion: Motion, stiffness: Floats, free: dict[str, float]) -> Motion:
+    """With the slow displacements of its springpots; ``free`` are mean squares without walls, about."""
+    if not creeping(motion.system):
+        return motion
+    system, rows = motion.system, motion.system.coordinates.elongations
+    shaken = {
+        name: math.hypot(*motion.size_of(Seen(row=rows[name]))[:2])
+        for name, part in system.named()
+        if isinstance(part, ParametricNoise)
+    }
+    seen = {f"{begin}_mean_square": row for begin, row in motion.displacements.items()}
+    return replace(motion, slow=(Creep(system, stiffness, motion.scales.fastest_rate, seen, free, shaken),))
 
 
 def _scales_of(paper: Dimensionless, centred: System) -> Scales:
@@ -79,14 +113,3 @@ def _scales_of(paper: Dimensionless, centred: System) -> Scales:
         return scales
     hops = rate_on_pressed_walls(centred.per_unit_mass, guessed_law(centred))
     return replace(scales, fastest_rate=max(scales.fastest_rate, hops))
-
-
-def _alike(motion: Motion, law: BoltzmannLaw) -> tuple[Dimensionless, ...]:
-    """For each springpot, the paper's problem with its slow displacements: of the frequency and power guessed.
-
-    A thermal system has none: it starts from its stationary law.
-    """
-    if motion.is_thermal:
-        return ()
-    taken = min(max(2.0 * dissipated(motion.unit.parts, law), 0.0), LARGEST)
-    return tuple(Dimensionless(law.frequency, pot, None, WhiteNoise(taken)) for pot in motion.springpots)

@@ -19,7 +19,7 @@ _PLACED = ParametricNoise, VanDerPol, Force
 def origin_of(system: System) -> float:
     """The rest of the springs under the constant forces, in m; 0 where these stay beside the flight.
 
-    They do with several masses, without a linear spring, and with parts of which a shift would make another law.
+    They do without a linear spring, and with parts of which a shift would make another law.
 
     Examples
     --------
@@ -28,7 +28,7 @@ def origin_of(system: System) -> float:
     >>> [origin_of(System(spring, Constant(-9.0))) for spring in springs]
     [-2.25, 0.0]
     """
-    if len(system.points) > 1 or not system.of(Constant) or system.of(*_PLACED):
+    if not system.of(Constant) or system.of(*_PLACED):
         return 0.0
     forces = [part.force_coefficients() for _, part in system.named()]
     pulled, stiffness = (sum(force[n] for force in forces if n < len(force)) for n in (0, 1))

@@ -157,19 +157,16 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     return Plan(motion, settings)
 
 
-def default_start(motion: Motion, given: Options = DEFAULTS, *, settled: bool = False) -> tuple[StartKind, str]:
+def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind, str]:
     """The start of a run without the argument ``start``, and the reason if there is no stationary state.
 
     The start is stationary, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which mean a start from a
-    given state, or there is no stationary state.  Several masses of which memory keeps no mean start from rest: a
-    stationary start has the same x(0).
+    given state, or there is no stationary state.
 
     Parameters
     ----------
     motion : Motion
     given : Options
-    settled : bool
-        Whether the time that counts begins when the motion has settled, also where x(0) is that of rest.
 
     Returns
     -------
@@ -192,7 +189,7 @@ def default_start(motion: Motion, given: Options = DEFAULTS, *, settled: bool = 
         return "rest", ""
     if motion.not_stationary:
         return "rest", motion.not_stationary
-    return ("stationary" if settled or motion.settles_at_start else "rest"), ""
+    return "stationary", ""
 
 
 def _is_default(value: Any, default: Any) -> bool:

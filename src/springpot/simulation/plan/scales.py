@@ -44,6 +44,8 @@ class Scales:
         First guess of E[x], in m.
     guessed : bool
         Whether the times are a rough guess, not closed forms.
+    resolved_rate : float
+        The rate that the default step follows, in 1/s, where a longer step is stable, but off; else 0.
     """
 
     frequency: float
@@ -57,6 +59,7 @@ class Scales:
     spread: float
     mean: float
     guessed: bool
+    resolved_rate: float = 0.0
 
     def seen_from(self, origin: float) -> Scales:
         """The same with E[x] measured from another place."""

@@ -35,6 +35,8 @@ class NumericalScheme(Protocol):
     impact_bias : float
         Bound on the relative step bias of impact rates and mean speeds, over the square of the step, which is in units
         of the shortest time scale; beside what slow impacts that are missed leave.
+    taken : float
+        Relative step bias of mean square velocities over what dampers take of a kick within its step.
     """
 
     order: ClassVar[int]
@@ -44,6 +46,7 @@ class NumericalScheme(Protocol):
     keeps_the_law: ClassVar[bool]
     only_paper: ClassVar[bool]
     impact_bias: ClassVar[float] = 0.0
+    taken: ClassVar[float] = 0.0
 
     def recent_weights(self, order: float) -> Floats:
         """Weights of the four newest increments, in units of h^-alpha."""
@@ -124,6 +127,7 @@ class Straight(Splitting):
     coarsest_step: ClassVar[float] = 0.2
     keeps_the_law: ClassVar[bool] = False
     impact_bias: ClassVar[float] = 0.12
+    taken: ClassVar[float] = 0.025
 
 
 def weight_of_last_impulse(order: float) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from springpot.machine.arrays import Floats
+from springpot.problem.catalogue import LEVELS
 from springpot.problem.parts import Barrier
 from springpot.problem.system import System
 
@@ -53,8 +54,10 @@ class Seen:
     impulse: float = 0.0
 
 
-def seen_of_several(system: System) -> tuple[Seen, ...]:
-    """Each of several masses and each pair, with the impacts on the wall at it; then those on other walls.
+def seen_of(system: System) -> tuple[Seen, ...]:
+    """Each point and each pair, with the impacts on the wall at it; then those on other walls.
+
+    A point alone has all impacts, and its amplitude.
 
     Examples
     --------
@@ -63,15 +66,18 @@ def seen_of_several(system: System) -> tuple[Seen, ...]:
     ...     Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("ground", "a")),
     ...     gap=Barrier(-0.1, between=("a", "b")), floor=Barrier(-1.0, between=("ground", "b")),
     ... )
-    >>> for each in seen_of_several(pair):
+    >>> for each in seen_of(pair):
     ...     print(each.number, each.names)
     0 {'x': 'a_x', 'v': 'a_v'}
     1 {'x': 'b_x', 'v': 'b_v', 'impact_speed': 'floor_impact_speed'}
     3 {'x': 'a_b_elongation', 'impact_speed': 'gap_impact_speed'}
     """
-    found = [_displacement(system, row, x=f"{point}_x", v=f"{point}_v") for point, row in _points(system).items()]
-    pairs = system.coordinates.pairs
-    found += [_displacement(system, row, x=f"{pair}_elongation") for pair, row in pairs.items()]
+    at = system.coordinates
+    if at.lone:
+        names = ("x", "v", *(("amplitude",) if system.natural_frequency > 0.0 else ()), "impact_speed")
+        return (replace(_alone(system), names={name: name for name in names}),)
+    found = [_displacement(system, row, x=f"{own}x", v=f"{own}v") for own, row in at.beginnings.items()]
+    found += [_displacement(system, row, x=f"{pair}_elongation") for pair, row in at.pairs.items()]
     there = {each.stop for each in found}
     others = [
         Seen({"impact_speed": f"{name}_impact_speed"}, None, stop=name) for name in system.stops if name not in there
@@ -79,7 +85,7 @@ def seen_of_several(system: System) -> tuple[Seen, ...]:
     return (*found, *others)
 
 
-def levels_of_several(system: System) -> dict[str, tuple[str, Seen]]:
+def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
     """What can pass a level, by name: the quantity of one mass, and the displacement that it is of.
 
     Examples
@@ -87,21 +93,26 @@ def levels_of_several(system: System) -> dict[str, tuple[str, Seen]]:
     >>> from springpot.problem.parts import Mass, Spring
     >>> ends = ("ground", "a"), ("a", "b")
     >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=each) for each in ends))
-    >>> [name for name, (quantity, _) in levels_of_several(pair).items() if quantity == "x"]
+    >>> [name for name, (quantity, _) in levels_of(pair).items() if quantity == "x"]
     ['a_x', 'b_x', 'spring_1_elongation', 'spring_2_elongation', 'a_b_elongation']
     """
+    at = system.coordinates
+    if at.lone:  # an impact is reported without its place: of several walls it may be any, and ends of steps have to do
+        one_wall = len(system.stops) == len(system.of(Barrier)) <= 1
+        return {name: (name, replace(_alone(system), stop="" if one_wall else None)) for name in LEVELS}
     found = dict[str, tuple[str, Seen]]()
-    for point, row in _points(system).items():
+    for begin, row in at.beginnings.items():
         own = _displacement(system, row)
-        found |= {f"{point}_{quantity}": (quantity, own) for quantity in ("x", "v", "distance", "speed")}
-    for name, row in {**system.coordinates.elongations, **system.coordinates.pairs}.items():
+        found |= {f"{begin}{quantity}": (quantity, own) for quantity in ("x", "v", "distance", "speed")}
+    for name, row in {**at.elongations, **at.pairs}.items():
         own = _displacement(system, row)
         found |= {f"{name}_elongation": ("x", own), f"{name}_distance": ("distance", own)}
     return found
 
 
-def _points(system: System) -> dict[str, Floats]:
-    return dict(zip(system.coordinates.points, system.coordinates.rows, strict=True))
+def _alone(system: System) -> Seen:
+    """The only displacement: its impacts are all there are, on walls of which its kernel knows the places."""
+    return replace(_displacement(system, system.coordinates.rows[0]), names={}, stop="", place=0.0, side=1.0)
 
 
 def _displacement(system: System, row: Floats, **names: str) -> Seen:

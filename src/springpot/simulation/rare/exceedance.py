@@ -169,7 +169,7 @@ def exceedance(
         All available ones if left out.
     max_time : float
         Seconds after which it ends with what is known by then: a level that no path has exceeded has an upper bound.
-        The compilation of the first run on a machine, up to half a minute, counts too.
+        A compilation, up to half a minute, counts too.
     save : str or Path
         A file, made if missing, to which each repetition is written with a checksum when it has ended.  The same call
         goes on from them, after a kill too, to the same bits; with a smaller ``rtol`` it begins with them.  What was
@@ -268,7 +268,7 @@ def stated(
     duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
     if given.get("start") is None:  # the time counts when the motion has settled
         options = {name: value for name, value in given.items() if value is not None}
-        given["start"], _ = default_start(motion_of(system), cast(Options, options), settled=True)
+        given["start"], _ = default_start(motion_of(system), cast(Options, options))
     plan = plan_of(system, duration=duration, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")

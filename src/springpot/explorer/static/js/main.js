@@ -100,8 +100,8 @@ on("status", ({ theory, kernel }) => {
 });
 on("compiling", () => {
   compiling = true;
-  status("loading", "compiling, once on this machine…");
-  element("tile-paths-note").textContent = "compiling, once on this machine…";
+  status("loading", "compiling, once for all systems…");
+  element("tile-paths-note").textContent = "compiling, once for all systems…";
 });
 on("view", ({ equation, equations, sizes, paper, followed, groups, excitation }) => {
   excitationCard?.show(excitation);

@@ -1,0 +1,102 @@
+"""Where a system rests: in the equilibrium of springs and constant forces, or as near to it as walls let it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import listed
+from springpot.problem.parts import Barrier
+from springpot.problem.system import System
+
+_ROUNDS = 60
+_HELD = 1e-14  # least eigenvalue of the stiffness over the largest
+
+
+def nearest_to_rest(system: System) -> Floats:
+    """The least change from the equilibrium that puts every elongation before its wall.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Constant, Mass, Spring
+    >>> ends = ("ground", "a"), ("a", "b")
+    >>> pair = System(
+    ...     Mass(1.0, at="a"), Mass(1.0, at="b"), *(Spring(1.0, between=each) for each in ends), Constant(2.0, on="b"),
+    ...     Barrier(3.5, side="below", between=("ground", "b")),
+    ... )
+    >>> nearest_to_rest(pair).round(6).tolist()
+    [2.0, 3.5]
+    """
+    return within_walls(system, equilibrium(system))
+
+
+def equilibrium(system: System) -> Floats:
+    """Where springs and constant forces balance, by Newton's method from 0; 0 where that finds no place."""
+    coordinates, parts = system.coordinates, dict(system.named())
+    force = system.constant_force
+    x = np.zeros(len(force))
+    if not force.any():
+        return x
+    for _ in range(_ROUNDS):
+        left, stiffness = np.asarray(-force), np.zeros((x.size, x.size))
+        for name, row in coordinates.elongations.items():
+            springs, u = parts[name].force_coefficients() or (0.0,), float(row @ x)
+            left = left + row * np.polynomial.polynomial.polyval(u, springs)
+            slope = float(np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(springs)))
+            stiffness += slope * np.outer(row, row)
+        values = np.linalg.eigvalsh(stiffness)
+        if not values[0] > _HELD * values[-1]:
+            return np.zeros(x.size)
+        change = np.linalg.solve(stiffness, left)
+        x = x - change
+        if np.abs(change).max() <= 1e-12 * np.abs(x).max():
+            return x
+    return np.zeros(x.size)
+
+
+def within_walls(system: System, places: Floats) -> Floats:
+    """The least change of the places that puts every elongation before its wall.
+
+    Raises
+    ------
+    ValueError
+        If the walls leave no room.
+    """
+    inward, least = walls_at(system, places)
+    if not (least > 0.0).any():
+        return places
+    forces = _of_one(inward, least)
+    forces = least_forces(inward, least) if forces is None else forces
+    if forces is None:
+        walls = [name for name, part in system.stops.items() if isinstance(part, Barrier)]
+        raise ValueError(f"the walls must leave room: {listed(walls)} cannot all be kept.")
+    return np.asarray(places + inward.T @ forces)
+
+
+def walls_at(system: System, x: Floats) -> tuple[Floats, Floats]:
+    """The rows of rigid walls, turned inwards, and how far some displacements are behind each."""
+    walls = {name: part for name, part in system.stops.items() if isinstance(part, Barrier)}
+    rows = [part.inwards * system.coordinates.elongations[name] for name, part in walls.items()]
+    inward = np.array(rows).reshape(-1, len(x))
+    return inward, np.array([part.inwards * part.position for part in walls.values()]) - inward @ x
+
+
+def _of_one(inward: Floats, least: Floats) -> Floats | None:
+    """The force of the only wall that has something behind it, where that is enough."""
+    behind = least > 0.0
+    forces = np.where(behind, least, 0.0) / (inward**2).sum(axis=1)
+    return forces if behind.sum() == 1 and (inward @ (inward.T @ forces) >= least)[~behind].all() else None
+
+
+def least_forces(inward: Floats, least: Floats) -> Floats | None:
+    """The forces of walls that keep ``inward @ x`` at ``least`` or above with the smallest x; None if nothing does.
+
+    Least distance programming (Lawson and Hanson, "Solving least squares problems", chapter 23); x is then
+    ``inward.T @ forces``.
+    """
+    from scipy import optimize  # slow to import
+
+    unit = float(np.abs(least).max())
+    dual, _ = optimize.nnls(np.vstack([inward.T, least / unit]), np.append(np.zeros(inward.shape[1]), 1.0))
+    left = float(least / unit @ dual) - 1.0
+    return np.asarray(-unit * dual / left) if abs(left) > 1e-9 else None
