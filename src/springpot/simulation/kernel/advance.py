@@ -7,8 +7,6 @@ the precision of the sweep.  The observation is in the middle of the drift.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
