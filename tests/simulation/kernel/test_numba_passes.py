@@ -56,7 +56,7 @@ def test_an_unknown_numba(
     found = []
     for _ in range(2):
         done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, timeout=600,
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=1800,
             env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
