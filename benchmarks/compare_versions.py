@@ -5,11 +5,13 @@ from the folder that holds these files, and appends each finished system to its 
 
     /that/version/.venv/bin/python -m benchmarks.compare_versions run before.jsonl --seed 1
     .venv/bin/python -m benchmarks.compare_versions run now.jsonl --seed 2
-    .venv/bin/python -m benchmarks.compare_versions show before.jsonl now.jsonl
+    .venv/bin/python -m benchmarks.compare_versions show now.jsonl before.jsonl
 
-``show`` prints a table of the kinds of results, and every difference beyond LARGEST standard errors.  Its exit code is
-1 if there is one, if the mean or the rms of a kind differs from 0 or 1 by more than chance allows, or if a result is
-missing.
+The results of the commit 97121b9e, with the seed 1, are kept in `KEPT`: ``show now.jsonl`` compares with them.  It
+prints a table of the kinds of results, and every difference beyond `LARGEST` standard errors.  Its exit code is 1 if
+there is one, if the mean or the rms of a kind differs from 0 or 1 by more than chance allows, or if a result is not
+there any more.  Of ten thousand results one may lie beyond by chance: ``run --only "wall 7"`` simulates that system
+again, with another seed in each version.
 """
 
 from __future__ import annotations
@@ -35,8 +37,22 @@ from scipy import stats
 import springpot as sp
 from benchmarks.drawn_systems import OWNERS, Case, cases
 
-__all__ = ["LARGEST", "Deviation", "Summary", "deviations", "kind_of", "measured", "quick", "run", "show", "summary"]
+__all__ = [
+    "KEPT",
+    "LARGEST",
+    "Deviation",
+    "Summary",
+    "deviations",
+    "kind_of",
+    "lines_of",
+    "measured",
+    "quick",
+    "run",
+    "show",
+    "summary",
+]
 
+KEPT = Path(__file__).parent / "results" / "of_97121b9e.jsonl.gz"
 LARGEST = 4.0  # standard errors
 CHANCE = 1e-4  # that the rms, or the mean, of a kind is called wrong though nothing changed
 EXACT = 1e-6  # relative: values with smaller errors are known beforehand, and must agree to ten times this
@@ -129,7 +145,7 @@ def _of_exceedance(case: Case, seed: int, threads: int | None) -> Iterator[tuple
 
 def run(file: Path, seed: int, threads: int | None, only: str | None = None, few: bool = False) -> None:
     """Simulate what is not yet in the file, and append it."""
-    done = {line["name"] for line in _lines(file)} if file.exists() else set()
+    done = {line["name"] for line in lines_of(file)} if file.exists() else set()
     for case in [*map(quick, cases(1))] if few else [*cases()]:  # at once, as their source may be edited meanwhile
         if case.name in done or only not in (None, case.name, case.kind):
             continue
@@ -151,7 +167,7 @@ def quick(case: Case) -> Case:
     return replace(case, given={**case.given, **few})
 
 
-def _lines(file: Path) -> list[dict[str, Any]]:
+def lines_of(file: Path) -> list[dict[str, Any]]:
     """What is in a file; the last line may be one that a kill cut short."""
     found = []
     content = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
@@ -236,7 +252,7 @@ def _summed(kind: str, is_exact: bool, own: Sequence[Deviation]) -> Summary:
 
 def show(before: Path, now: Path) -> int:
     """Print the table; 1 if the versions differ."""
-    found, missing = deviations(_lines(before), _lines(now))
+    found, missing = deviations(lines_of(before), lines_of(now))
     rows = summary(found)
     print(f"{'result':38} {'count':>6} {'systems':>7} {'mean z':>6} {'rms z':>6} {'largest':>7}")
     for row in rows:
@@ -266,8 +282,8 @@ def main(words: Sequence[str] | None = None) -> int:
     one.add_argument("--threads", type=int)
     one.add_argument("--only", help="a kind of systems, or one system")
     one.add_argument("--quick", action="store_true", help="few paths: shows that it works, and means nothing")
-    two.add_argument("before", type=Path)
     two.add_argument("now", type=Path)
+    two.add_argument("before", type=Path, nargs="?", default=KEPT)
     chosen = parser.parse_args(words)
     if chosen.what == "show":
         return show(chosen.before, chosen.now)

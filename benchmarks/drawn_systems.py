@@ -341,7 +341,7 @@ def on_the_ground(d: Draw) -> Drawn:
         "ground": sp.WhiteNoise(d.between(0.1, 0.4), "ground"),
         "noise": sp.ColoredNoise(d.between(0.2, 1.0), d.between(0.2, 1.0), "ground"),
     }
-    given = {"rainflow": {"c_x": sp.Basquin(4.0)}, "first_passage": {"c_x": [4.0]}}
+    given = {"rainflow": {"c_x": sp.Basquin(4.0)}, "first_passage": {"c_x": [2.0]}}
     return {**_row(d, "abc"), **parts}, given
 
 

@@ -48,19 +48,19 @@ def _unchanged(name: str, value: float, error: float) -> tuple[float, float]:
 )
 def test_a_change_of_a_kind_is_seen(changed: Any, said: str, tmp_path: Path, capsys: Any) -> None:
     before, now = _file(tmp_path / "before.jsonl", 1), _file(tmp_path / "now.jsonl", 2, changed)
-    assert compare.main(["show", str(before), str(now)]) == 1
+    assert compare.main(["show", str(now), str(before)]) == 1
     told = [line for line in capsys.readouterr().out.splitlines() if line.endswith("differs")]
     assert any(line.startswith(said) for line in told), told
 
 
 def test_what_did_not_change_passes_and_what_is_missing_does_not(tmp_path: Path, capsys: Any) -> None:
     before, now = _file(tmp_path / "before.jsonl", 1), _file(tmp_path / "now.jsonl", 2, _unchanged)
-    assert compare.main(["show", str(before), str(now)]) == 0
+    assert compare.main(["show", str(now), str(before)]) == 0
     assert "0 beyond 4 standard errors" in capsys.readouterr().out
     now.write_text("\n".join(now.read_text(encoding="utf-8").splitlines()[:-1]) + '\n{"name": "wall 1', "utf-8")
-    assert compare.main(["show", str(before), str(now)]) == 1
+    assert compare.main(["show", str(now), str(before)]) == 1
     assert "missing: wall 199: not simulated" in capsys.readouterr().out
-    assert compare.main(["show", str(before), str(_file(now, 2, digest="other"))]) == 1
+    assert compare.main(["show", str(_file(now, 2, digest="other")), str(before)]) == 1
     assert "missing: wall 7: another problem" in capsys.readouterr().out
 
 
@@ -69,7 +69,7 @@ def test_one_result_beyond_four_errors_is_named(tmp_path: Path, capsys: Any) -> 
     lines = [json.loads(line) for line in now.read_text(encoding="utf-8").splitlines()]
     lines[20]["results"]["x_mean_square"] = [1.1, 0.01]
     now.write_text("\n".join(map(json.dumps, lines)), encoding="utf-8")
-    assert compare.main(["show", str(before), str(now)]) == 1
+    assert compare.main(["show", str(now), str(before)]) == 1
     told = capsys.readouterr().out
     assert "1 beyond 4 standard errors" in told
     assert "wall 20: x_mean_square" in told
@@ -83,6 +83,13 @@ def test_the_systems_are_the_same_each_time_and_each_is_another() -> None:
     assert {1, 2, 3, 4} == {len(each.system.points) for each in first}
     stated = {"duration", "step", "start"}
     assert all(stated <= {*each.given} for each in first), "no default may matter"
+
+
+def test_the_results_that_are_kept_are_those_of_todays_systems() -> None:
+    kept = {line["name"]: line for line in compare.lines_of(compare.KEPT)}
+    assert {each.name: each.digest for each in cases()} == {name: line["digest"] for name, line in kept.items()}
+    assert all(line["results"] for line in kept.values())
+    assert compare.KEPT.stat().st_size < 200_000
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")

@@ -105,24 +105,6 @@ for who in ("one", "other"):
     assert {file.suffix for file in cache.rglob("*") if file.is_file()} == {".nbc"}  # nothing half-written
 
 
-CALLBACKS = """
-from springpot.explorer.gathering import _growth_part
-from springpot.simulation.watch.spectrum import _spectral_part
-
-print([part.how for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
-"""
-
-
-def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: Path) -> None:
-    """A function that holds another number is another function."""
-    script = tmp_path / "callbacks.py"
-    script.write_text(CALLBACKS)
-    for how in ("compiled now, and kept", "kept on disk"):
-        answer, said = _asked(script, tmp_path / "cache").communicate(timeout=300)
-        assert answer == f"{[how] * 3}\n", said
-    assert len([*(tmp_path / "cache").rglob("*.o")]) == 3
-
-
 def twice(number: float) -> float:
     return 2 * number
 
@@ -271,27 +253,3 @@ def test_beside_the_source_where_others_can_write_is_no_place(tmp_path: Path) ->
     assert (done.stdout, done.stderr) == ("0\n", "")
     assert not list(script.parent.rglob("*.nbc"))
     assert len(list(home.rglob("one*.nbc"))) == 1
-
-
-@needs_owners
-def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
-    """And the doctor says it among its findings."""
-    tmp_path.chmod(0o777)
-    code = (
-        "from springpot import cli; from springpot.cli import doctor; from springpot.machine import trusted\n"
-        "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
-        "assert cli.main(['doctor']) == 0"
-    )
-    places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPRINGPOT_CACHE_DIR": str(tmp_path / "sums")}
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env={**os.environ, **places}
-    )
-    reason = f"{str(tmp_path)!r} can be written by other users"
-    assert done.stderr == (
-        "springpot: warning: Compiled kernels are not stored, and every process compiles them again for a few seconds, "
-        f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.\n"
-    )
-    (shown,) = (line for line in done.stdout.splitlines() if line.strip().startswith("cache"))
-    assert f"folder none, used False, reason {reason}" in shown
-    assert f"memory_folder {places['SPRINGPOT_CACHE_DIR']}/memory, memory_used False, memory_reason {reason}" in shown
-    assert list(tmp_path.iterdir()) == []

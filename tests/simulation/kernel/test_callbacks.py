@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit, types
+from scipy import special
 
 import springpot as sp
 from springpot.simulation.kernel import callbacks
@@ -161,10 +164,34 @@ def test_the_key_tells_numbers_apart_by_type_and_bits() -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [np.ones(2), [1.0], {"a": 1.0}, {1.0}, object(), Path(), of, os, types.List, lambda x: x]
-)
+    "value",
+    [
+        np.ones(2), [1.0], {"a": 1.0}, {1.0}, object(), Path(), of, os, lambda x: x, special.erf, special,
+        np.frompyfunc(abs, 1, 1), np.vectorize(abs),
+    ],
+)  # fmt: skip
 def test_what_is_no_number_has_no_key(value: Any) -> None:
-    assert of(value) is None or value is types.List
+    assert of(value) is None
+
+
+def test_the_key_of_a_compiled_function_has_its_types_and_options() -> None:
+    """A function for integers only cuts off what another one keeps."""
+
+    def half(x: float) -> float:
+        return 0.5 * x
+
+    made = njit(half), njit("float64(int64)")(half), njit("float64(float64)")(half), njit(fastmath=True)(half)
+    made = (*made, njit(locals={"x": types.float32})(half))
+    words = [of(each) for each in made]
+    assert None not in words
+    assert len(set(words)) == len(made)
+    assert of(njit(half)) == words[0]
+
+
+@pytest.mark.parametrize("known", [np.tanh, np.clip, np.float32, math.sin, abs, int, types.float32, math])
+def test_functions_of_known_libraries_have_a_key(known: Any) -> None:
+    assert of(known) is not None
+    assert of(known) != of(np.sinh)
 
 
 def test_the_key_of_code_is_its_bytecode() -> None:
@@ -255,6 +282,24 @@ def test_an_observable_may_make_an_array() -> None:
         observables={"largest": lambda t, x, v: np.array([x, v]).max(), "plain": lambda t, x, v: max(x, v)},
     )  # fmt: skip
     assert run["largest"].value == run["plain"].value
+
+
+CALLBACKS = """
+from springpot.explorer.gathering import _growth_part
+from springpot.simulation.watch.spectrum import _spectral_part
+
+print([part.how for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
+"""
+
+
+def test_what_counts_and_observes_is_compiled_once_for_all_processes(tmp_path: Path) -> None:
+    """A function that holds another number is another function."""
+    script = tmp_path / "callbacks.py"
+    script.write_text(CALLBACKS)
+    for how in (NOW, KEPT):
+        done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=300)
+        assert done.stdout == f"{[how] * 3}\n", done.stderr
+    assert len([*(tmp_path / "cache").rglob("*.o")]) == 3
 
 
 def test_another_signature_is_another_function() -> None:

@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 
 from springpot.machine import trusted
-from springpot.simulation.kernel import kept, native
+from springpot.simulation.kernel import kept, native, targets
 from springpot.simulation.kernel.entries import ENTRIES, FILL_NORMALS
 from springpot.simulation.kernel.loading import MissingSymbolError, loaded, needed
 from springpot.simulation.kernel.make_objects import LIBRARY, make
@@ -170,6 +170,30 @@ def test_where_others_can_write_nothing_is_kept(tiny: Path) -> None:
         assert "compiling the tiny kernel" in said
         assert "in each process, since it cannot be kept" in said
     assert list(cache.iterdir()) == []
+
+
+@needs_owners
+def test_the_command_says_it_in_one_sentence(tmp_path: Path) -> None:
+    """And the doctor says it among its findings."""
+    tmp_path.chmod(0o777)
+    code = (
+        "from springpot import cli; from springpot.cli import doctor; from springpot.machine import trusted\n"
+        "doctor.self_check = lambda: {'passed': True, 'statement': 'left out'}\n"
+        "assert cli.main(['doctor']) == 0"
+    )
+    places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPRINGPOT_CACHE_DIR": str(tmp_path / "sums")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env={**os.environ, **places}
+    )
+    reason = f"{str(tmp_path)!r} can be written by other users"
+    assert done.stderr == (
+        "springpot: warning: Compiled kernels are not stored, and every process compiles them again for a few seconds, "
+        f"because {reason}. Set NUMBA_CACHE_DIR to a folder that only you can write.\n"
+    )
+    (shown,) = (line for line in done.stdout.splitlines() if line.strip().startswith("cache"))
+    assert f"folder none, used False, reason {reason}" in shown
+    assert f"memory_folder {places['SPRINGPOT_CACHE_DIR']}/memory, memory_used False, memory_reason {reason}" in shown
+    assert list(tmp_path.iterdir()) == []
 
 
 # --- what is kept ----------------------------------------------------------------------------------------------------
@@ -454,7 +478,20 @@ def test_a_target_that_is_not_known_is_refused(tmp_path: Path) -> None:
         make(("vax",), tmp_path)
 
 
+def test_code_for_another_machine_is_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LLVM would end the process."""
+    other = next(each.name for each in TARGETS if not each.here)
+    monkeypatch.setenv("SPRINGPOT_TARGET", other)
+    monkeypatch.setattr(targets, "target", targets.target.__wrapped__)
+    with pytest.raises(ValueError, match=rf"SPRINGPOT_TARGET must be .*not set, not {other}: this machine cannot run"):
+        fresh().load()
+    monkeypatch.setenv("SPRINGPOT_TARGET", "vax")
+    with pytest.raises(ValueError, match="target must be one of linux-x86-64-v4"):
+        fresh().load()
+
+
 def test_every_entry_states_arrays_and_numbers_of_its_function() -> None:
+    assert len({entry.name for entry in ENTRIES}) == len(ENTRIES)
     for entry in ENTRIES:
         function = getattr(importlib.import_module(entry.module), entry.name)
         assert len(inspect.signature(function).parameters) == len(entry.arguments)

@@ -26,9 +26,11 @@ from springpot.simulation.kernel.lanes import (
     beyond,
     f64,
     middle,
+    no,
     stack_array,
     typed,
     u32,
+    yes,
 )
 from springpot.simulation.kernel.motion import (
     Lanes,
@@ -213,7 +215,7 @@ def _mark(K, D, T, x, v, step, low, high, o):
             T.sums[sum_of(K, X_END, i) + lane], T.sums[sum_of(K, V_END, i) + lane] = x[i], v[i]
         energy = energy_of(K, D, x, v)
         if step == low - 1:
-            T.sums[sum_of(K, ENERGY) + lane] = energy
+            T.sums[sum_of(K, ENERGY, 0) + lane] = energy
         if step == high - 1:
             T.sums[sum_of(K, ENERGY, 1) + lane] = energy
 
@@ -222,7 +224,7 @@ def _mark(K, D, T, x, v, step, low, high, o):
 def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o):
     """From one kick to the next."""
     if K[DAMPERS] > 0:
-        damp(K, D, F, T, step, False, within, o)
+        damp(K, D, F, T, step, no(), within, o)
     gather(K, F, T, j, o)
     if K[SHAKEN] > 0:
         shake(K, F, T, j, step, within, o)
@@ -244,7 +246,7 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
         which = S[S[FELT] + k]
         feel(S, T, which, j, beyond(shown_x, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
     if K[DAMPERS] > 0:
-        damp(K, D, F, T, step, True, within, o)
+        damp(K, D, F, T, step, yes(), within, o)
     if K[RESTING] > 0 and K[DAMPERS] > 0:
         hold(K, D, T, x, v, weight, o, WIDTH)
         for e in range(K[ROWS]):
@@ -305,7 +307,7 @@ def advance(
     fine, x, v = _four(zero), _few(0.0), _few(0.0)
     shown_x, shown_v = _shown(0.0), _shown(0.0)
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
-    works, hits = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS) // LANES
+    works, hits = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS, 0) // LANES
     for number in range(blocks):
         F, row, births, t_0 = beyond(F_all, number * K[STRIDE]), number * LANES, steps, 0
         number_lanes(first + row, who)
@@ -325,7 +327,7 @@ def advance(
                 T.now_x[i * LANES + lane], T.now_v[i * LANES + lane] = x[i], v[i]
                 T.sums[sum_of(K, X_END, i) + lane] = T.sums[sum_of(K, V_END, i) + lane] = np.nan
             energy = energy_of(K, D, x, v)
-            T.sums[sum_of(K, ENERGY) + lane] = T.sums[sum_of(K, ENERGY, 1) + lane] = energy
+            T.sums[sum_of(K, ENERGY, 0) + lane] = T.sums[sum_of(K, ENERGY, 1) + lane] = energy
             if K[TURNS] == 0 and K[PAPER] == 0:
                 begin(K, D, T, S, start, path, x, v, lane, 1.0 if low == 0 < high else 0.0)
         for o in range(0, LANES if K[TURNS] > 0 else 0, WIDTH):
@@ -347,8 +349,8 @@ def advance(
             if t % (GROUP * STOP_EVERY) == 0 and stop[0] != 0:
                 return
             for i in range(n * LANES if t == middle(low, high) else 0):
-                T.sums[sum_of(K, EARLY_XX) + i] = T.sums[sum_of(K, XX) + i]
-                T.sums[sum_of(K, EARLY_VV) + i] = T.sums[sum_of(K, VV) + i]
+                T.sums[sum_of(K, EARLY_XX, 0) + i] = T.sums[sum_of(K, XX, 0) + i]
+                T.sums[sum_of(K, EARLY_VV, 0) + i] = T.sums[sum_of(K, VV, 0) + i]
             for r in range(K[NOISES] + K[SHAKEN]):
                 draw_for_steps(t // GROUP, who, stream, r, k0, k1, halved, beyond(T.g, r * GROUP * LANES), fine)
             if K[SOURCES] > 0:
@@ -399,12 +401,12 @@ def advance(
                         record_felt(S, n + m, shown_x, t, j, every, lane)
             if watched:
                 at = (n + m) * GROUP * LANES
-                begun = sum_of(K, POWER) // LANES
+                begun = sum_of(K, POWER, 0) // LANES
                 for i in range((works + 1) * LANES):
                     shown_v[at + i] = T.terms[begun * LANES + i]
                 show_steps(S, shown_x, shown_v, D[K[STEP]], t, low, high)
             if B[ANY] > 0:
-                keep(K, B, T, t + GROUP, False, row, steps, risen, last)
+                keep(K, B, T, t + GROUP, no(), row, steps, risen, last)
         if B[ANY] > 0:
             close_branches(B, row)
         columns = K[COLUMNS]

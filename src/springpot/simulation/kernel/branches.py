@@ -20,7 +20,7 @@ from numba import njit
 from springpot.machine.arrays import Floats
 from springpot.simulation.kernel.cache import cached
 from springpot.simulation.kernel.calling import doubles, integers, pointer_like, words
-from springpot.simulation.kernel.lanes import ENTRY, GROUP, LANES, LINKED, u32
+from springpot.simulation.kernel.lanes import ENTRY, GROUP, LANES, LINKED, u32, yes
 from springpot.simulation.kernel.random import philox
 from springpot.simulation.kernel.tables import MODES, POINTS, ROWS
 
@@ -130,7 +130,7 @@ def bear(K, B, T, n, births, row, steps, risen, last):
             for k in range(kept):
                 T.state[k * LANES + lane] = sources[i * kept + k]
             risen[lane] = -1e300
-    keep(K, B, T, n, True, row, steps, risen, last)
+    keep(K, B, T, n, yes(), row, steps, risen, last)
     return soonest
 
 

@@ -19,7 +19,7 @@ from springpot.simulation.kernel.fingerprint import fingerprint
 from springpot.simulation.kernel.lanes import OF_USER, QUICK
 from springpot.simulation.kernel.loading import Code, MissingSymbolError, loaded, needed
 from springpot.simulation.kernel.native import compiler
-from springpot.simulation.kernel.targets import target
+from springpot.simulation.kernel.targets import target_to_run
 
 _MOST = 256  # that stay in memory when nobody uses them
 _IN_C = """
@@ -84,7 +84,7 @@ def callback(signature: Any) -> Callable[[Callable[..., None]], Code]:
         words = fingerprint(function) if QUICK else None
         if words is None:
             return alone(function, signature)
-        goal = target()
+        goal = target_to_run()
         key = repr((words, str(signature), compiler(), goal.key, LEVEL))
         if found := _recent.get(key):
             return found

@@ -119,7 +119,7 @@ def _push(K, F, T, S, short, weight, o):
             if S[ON_IMPACTS_COUNT] > 0:
                 store(T.peaks, c * LANES + o, larger(load(T.peaks, c * LANES + o), double(momentum / short)))
             push_all(K, F, T, K[CONTACT_JUMP] + c * K[POINTS], K[CONTACT_ALONG] + c * K[ROWS], change, o)
-    at = sum_of(K, SOFT) + o
+    at = sum_of(K, SOFT, 0) + o
     add(T.sums, at, double(choose(pushed, short * weight, 0.0)))
     store(T.sums, at + LANES, larger(load(T.sums, at + LANES), double(weight * deepest)))
     return pushed

@@ -116,15 +116,24 @@ def _value(value: Any, within: tuple[int, ...]) -> object:
     if of.startswith(f"{_KERNEL}.") and "<locals>" not in name:
         return of, name
     if isinstance(value, Dispatcher):
-        options = {key: _option(option) for key, option in value.targetoptions.items()}
-        return sorted(options.items()), [*_function(value.py_func, within)]
+        return [*_compiled(value, within)]
     if hasattr(value, "_defn") and of.startswith(f"{_KERNEL}."):
         return of, name, [_value(cell.cell_contents, within) for cell in value._defn.__closure__ or ()]
-    if isinstance(value, type | BuiltinFunctionType | np.ufunc | FunctionType) or hasattr(value, "_implementation"):
+    if isinstance(value, np.ufunc):
+        name = str(getattr(value, "__name__", ""))
+        if getattr(np, name, None) is value:
+            return name
+    if isinstance(value, type | BuiltinFunctionType | FunctionType) or hasattr(value, "_implementation"):
         top = of.partition(".")[0]
-        if top in _KNOWN or (isinstance(value, np.ufunc)) or (top == "builtins" and hasattr(builtins, name)):
-            return of, name or value.__name__
+        if top in _KNOWN or (top == "builtins" and hasattr(builtins, name)):
+            return of, name
     raise _NoneError
+
+
+def _compiled(function: Any, within: tuple[int, ...]) -> Iterator[object]:
+    yield sorted((key, _option(option)) for key, option in function.targetoptions.items())
+    yield str(function.locals), () if function._can_compile else tuple(map(str, function.nopython_signatures))
+    yield from _function(function.py_func, within)
 
 
 def _option(option: Any) -> str:

@@ -121,6 +121,18 @@ lesser, greater = _chosen("<"), _chosen(">")
 
 
 @intrinsic
+def yes(typing_context):
+    """True, but not as a type of its own, for which a function would be compiled again."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, True)
+
+
+@intrinsic
+def no(typing_context):
+    """False, as ``yes``."""
+    return types.boolean(), lambda context, builder, s, args: context.get_constant(types.boolean, False)
+
+
+@intrinsic
 def bits_of(typing_context, x):
     """The bits of a float32 as an int32."""
     return types.int32(types.float32), lambda c, builder, s, args: builder.bitcast(args[0], ir.IntType(32))

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import njit
+import llvmlite.ir as ir
+from numba import njit, types
+from numba.extending import intrinsic
 
 from springpot.simulation.kernel.calling import call_force, plain
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond
@@ -128,10 +130,28 @@ def add(array, at, value):
     store(array, at, load(array, at) + value)
 
 
-@njit(**INLINE)
-def sum_of(K, what, k=0):
-    """Where a sum is among the lane arrays of sums."""
-    return (K[K[AT] + what] + k) * LANES
+@intrinsic
+def sum_of(typing_context, table, what, number):
+    """Where a sum is among the lane arrays of sums.
+
+    As an intrinsic: a function would be compiled for each of them.
+    """
+
+    def codegen(context, builder, signature, args):
+        own, what, number = (
+            value if kind == table else context.cast(builder, value, kind, types.int64)
+            for value, kind in zip(args, signature.args, strict=True)
+        )
+
+        def read(at):
+            loaded = builder.load(builder.gep(own, [at]))
+            loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+            return loaded
+
+        kind = ir.IntType(64)
+        return builder.mul(builder.add(read(builder.add(read(kind(AT)), what)), number), kind(LANES))
+
+    return types.int64(table, what, number), codegen
 
 
 @njit(**INLINE)
@@ -257,7 +277,7 @@ def rates(K, F, T, within, felt, o):
                 store(T.pull, at, pulled)
                 store(T.middle, at, middle)
             if within:
-                add(T.terms, sum_of(K, POWER) + o, pulled * middle)
+                add(T.terms, sum_of(K, POWER, 0) + o, pulled * middle)
                 if e < K[FORCED]:
                     add(T.terms, sum_of(K, FORCE, e) + o, pulled)
                     add(T.terms, sum_of(K, VIRIAL, e) + o, pulled * load(T.u, at))

@@ -32,7 +32,7 @@ from springpot.machine.bar import say
 from springpot.machine.versions import versions
 from springpot.simulation.kernel import kept
 from springpot.simulation.kernel.loading import Code, MissingSymbolError, loaded
-from springpot.simulation.kernel.targets import Target, target
+from springpot.simulation.kernel.targets import Target, target_to_run
 
 OBJECTS = Path(__file__).parent / "objects"
 MANIFEST = "manifest.json"
@@ -191,7 +191,7 @@ class Entry:
         return sources_of(self.module, COMPILER)
 
     def _found(self) -> Code:
-        goal, reasons = target(), []
+        goal, reasons = target_to_run(), []
         brought = shipped(self.name, self.sources, goal)
         if brought.content is None:
             reasons.append(brought.reason)

@@ -403,7 +403,7 @@ def _fly(K, D, T, S, x, v, left, since, lane, weight):
             show_impact(S, struck, closing, lane)
         events += 1
         if events == MOST_HOPS:
-            T.sums[sum_of(K, LIMITS) + lane] += 1.0
+            T.sums[sum_of(K, LIMITS, 0) + lane] += 1.0
         if events >= 2 * MOST_HOPS:
             T.sums[sum_of(K, LIMITS, 1) + lane] += 1.0
             return events

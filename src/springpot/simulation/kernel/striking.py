@@ -197,7 +197,7 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
         if not some(hit):
             break
         if event == MOST_EVENTS:
-            add(T.sums, sum_of(K, LIMITS) + o, choose(hit, filled(double(left), 1.0), 0.0))
+            add(T.sums, sum_of(K, LIMITS, 0) + o, choose(hit, filled(double(left), 1.0), 0.0))
         ever = ever | hit
         soonest = choose(hit, soonest, 0.0)
         left = left - soonest

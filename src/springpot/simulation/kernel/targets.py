@@ -83,7 +83,8 @@ def target() -> Target:
     """The target of this process.
 
     ``NUMBA_CPU_NAME`` chooses another one, as it does for Numba itself: the name of a processor as LLVM has it.  Then
-    ``NUMBA_CPU_FEATURES`` are its extensions.  ``SPRINGPOT_TARGET`` is set where code for other machines is made.
+    ``NUMBA_CPU_FEATURES`` are its extensions.  ``SPRINGPOT_TARGET`` names one, also for another machine, for which code
+    is then made.
 
     Examples
     --------
@@ -95,6 +96,21 @@ def target() -> Target:
     asked, features = os.environ.get("NUMBA_CPU_NAME"), os.environ.get("NUMBA_CPU_FEATURES")
     fitting = [each for each in TARGETS if each.here and asked in (None, "", each.cpu) and not features]
     return fitting[0] if fitting else _of_its_own(asked, features)
+
+
+def target_to_run() -> Target:
+    """The target of this process, whose code is to be run and not only made.
+
+    Raises
+    ------
+    ValueError
+        If this machine cannot run it.
+    """
+    goal = target()
+    if not goal.here:
+        able = " or ".join([*(each.name for each in TARGETS if each.here), "not set"])
+        raise ValueError(f"SPRINGPOT_TARGET must be {able}, not {goal.name}: this machine cannot run that code.")
+    return goal
 
 
 def named(name: str) -> Target:
