@@ -27,7 +27,7 @@ ABOUT = {
     ),
     "systems": (
         "The time of a path-step with more parts, one thread, h = 0.01. All of them have one kernel, which is compiled "
-        "once, in some 10 s, and kept on disk."
+        "once, in 10 to 15 s, and kept on disk."
     ),
     "observers": (
         "What a run of a springpot with a wall costs with each observer, one thread, h = 0.01, order 0.5, 256 paths of "

@@ -21,17 +21,12 @@ NO_INLINING = "import numba; numba.__version__ = '99.0.0'; del numba.core.cpu._o
 RUN = """
 import json
 import springpot as sp
-from numba import types
-from springpot.simulation.kernel import compiled, lanes
-from springpot.simulation.kernel.advance import signature_in
+from springpot.simulation.kernel import lanes
+from springpot.simulation.kernel.entries import KERNELS
 assert not lanes.QUICK
-kernel = compiled._dispatcher()
-compiled._dispatcher = lambda: kernel
-kernel.compile(signature_in(types.{kind}))
 run = sp.simulate(sp.Oscillator(**{barrier}), paths=64, duration=30.0, seed=5, memory_tolerance={tolerance}, {more})
-hits = sum(kernel.stats.cache_hits.values())
 values = {{name: repr(estimate.value) for name, estimate in run.estimates.items()}}
-print(json.dumps([values, hits, compiled.find_kernels()]))
+print(json.dumps([values, KERNELS['{kind}'].load().how]))
 """
 
 COUNTED = "distributions=True"  # by functions that the kernel calls
