@@ -16,8 +16,8 @@ from springpot import Oscillator, System
 from springpot.simulation.kernel import tables
 from springpot.simulation.kernel.lanes import GROUP, LANES, WIDTH, f32, stack_array, u32
 from springpot.simulation.kernel.motion import NUMBERS_OF_MODE, remember
-from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
 from springpot.simulation.kernel.tables import Tables
 from springpot.simulation.kernel.watching import NO_OBSERVERS

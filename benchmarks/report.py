@@ -22,12 +22,12 @@ ABOUT = {
     "one core": (
         "Multiply-adds of one core: of independent chains of them on arrays on the stack, and of the memory modes, "
         "8 per mode for four steps, each counted as 2 flops. All are run by turns, and the limit is the most that any "
-        "of them does in this precision: no share is above 100 %. Then where the time of a path-step goes: each part "
-        "is timed alone, and the rest of the whole is the cost of walls and sums, and of running the parts together."
+        "of them does in this precision: no share is above 100 %. Then where the time of a path-step goes: normals and "
+        "memory are timed alone, a block without a wall has kicks, drifts and sums besides, and the rest is the wall."
     ),
     "systems": (
-        "The time of a path-step with more parts, one thread, h = 0.01. A new kind of system is compiled once, in some "
-        "5 to 10 s, and kept on disk; its numbers may change without a compilation."
+        "The time of a path-step with more parts, one thread, h = 0.01. All of them have one kernel, which is compiled "
+        "once, in 10 to 15 s, and kept on disk."
     ),
     "observers": (
         "What a run of a springpot with a wall costs with each observer, one thread, h = 0.01, order 0.5, 256 paths of "

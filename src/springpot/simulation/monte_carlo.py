@@ -371,7 +371,7 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
 
     Notes
     -----
-    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` it is the mirror image, bit for bit.
+    An oscillator obeys the paper's Eq. 1 above a wall; with ``side="below"`` its law is the mirror image.
     Other systems have Caputo's derivative.
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise

@@ -309,9 +309,8 @@ def _change(K, D, F, T, k, n, after, o):
     own = T.own  # of the user: always in double precision
     store(own, 0, u)
     store(own, WIDTH, w)
-    call_force(
-        kind, (D[K[STEP]] * (n + 0.5), plain(beyond(D, b)), own, beyond(own, WIDTH), beyond(own, 2 * WIDTH), WIDTH)
-    )
+    time, change = D[K[STEP]] * (n + 0.5), beyond(own, 2 * WIDTH)
+    call_force(kind, (time, plain(beyond(D, b)), own, beyond(own, WIDTH), change, WIDTH))
     return filled(u, load(own, 2 * WIDTH))
 
 

@@ -96,7 +96,7 @@ def count_taken(K, F, T, k, where, within, closing, r, change, o):
 
 @njit(**INLINE)
 def take_from_speeds(K, F, T, o):
-    """The same of all impacts of a group on walls whose restitution is a number, where impacts have their own speeds."""
+    """The same of all impacts of a group on walls whose restitution is a number, each impact with its own speed."""
     for k in range(K[WALLS]):
         if K[K[WALL_KIND] + k] == FIXED:
             to, mass, r = sum_of(K, HITS, OF_A_WALL * k) + o, F[K[REDUCED] + k], F[K[RESTITUTION] + 3 * k]

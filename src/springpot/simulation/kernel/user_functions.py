@@ -1,4 +1,4 @@
-"""Functions of the user as compiled code with an address, so that the kernel is not compiled again for them."""
+"""Functions of the user as compiled code with an address: the kernel needs no compilation of its own for them."""
 
 from __future__ import annotations
 

@@ -262,7 +262,7 @@ def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, cou
     place = 0.0 if seen.feels else units.state[0] * header[_WALL] + 0.0  # of a single wall
     x, v = units.state
     x = x / header[_FREQUENCY] if seen.feels else x
-    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": abs(header[_SPEED_UNIT])}
+    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": header[_SPEED_UNIT]}
     distributions = {}
     for name, called in seen.names.items():
         taken = counts[:, _SLOTS[name] : _SLOTS[name] + (2 if name in ("x", "v") else 1) * BINS]
@@ -280,7 +280,7 @@ def distribution_of(unit: str, density_unit: str, scale: float, counts: Floats) 
     Parameters
     ----------
     scale : float
-        The unit in which the numbers were counted; negative if they were mirrored.
+        The unit in which the numbers were counted.
     counts : ndarray, shape (batches, BINS or 2 * BINS)
     """
     octaves = np.exp2(np.arange(_LOWEST, _HIGHEST))
@@ -291,8 +291,6 @@ def distribution_of(unit: str, density_unit: str, scale: float, counts: Floats) 
     filled = np.flatnonzero(counts.any(axis=0))
     begin, end = (filled[0], filled[-1] + 1) if filled.size else (0, 0)
     counts, edges = counts[:, begin:end], scale * edges[begin : end + 1]
-    if scale < 0.0:
-        counts, edges = counts[:, ::-1], edges[::-1]
     return Distribution(unit, density_unit, edges, counts)
 
 

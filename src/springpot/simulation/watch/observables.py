@@ -197,7 +197,7 @@ def _on_impacts_of(function: Callable[..., float]) -> Any:
     def on_impacts(count, speed, lane, array):
         so_far = array[FIRST + lane]
         array[FIRST + lane] = np.nan
-        array[FIRST + lane] = so_far + count * inner(abs(array[_SPEED_UNIT]) * speed)
+        array[FIRST + lane] = so_far + count * inner(array[_SPEED_UNIT] * speed)
 
     return on_impacts
 
@@ -224,7 +224,7 @@ def faster_than(speed: float, stop: str) -> Observer:
 def _on_fast_impacts() -> Any:
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
-        before = abs(array[_SPEED_UNIT]) * speed
+        before = array[_SPEED_UNIT] * speed
         if before >= array[FIRST + 3 * LANES + lane]:
             array[FIRST + lane] += count
             array[FIRST + LANES + lane] += count * before
@@ -262,7 +262,7 @@ def extremes_in(seen: Seen, found: Floats) -> dict[str, Floats]:
 def _extreme_parts() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
-        length, speed = array[_LENGTH], abs(array[_SPEED_UNIT])
+        length, speed = array[_LENGTH], array[_SPEED_UNIT]
         first, end = max(low - n, 0), min(high - n, GROUP)
         for lane in range(LANES):
             least, most, fastest = math.inf, -math.inf, -math.inf
@@ -280,7 +280,7 @@ def _extreme_parts() -> tuple[Any, Any]:
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
         # the state just before the impact is an extreme of the step
-        wall, reached = array[_LENGTH] * array[_WALL], abs(array[_SPEED_UNIT]) * speed
+        wall, reached = array[_LENGTH] * array[_WALL], array[_SPEED_UNIT] * speed
         array[FIRST + lane] = min(array[FIRST + lane], wall)
         array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)
         for at in (FIRST + 2 * LANES + lane, FIRST + 3 * LANES + lane):

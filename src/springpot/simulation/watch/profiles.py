@@ -189,7 +189,7 @@ def _parts() -> tuple[Any, Any]:
 
     @callback(ON_IMPACTS)
     def on_impacts(count, speed, lane, array):
-        before = abs(array[_SPEED]) * speed  # negative where the kernel sees the motion mirrored
+        before = array[_SPEED] * speed
         if before < array[_LEAST]:
             return
         array[_SUMS + _HITS * LANES + lane] += count
