@@ -11,18 +11,4 @@ what `re.sub` puts there.  They are applied one after the other, also to results
 
 from __future__ import annotations
 
-RENAMED: dict[str, str] = {
-    r"coloured_noise(_\d)?_(power\w*)": r"colored_noise\1_\2",  # a part's usual name is that of its kind
-    r"filtered_noise(_\d)?_(power\w*)": r"kanai_tajimi_noise\1_\2",
-    r"recorded(_\d)?_(power\w*)": r"recorded_excitation\1_\2",
-    r"circuit(_\d)?_(voltage\w*)": r"piezoelectric_circuit\1_\2",
-    r"springpot_(power|force_mean|virial)(\w*)": r"damping_\1\2",
-    "closure": "memory_closure",
-    "linearisation": "linearization",
-    # a sensitivity to a number of the paper's problem is one to a number of a part
-    r"(sensitivities/.*)/order": r"\1/springpot_order",
-    r"(sensitivities/.*)/coefficient": r"\1/springpot_coefficient",
-    r"(sensitivities/.*)/intensity": r"\1/white_noise_intensity",
-    r"(sensitivities/.*)/restitution": r"\1/barrier_restitution",
-    r"(sensitivities/.*)/position": r"\1/barrier_position",
-}
+RENAMED: dict[str, str] = {}

@@ -343,7 +343,7 @@ class _Frame:
         return self.unit_mass * self.at.accelerations(forces)
 
 
-def _frame(plan: Plan) -> _Frame:
+def _frame(plan: Plan, exact: bool) -> _Frame:
     at, parts, (units, unit_mass) = plan.system.coordinates, dict(plan.system.named()), _units(plan)
     step = plan.settings.step / units.time
     found: dict[tuple[float, ...], dict[str, Lowered]] = {row: {} for row in at.numbers}
@@ -356,26 +356,32 @@ def _frame(plan: Plan) -> _Frame:
     reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
     jumps = unit_mass * at.accelerations(reduced[:, None] * g)
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
+    flight = _flight(plan, exact) * units.time
     return _Frame(
         at, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
-        flight := _flight(plan) * units.time, plan.motion.origin / units.length if flight else 0.0,
+        flight, plan.motion.origin / units.length if flight else 0.0,
     )  # fmt: skip
 
 
-def _flight(plan: Plan) -> float:
+def _flight(plan: Plan, exact: bool) -> float:
     """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
 
-    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.
+    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a lossy
+    wall the step's error is that of slow impacts which are missed, whatever the flight, and a straight one costs less.
     """
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
-    straight = system.of(SoftStop, PoissonImpulses) or motion.rested_on
+    lossy = not exact and any(not wall.is_elastic for wall in motion.walls)
+    straight = lossy or system.of(SoftStop, PoissonImpulses) or motion.rested_on
     return 0.0 if straight else motion.scales.flight_frequency
 
 
-def compose(plan: Plan, *, halved: bool = False) -> Parts:
+def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
     """The arguments of the kernel; with ``halved`` the excitation is that of half the step, summed in pairs.
+
+    With ``exact`` a lone mass turns on the circle of its spring also where walls are lossy: the balances that control
+    the error of a run with a tolerance hold at any step then.
 
     Raises
     ------
@@ -384,7 +390,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
     ValueError
         If the system has more of something than the kernel holds.
     """
-    settings, frame, parts_of_step = plan.settings, _frame(plan), 2 if halved else 1
+    settings, frame, parts_of_step = plan.settings, _frame(plan, exact), 2 if halved else 1
     at, units, totals, many = frame.at, frame.units, frame.totals, len(frame.at.names)
     memories = _memories(frame, settings)
     noises, given, constant = _excitation(plan, frame, parts_of_step)
