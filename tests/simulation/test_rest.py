@@ -256,6 +256,48 @@ def test_the_power_of_a_pressed_wall_under_colored_noise(
         assert abs(run[name].value - right) < 3.0 * np.hypot(run[name].error, error)
 
 
+@pytest.mark.validation
+@pytest.mark.parametrize("step", [0.02, 0.01])
+@pytest.mark.parametrize("weight", [False, True])
+@pytest.mark.parametrize(("restitution", "square", "power"), [(0.95, (0.0655, 0.0050), (0.0210, 0.0011)),
+                                                              (0.98, (0.2190, 0.0150), (0.0233, 0.0010))])  # fmt: skip
+def test_light_losses_under_colored_noise(
+    restitution: float, square: Any, power: Any, weight: bool, step: float
+) -> None:
+    """Pressed by the spring, and by a weight of the same size: one problem."""
+    system = pressed_by_colored_noise(restitution)
+    if weight:
+        floor = sp.Barrier(0.0, restitution, side="above")
+        system = sp.System(*DAMPED, COLORED, sp.Constant(-4.0), floor=floor)
+    run = simulated(system, paths=960, duration=60.0, window=(20.0, 60.0), step=step, start="rest", seed=4)
+    for name, (right, error) in (("v_mean_square", square), ("floor_power", power)):
+        assert abs(run[name].value - right) < 3.0 * np.hypot(run[name].error, error)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("step", [0.02, 0.005])
+def test_a_springpot_and_colored_noise_on_a_pressed_wall(step: float) -> None:
+    system = sp.System(
+        *DAMPED, sp.Springpot(0.5, 1.0), COLORED, floor=sp.Barrier(1.0, 0.5, side="above")
+    )  # fmt: skip
+    run = simulated(system, paths=640, duration=60.0, window=(20.0, 60.0), step=step, start="rest", seed=4)
+    for name, right, error in (("v_mean_square", 0.0050, 0.0003), ("floor_power", 0.0125, 0.0006)):
+        assert abs(run[name].value - right) < 3.0 * np.hypot(run[name].error, error)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("place", [0.0, -0.5])
+def test_a_wall_that_nothing_presses_on_needs_no_rest(place: float) -> None:
+    """Colored noise, r = 0.8: a long and a short step have one answer."""
+    system = sp.System(*DAMPED, COLORED, floor=sp.Barrier(place, 0.8, side="above"))
+    long, short = (
+        simulated(system, paths=640, duration=80.0, window=(20.0, 80.0), step=step, start="rest", seed=seed)
+        for step, seed in ((0.02, 4), (0.005, 5))
+    )
+    for name in ("v_mean_square", "floor_power"):
+        assert abs(long[name].value - short[name].value) < 3.0 * np.hypot(long[name].error, short[name].error)
+
+
 def test_a_weight_on_a_floor_loses_nothing_in_a_system_of_masses() -> None:
     run = simulated(on_a_floor(sp.Constant(-9.81, on="a"), NONE_ON_A), paths=1, duration=20.0, window=(15.0, 20.0),
                     step=0.005, initial_position={"a": 1.0, "b": 0.0})  # fmt: skip

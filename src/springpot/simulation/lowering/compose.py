@@ -366,8 +366,8 @@ def _frame(plan: Plan, exact: bool) -> _Frame:
 def _flight(plan: Plan, exact: bool) -> float:
     """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
 
-    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a lossy
-    wall the step's error is that of slow impacts which are missed, whatever the flight, and a straight one costs less.
+    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a
+    lossy wall the step's error is that of slow impacts which are missed, whatever the flight: a straight one costs less.
     """
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
