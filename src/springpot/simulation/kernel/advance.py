@@ -85,6 +85,7 @@ from springpot.simulation.kernel.tables import (
     STATES,
     STEP,
     STRIDE,
+    STRIDE_IN_DOUBLE,
     TAPPED,
     TAPPED_SQUARES,
     TAPS,
@@ -292,8 +293,7 @@ def advance(
     ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the
     SUMS of each path.  A block ends early when ``stop[0]`` is not 0.
     """
-    K, D, S = fixed(integers), fixed(doubles), fixed(seen)
-    F_all = fixed(numbers)
+    K, S, D_all, F_all = fixed(integers), fixed(seen), fixed(doubles), fixed(numbers)
     zero = F_all[0] * typed(0.0, F_all[0])
     n, m = K[POINTS], K[ROWS]
     T = Lanes(
@@ -309,7 +309,8 @@ def advance(
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
     works, hits = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS, 0) // LANES
     for number in range(blocks):
-        F, row, births, t_0 = beyond(F_all, number * K[STRIDE]), number * LANES, steps, 0
+        row, births, t_0 = number * LANES, steps, 0
+        F, D = beyond(F_all, number * K[STRIDE]), beyond(D_all, number * K[STRIDE_IN_DOUBLE])
         number_lanes(first + row, who)
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)

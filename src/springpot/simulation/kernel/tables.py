@@ -36,7 +36,8 @@ COUNTS = (
     "paper",  # 1: the scheme as the paper prints it
     "parts",  # of a step: with 2 the impulses are sums of two of a run with half the step
     "substeps",  # of half a drift in which a contact is touched
-    "stride",  # from the numbers of a block to those of the next; 0: the same for all
+    # from the numbers of a block to those of the next, in the sweep's precision and in double; 0: the same for all
+    "stride", "stride_in_double",
     "columns",  # numbers of a row of results
 )
 """Of the header, in this order; the lists follow."""
@@ -96,7 +97,7 @@ SUMS = (
 
 _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" for name in NUMBERS)))}
 (POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES,
- TURNS, PAPER, PARTS, SUBSTEPS, STRIDE, COLUMNS,
+ TURNS, PAPER, PARTS, SUBSTEPS, STRIDE, STRIDE_IN_DOUBLE, COLUMNS,
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
