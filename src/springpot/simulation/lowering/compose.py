@@ -112,8 +112,10 @@ class Parts:
         The rows of points that are no coordinates.
     law : object or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
-    frequency, centre : float
-        Of the circle on which a lone coordinate turns, in the kernel's units; 1 and 0 where none does.
+    frequency : float
+        That of the linear spring of a lone coordinate, in the kernel's units; otherwise 1.
+    centre : float
+        Of the circle on which it turns; 0 where it does not.
     mass : float
         By which a motion's energies are counted per unit: that of a lone coordinate, otherwise 1.
     wall_position : float
@@ -311,6 +313,8 @@ class _Frame:
         Changes of velocities per impulse on the masses, with those answers.
     flight, centre : float
         Frequency and centre of the circle on which a lone coordinate turns; 0 of a straight drift.
+    frequency : float
+        That of the flight of a lone coordinate, were it to turn; otherwise 1.
     """
 
     at: Coordinates
@@ -326,12 +330,13 @@ class _Frame:
     solve: Floats
     flight: float
     centre: float
+    frequency: float
 
     @property
     def half_drift(self) -> tuple[float, float, float]:
         """As of `Parts`."""
         phase = 0.5 * self.flight * self.step
-        return (math.cos(phase), math.sin(phase), math.sin(phase)) if self.flight else (1.0, 0.5 * self.step, 0.0)
+        return (math.cos(phase), math.sin(phase), math.sin(phase)) if self.flight else (1.0, 0.5 * self.step * self.frequency, 0.0)
 
     @property
     def power(self) -> float:
@@ -360,6 +365,7 @@ def _frame(plan: Plan, exact: bool) -> _Frame:
     return _Frame(
         at, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
         flight, plan.motion.origin / units.length if flight else 0.0,
+        plan.motion.scales.flight_frequency * units.time if at.lone else 1.0,
     )  # fmt: skip
 
 
@@ -441,7 +447,7 @@ def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
         points=at.names,
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(tables.count("gauged"))),
-        frequency=frame.flight or 1.0,
+        frequency=frame.frequency,
         centre=frame.centre,
         mass=float(at.mass[0, 0]) if at.lone else 1.0,
         wall_position=next(iter(walls.values())).position if at.lone and len(walls) == 1 else 0.0,
