@@ -67,7 +67,7 @@ def test_what_cannot_be_seen_says_why() -> None:
     """What a run cannot see is offered with its reason; a run can be stopped."""
     forces = {name: why for name, *_, why in offered(FEW)["forces"]}
     assert forces["spring_force"] == ""
-    assert "the force of parametric_noise" in forces["acceleration"]
+    assert "white_noise would be in it" in forces["acceleration"]
     with pytest.raises(ValueError, match="acceleration cannot be seen"):
         observed(FEW, Observe(kind="observe", forces=["acceleration"]), RUN, _nothing, lambda: False)
     with pytest.raises(Stopped):
