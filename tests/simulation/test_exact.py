@@ -344,25 +344,29 @@ def test_a_touch_too_soft_to_count_is_rest(velocity: float) -> None:
         oscillator(0.5, 0.0, 1.0, 0.0, 1.0), paths=1, duration=1.0, initial_velocity=velocity, record=1,
         memory_tolerance=DOUBLE,
     )  # fmt: skip
-    assert (found.record[0, 1:] == [1.0, 0.0]).all()
+    assert (found.record[0, :, 0] == 1.0).all()
+    assert (np.abs(found.record[0, :, 1]) <= velocity).all()
+
+
+NEARLY_NONE = 1e-40  # of noise: without any the mass may come to rest on a lossy wall, and the flights are straight
 
 
 @pytest.mark.parametrize("tolerance", [DOUBLE, validation(1e-6)])
 def test_without_springpot_and_noise_energy_is_kept_and_lost_at_impacts_only(tolerance: float) -> None:
     found = simulate(
-        oscillator(0.5, 0.0, 1.0, 0.0, -0.5, 0.7), paths=1, duration=20.0, step=0.01, window=(0.0, 20.0),
+        oscillator(0.5, 0.0, 1.0, NEARLY_NONE, -0.5, 0.7), paths=1, duration=20.0, step=0.01, window=(0.0, 20.0),
         initial_position=2.0, record=1, memory_tolerance=tolerance,
     )  # fmt: skip
     above = 0.5 * (found.record[0] ** 2).sum(axis=1) - 0.5 * 0.5**2
     impacts = np.rint(np.log(above / above[0]) / math.log(0.49))
     assert above == pytest.approx(above[0] * 0.49**impacts, rel=1e-10)
     assert impacts[-1] == found["impact_rate"].value * 20.0 == 5
-    assert abs(found["energy_residual"].value) < 1e-12
+    assert abs(found["input_power"].value) < 1e-12  # by what is lost and left
 
 
 def test_impact_times_of_a_free_flight_are_exact() -> None:
     """From x(0) = 2 the wall at -0.5 is met at phase arccos(-1/4): the step has nothing to do with it."""
-    problem = oscillator(0.5, 0.0, 1.0, 0.0, -0.5, 0.7)
+    problem = oscillator(0.5, 0.0, 1.0, NEARLY_NONE, -0.5, 0.7)
     first = math.acos(-0.25)
     for step in (0.4, 0.07):
         path = simulate(
@@ -373,6 +377,19 @@ def test_impact_times_of_a_free_flight_are_exact() -> None:
         t = path.time[after] - first
         assert path.record[0, after, 0] == pytest.approx(-0.5 * np.cos(t) + speed * np.sin(t), abs=1e-12)
         assert path.record[0, ~after, 0] == pytest.approx(2.0 * np.cos(path.time[~after]), abs=1e-12)
+
+
+def test_where_the_mass_may_rest_impact_times_are_of_second_order() -> None:
+    """The same without any noise: a straight flight between kicks, for a lossy wall may hold the mass."""
+    first, last = math.acos(-0.25), []
+    for step in (0.1, 0.05, 0.025):
+        path = simulate(
+            oscillator(0.5, 0.0, 1.0, 0.0, -0.5, 0.7), paths=1, duration=4.0, step=step, initial_position=2.0, record=1,
+        )  # fmt: skip
+        exact = -0.5 * math.cos(4.0 - first) + 0.7 * math.sqrt(4.0 - 0.25) * math.sin(4.0 - first)
+        last.append(abs(path.record[0, -1, 0] - exact))
+    assert last[2] < 2e-4
+    assert last[0] / last[2] > 10.0
 
 
 def test_chatter_against_a_preload_ends_at_rest() -> None:
