@@ -419,9 +419,10 @@ def test_elastic_hops_on_a_preload_are_counted_not_walked() -> None:
     """With r = 1 a mass that hops with speed 1e-4 makes thousands of impacts in a second; it must not take long."""
     found = simulate(
         oscillator(0.5, 0.0, 1.0, 0.0, 1.0), paths=1, duration=2.0, step=0.1, window=(0.0, 2.0),
-        initial_velocity=1e-4, memory_tolerance=DOUBLE,
+        initial_velocity=1e-4, memory_tolerance=DOUBLE, impact_observables={"wear": lambda speed: speed},
     )  # fmt: skip
     assert found["impact_rate"].value == pytest.approx(1.0 / (2.0 * math.atan(1e-4)), rel=1e-3)
+    assert found["wear"].value == pytest.approx(1e-4 * found["impact_rate"].value, rel=1e-6)
     assert found["impact_speed_mean"].value == pytest.approx(1e-4, rel=1e-6)
 
 
