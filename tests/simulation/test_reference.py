@@ -1,12 +1,13 @@
 """The kernel takes the steps of the reference, for every part and law: the same normals give the same paths."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.simulation import Ensemble, simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
 from tests.reference import Path, walk, walk_as_printed
@@ -119,7 +120,7 @@ def two_masses(*parts: Any) -> sp.System:
     )  # fmt: skip
 
 
-def largest_deviation(run: Run, path: int, by_hand: Path) -> float:
+def largest_deviation(run: Run | Ensemble, path: int, by_hand: Path) -> float:
     """Of the displacements of all masses, over their root mean square."""
     masses = by_hand.x.shape[1]
     found = run.record[path].reshape(STEPS + 1, -1, 2)[:, :masses, 0]
@@ -131,6 +132,18 @@ def _run(system: sp.System, start: Any, paths: int = PATHS, **given: Any) -> Run
         system, paths=paths, duration=STEP * STEPS, step=STEP, window=(0.0, STEP * STEPS), record=paths, start="rest",
         initial_position=start, memory_tolerance=DOUBLE, seed=SEED, **given,
     )  # fmt: skip
+
+
+def _of_both_flights(system: sp.System, **given: Any) -> Iterator[tuple[float, Ensemble]]:
+    """Paths of plain runs and of those with a tolerance, and the frequency at which they turn; 0: they fly straight."""
+    plan = plan_of(
+        system, paths=PATHS, duration=STEP * STEPS, step=STEP, record=PATHS, start="rest", initial_position=0.6,
+        memory_tolerance=DOUBLE, seed=SEED, **given,
+    )  # fmt: skip
+    for exact in (False, True):
+        simulation = simulation_of(plan, exact=exact)
+        turns = simulation.parts.tables.count("turns")
+        yield plan.motion.scales.flight_frequency if turns else 0.0, simulation.advance()
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -174,13 +187,11 @@ def test_a_force_of_the_user() -> None:
     "name", ["paper", "gap", "preload", "below", "free", validation("two walls"), validation("many kinds")]
 )  # fmt: skip
 def test_one_mass(name: str) -> None:
-    """Which turns between the kicks."""
-    system = ONE[name]
-    run = _run(system, 0.6)
-    flight = plan_of(system, start="rest").motion.scales.flight_frequency
-    for path in range(PATHS):
-        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
-        assert largest_deviation(run, path, by_hand) < (APART if name == "many kinds" else 10.0 * ROUNDING)
+    """Which turns between the kicks, at lossy walls in runs with a tolerance only."""
+    for flight, ensemble in _of_both_flights(ONE[name]):
+        for path in range(PATHS):
+            by_hand = walk(ONE[name], STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
+            assert largest_deviation(ensemble, path, by_hand) < (APART if name == "many kinds" else 10.0 * ROUNDING)
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -203,14 +214,14 @@ def test_the_papers_scheme(order: float, wall: float | None, derivative: Any) ->
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
-@pytest.mark.parametrize(("order", "noise", "flight"), [(0.5, 1.0, 1.0), (1.0, 1.0, 1.0), (0.5, 0.0, 0.0)])
-def test_what_springpots_remember_of_a_jump(order: float, noise: float, flight: float) -> None:
-    """Riemann and Liouville's derivative; without noise the lossy wall makes the flights straight."""
+@pytest.mark.parametrize(("order", "noise"), [(0.5, 1.0), (1.0, 1.0), (0.5, 0.0)])
+def test_what_springpots_remember_of_a_jump(order: float, noise: float) -> None:
+    """Riemann and Liouville's derivative."""
     system = sp.Oscillator(1.0, sp.Springpot(order, 0.3), sp.Barrier(-0.4, 0.7), sp.WhiteNoise(noise))
-    run = _run(system, 0.6, derivative="riemann-liouville")
-    for path in range(PATHS):
-        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, x=0.6, flight=flight, remembered=0.6)
-        assert largest_deviation(run, path, by_hand) < (10.0 * ROUNDING if noise else 1e-9)
+    for flight, ensemble in _of_both_flights(system, derivative="riemann-liouville"):
+        for path in range(PATHS):
+            by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, x=0.6, flight=flight, remembered=0.6)
+            assert largest_deviation(ensemble, path, by_hand) < (10.0 * ROUNDING if noise else 1e-9)
 
 
 def momenta(by_hand: Path, wall: str) -> float:
