@@ -23,6 +23,7 @@ from tests.kernels import PAIR
 ENVELOPE = sp.ExponentialEnvelope(slow=0.2, fast=0.6)
 SHAKEN = sp.Spring(1.0), sp.Springpot(0.5, 0.3), sp.WhiteNoise(1.0, envelope=ENVELOPE)
 AWAY = sp.Barrier(-1e3, 0.8)
+SINGLE = 3e-7  # a run has sums of four steps in single precision, a profile has all in double
 TIMES = [0.0, 2.0, 4.0, 6.0, 10.0, 15.0, 25.0]
 
 
@@ -141,7 +142,7 @@ def test_a_wall_against_an_independent_program() -> None:
     assert (np.abs(rate.value[1:] - theirs[0]) / np.hypot(rate.standard_error[1:], theirs[1])).max() < 3.0
     theirs = np.array([0.01713, 0.0817, 0.1466, 0.1198, 0.0554, 0.01105]), np.array([10, 40, 70, 40, 20, 4]) * 1e-5
     assert (np.abs(power.value - theirs[0]) / np.hypot(power.standard_error, theirs[1])).max() < 3.0
-    assert (power.value * np.diff(power.edges)).sum() / 25.0 == pytest.approx(run["barrier_power"].value, rel=1e-9)
+    assert (power.value * np.diff(power.edges)).sum() / 25.0 == pytest.approx(run["barrier_power"].value, rel=SINGLE)
     assert (rate.value * np.diff(rate.edges)).sum() / 25.0 == pytest.approx(run["impact_rate"].value, rel=1e-9)
     largest = run.extremes["x_maximum"]
     for level, theirs_share, error in ((2.0, 0.1968, 0.0013), (3.0, 0.0158, 0.0004)):
@@ -151,16 +152,23 @@ def test_a_wall_against_an_independent_program() -> None:
 
 
 def test_profiles_at_a_wall_above_are_mirror_images() -> None:
+    """Under records, of which there is the opposite, as there is not of drawn noise."""
+    times = np.linspace(0.0, 10.0, 200)
+    shakes = -3.0 * np.sin(np.multiply.outer((1.0, 1.4), times**1.4) + 1.0)
     runs = [
         sp.simulate(
-            sp.System(*SHAKEN[:2], sp.WhiteNoise(1.0), wall), paths=200, step=0.05, duration=10.0, start="rest",
-            profile=5, forces=["spring_force"],
+            sp.System(
+                *SHAKEN[:2], sp.RecordedExcitation([tuple(times)] * 2, (sign * shakes).tolist(), on="mass"),
+                sp.Barrier(-0.2 * sign, 0.8, side=side),
+            ),
+            paths=2, step=0.05, duration=10.0, window=(0.0, 10.0), start="rest", profile=5, forces=["spring_force"],
         )
-        for wall in (sp.Barrier(-0.2, 0.8), sp.Barrier(0.2, 0.8, side="below"))
+        for sign, side in ((1.0, "above"), (-1.0, "below"))
     ]  # fmt: skip
     odd = {"x_mean_profile", "spring_force_mean_profile"}
     assert odd < {*runs[0].profiles}
-    assert runs[0].profiles["impact_speed_mean_profile"].value.min() > 0.0
+    speeds = runs[0].profiles["impact_speed_mean_profile"].value
+    assert (speeds > 0.0).sum() >= 4
     for name, own in runs[0].profiles.items():
         other, sign = runs[1].profiles[name], -1.0 if name in odd else 1.0
         np.testing.assert_allclose(other.value, sign * own.value, rtol=1e-12, err_msg=name)
@@ -313,14 +321,14 @@ def test_powers_and_speeds_in_bins_are_those_of_the_run() -> None:
                        stop=sp.Barrier(-0.3, 0.8, between=("ground", "a")))  # fmt: skip
     run = sp.simulate(system, paths=2048, duration=12.0, step=0.05, start="rest", profile=[0.0, 3.0, 5.0, 12.0])
     assert whole(run, "damping_power") == pytest.approx(run["damping_power"].value, rel=1e-5)
-    assert whole(run, "stop_impact_power") == pytest.approx(run["stop_power"].value, rel=1e-9)
+    assert whole(run, "stop_impact_power") == pytest.approx(run["stop_power"].value, rel=SINGLE)
     # of the white noise the expected power
     fed = run["input_power"]
     assert abs(whole(run, "input_power") - fed.value) < 4.0 * fed.error
     assert whole(run, "input_power") == pytest.approx(run["colored_noise_power"].value + 0.1, rel=1e-5)
     rate, speed = (run.profiles[f"stop_impact_{name}_profile"] for name in ("rate", "speed_mean"))
     counts = rate.value * np.diff(rate.edges)
-    assert (counts @ speed.value) / counts.sum() == pytest.approx(run["stop_impact_speed_mean"].value, rel=1e-9)
+    assert (counts @ speed.value) / counts.sum() == pytest.approx(run["stop_impact_speed_mean"].value, rel=SINGLE)
     assert 0.5 < speed.standard_error[-1] / run["stop_impact_speed_mean"].error < 3.0
     alone = sp.simulate(system, paths=2048, duration=12.0, step=0.05, start="rest", profile=[0.0, 12.0])
     own = alone.profiles["stop_impact_speed_mean_profile"], alone.profiles["damping_power_profile"]
@@ -363,7 +371,7 @@ def test_powers_in_bins_of_one_mass() -> None:
         assert fed.value[n] == pytest.approx((ENVELOPE.at(fine[inside]) ** 2).mean(), rel=2e-3)  # q / (2 m)
     assert (fed.standard_error == 0.0).all()
     assert whole(run, "damping_power") == pytest.approx(run["damping_power"].value, rel=1e-5)
-    assert whole(run, "impact_power") == pytest.approx(run["barrier_power"].value, rel=1e-9)
+    assert whole(run, "impact_power") == pytest.approx(run["barrier_power"].value, rel=SINGLE)
     left = (whole(run, "input_power") - whole(run, "damping_power") - whole(run, "impact_power")) * 25.0
     energy = 0.5 * 2.0 * (run["x_mean_square_end"].value + run["v_mean_square_end"].value)
     error = 25.0 * np.hypot(run["damping_power"].error, run["barrier_power"].error)

@@ -1,22 +1,23 @@
-"""Both kernels take the steps of the reference, for every part and law: the same normals give the same paths."""
+"""The kernel takes the steps of the reference, for every part and law: the same normals give the same paths."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.simulation import Ensemble, simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.result.results import Run
-from tests.reference import Path, walk
+from tests.reference import Path, walk, walk_as_printed
 from tests.sizes import validation
 
 from .systems import of_many_kinds
 
 PATHS, STEPS, STEP, SEED = 3, 2000, 0.05, 5
 DOUBLE = 1e-10  # relative error of the memory, with which all is in double precision
-ROUNDING = 2e-6  # of the normals, which the kernels have in single precision, over the size of the motion
+ROUNDING = 2e-6  # of the normals, which the kernel has in single precision, over the size of the motion
 APART = 5e-3  # what becomes of it in 2,000 steps where impacts and bent springs pull neighbouring paths apart
 START = {"a": 0.4, "b": 0.3}
 WORDS = 16  # counter word of the first excitation that is not white
@@ -68,6 +69,7 @@ ONE: dict[str, sp.System] = {
     "paper": sp.Oscillator(),
     "gap": sp.Oscillator(barrier=sp.Barrier(-0.4, 0.7)),
     "preload": sp.Oscillator(barrier=sp.Barrier(0.4, 0.7, side="above")),
+    "below": sp.Oscillator(barrier=sp.Barrier(0.8, 0.7, side="below")),
     "free": sp.Oscillator(barrier=None),
     "two walls": sp.System(
         sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0), sp.PolynomialSpring((0.0, 0.0, 0.3)),
@@ -118,18 +120,30 @@ def two_masses(*parts: Any) -> sp.System:
     )  # fmt: skip
 
 
-def largest_deviation(run: Run, path: int, by_hand: Path) -> float:
+def largest_deviation(run: Run | Ensemble, path: int, by_hand: Path) -> float:
     """Of the displacements of all masses, over their root mean square."""
     masses = by_hand.x.shape[1]
     found = run.record[path].reshape(STEPS + 1, -1, 2)[:, :masses, 0]
     return float((np.abs(found - by_hand.x) / np.sqrt((by_hand.x**2).mean(axis=0))).max())
 
 
-def _run(system: sp.System, start: Any, paths: int = PATHS) -> Run:
+def _run(system: sp.System, start: Any, paths: int = PATHS, **given: Any) -> Run:
     return sp.simulate(
         system, paths=paths, duration=STEP * STEPS, step=STEP, window=(0.0, STEP * STEPS), record=paths, start="rest",
-        initial_position=start, memory_tolerance=DOUBLE, seed=SEED,
+        initial_position=start, memory_tolerance=DOUBLE, seed=SEED, **given,
     )  # fmt: skip
+
+
+def _of_both_flights(system: sp.System, **given: Any) -> Iterator[tuple[float, Ensemble]]:
+    """Paths of plain runs and of those with a tolerance, and the frequency at which they turn; 0: they fly straight."""
+    plan = plan_of(
+        system, paths=PATHS, duration=STEP * STEPS, step=STEP, record=PATHS, start="rest", initial_position=0.6,
+        memory_tolerance=DOUBLE, seed=SEED, **given,
+    )  # fmt: skip
+    for exact in (False, True):
+        simulation = simulation_of(plan, exact=exact)
+        turns = simulation.parts.tables.count("turns")
+        yield plan.motion.scales.flight_frequency if turns else 0.0, simulation.advance()
 
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
@@ -170,16 +184,44 @@ def test_a_force_of_the_user() -> None:
 
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 @pytest.mark.parametrize(
-    "name", ["paper", "gap", "preload", "free", validation("two walls"), validation("many kinds")]
+    "name", ["paper", "gap", "preload", "below", "free", validation("two walls"), validation("many kinds")]
 )  # fmt: skip
 def test_one_mass(name: str) -> None:
-    """Which turns between the kicks."""
-    system = ONE[name]
-    run = _run(system, 0.6)
-    flight = plan_of(system, start="rest").motion.scales.flight_frequency
+    """Which turns between the kicks, at lossy walls in runs with a tolerance only."""
+    for flight, ensemble in _of_both_flights(ONE[name]):
+        for path in range(PATHS):
+            by_hand = walk(ONE[name], STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
+            assert largest_deviation(ensemble, path, by_hand) < (APART if name == "many kinds" else 10.0 * ROUNDING)
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+@pytest.mark.parametrize("derivative", ["caputo", "riemann-liouville"])
+@pytest.mark.parametrize("wall", [None, -0.4])
+@pytest.mark.parametrize("order", [0.5, 1.0])
+def test_the_papers_scheme(order: float, wall: float | None, derivative: Any) -> None:
+    """At order 1 as well, where its memory is one weight of the newest increment."""
+    barrier = None if wall is None else sp.Barrier(wall, 0.7)
+    system = sp.Oscillator(1.0, sp.Springpot(order, 0.3), barrier, sp.WhiteNoise(1.0))
+    run = _run(system, 0.6, scheme="grunwald", derivative=derivative)
+    remembered, struck = 0.6 if derivative == "riemann-liouville" else 0.0, 0
     for path in range(PATHS):
-        by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, words=WORDS, flight=flight, x=0.6)
-        assert largest_deviation(run, path, by_hand) < (APART if name == "many kinds" else 10.0 * ROUNDING)
+        by_hand = walk_as_printed(system, STEP, STEPS, seed=SEED, path=path, x=0.6, remembered=remembered)
+        struck += len(by_hand.impacts)
+        assert largest_deviation(run, path, by_hand) < (APART if wall else ROUNDING)
+    if wall:
+        assert run["impact_rate"].value * STEP * STEPS * PATHS == pytest.approx(struck)
+        assert struck > 50
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+@pytest.mark.parametrize(("order", "noise"), [(0.5, 1.0), (1.0, 1.0), (0.5, 0.0)])
+def test_what_springpots_remember_of_a_jump(order: float, noise: float) -> None:
+    """Riemann and Liouville's derivative."""
+    system = sp.Oscillator(1.0, sp.Springpot(order, 0.3), sp.Barrier(-0.4, 0.7), sp.WhiteNoise(noise))
+    for flight, ensemble in _of_both_flights(system, derivative="riemann-liouville"):
+        for path in range(PATHS):
+            by_hand = walk(system, STEP, STEPS, seed=SEED, path=path, x=0.6, flight=flight, remembered=0.6)
+            assert largest_deviation(ensemble, path, by_hand) < (10.0 * ROUNDING if noise else 1e-9)
 
 
 def momenta(by_hand: Path, wall: str) -> float:

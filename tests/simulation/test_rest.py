@@ -129,9 +129,10 @@ def test_at_rest_on_a_floor_nothing_is_lost_and_nothing_strikes() -> None:
 
 
 def test_a_weight_above_a_floor_and_a_preload_are_one_problem() -> None:
-    """The shift of 2.4525 m has no rounding here, so that every number that is not of a place has the same bits."""
-    given: dict[str, Any] = {"paths": 32, "duration": 3.0, "window": (1.0, 3.0), "record": 2, "start": "rest",
-                             "distributions": True, "forces": ["spring_force"], "profile": 2}  # fmt: skip
+    """In double precision to rounding, and to what 300 hops in 3 s make of it: a millionth of where it began."""
+    given: dict[str, Any] = {"paths": 32, "duration": 3.0, "window": (1.0, 3.0), "record": 32, "start": "rest",
+                             "distributions": True, "forces": ["spring_force"], "profile": 2,
+                             "memory_tolerance": 1e-9}  # fmt: skip
     one = simulated(preloaded(WHITE), **given, initial_position=2.9525, first_passage={"x": 3.0})
     other = simulated(weighted(WHITE), **given, initial_position=0.5, first_passage={"x": 0.5475})
     assert one.settings.step == other.settings.step
@@ -139,22 +140,34 @@ def test_a_weight_above_a_floor_and_a_preload_are_one_problem() -> None:
     alike = [name for name in one.estimates if not name.startswith(of_places)]
     assert {"floor_power", "floor_force_mean", "input_power", "energy_residual"} <= {*alike}
     for name in alike:
-        assert one[name].value == other[name].value, name
+        assert one[name].value == pytest.approx(other[name].value, rel=1e-5, abs=1e-6), name
     moved = other["x_mean"].value + 2.4525
-    assert one["x_mean"].value == pytest.approx(moved, abs=1e-12)
+    assert one["x_mean"].value == pytest.approx(moved, abs=1e-8)
     square = other["x_mean_square"].value + 2.4525 * (2.0 * other["x_mean"].value + 2.4525)
-    assert one["x_mean_square"].value == pytest.approx(square, abs=1e-12)
-    assert one.record[..., 0] == pytest.approx(other.record[..., 0] + 2.4525, abs=1e-12)
-    assert (one.record[..., 1] == other.record[..., 1]).all()
-    assert other["spring_force_mean"].value == pytest.approx(one["spring_force_mean"].value - 9.81, abs=1e-9)
+    assert one["x_mean_square"].value == pytest.approx(square, abs=1e-7)
+    apart = np.abs(one.record[..., 0] - other.record[..., 0] - 2.4525).max(axis=0)
+    assert apart[: apart.size // 4].max() < 1e-12
+    assert apart.max() < 1e-6
+    assert other["spring_force_mean"].value == pytest.approx(one["spring_force_mean"].value - 9.81, abs=1e-6)
     (at, _), (seen, _) = (run.distributions["x"].quantile(0.9) for run in (one, other))
-    assert at == pytest.approx(seen + 2.4525, abs=1e-12)
-    assert one.extremes["x_maximum"] == pytest.approx(other.extremes["x_maximum"] + 2.4525, abs=1e-12)
+    assert at == pytest.approx(seen + 2.4525, abs=1e-6)
+    assert one.extremes["x_maximum"] == pytest.approx(other.extremes["x_maximum"] + 2.4525, abs=1e-6)
     assert one.profiles["x_mean_profile"].value == pytest.approx(
-        other.profiles["x_mean_profile"].value + 2.4525, abs=1e-12
+        other.profiles["x_mean_profile"].value + 2.4525, abs=1e-6
     )
     early, later = (run.first_passages["x"].times for run in (one, other))
     assert early == pytest.approx(later, abs=1e-9)
+
+
+def test_in_single_precision_the_two_have_one_law() -> None:
+    given: dict[str, Any] = {"paths": 5120, "duration": 3.0, "window": (1.0, 3.0), "start": "rest"}
+    one = simulated(preloaded(WHITE), **given, initial_position=2.9525)
+    other = simulated(weighted(WHITE), **given, initial_position=0.5)
+    for name in ("v_mean_square", "floor_power", "floor_force_mean", "floor_impact_rate", "floor_impact_speed_mean"):
+        error = np.hypot(one[name].error, other[name].error)
+        assert abs(one[name].value - other[name].value) < 4.0 * error < 0.06 * one[name].value, name
+    moved = one["x_mean"].value - 2.4525 - other["x_mean"].value
+    assert abs(moved) < 4.0 * np.hypot(one["x_mean"].error, other["x_mean"].error)
 
 
 def test_memory_and_rare_levels_do_not_see_the_shift() -> None:
@@ -163,7 +176,10 @@ def test_memory_and_rare_levels_do_not_see_the_shift() -> None:
     plain = sp.System(spring, pot, noise, stop=sp.Barrier(-0.5, 0.7))
     moved = sp.System(spring, pot, noise, sp.Constant(6.0), stop=sp.Barrier(1.0, 0.7, side="above"))  # by 1.5 m
     given: dict[str, Any] = {"paths": 64, "duration": 10.0, "window": (5.0, 10.0), "step": 0.01}
-    one, other = simulated(plain, **given), simulated(moved, **given)
+    one, other = (
+        simulated(each, **given, start="rest", initial_position=place, memory_tolerance=1e-9)
+        for each, place in ((plain, 0.2), (moved, 1.7))
+    )
     for name in ("v_mean_square", "stop_impact_rate", "stop_power", "damping_power"):
         assert one[name].value == pytest.approx(other[name].value, rel=1e-6), name
     assert one["x_mean"].value + 1.5 == pytest.approx(other["x_mean"].value, rel=1e-6)

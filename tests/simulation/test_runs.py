@@ -60,7 +60,9 @@ def test_exponential_sum_equals_the_direct_sum(
     if scheme == "grunwald":
         by_hand = walk_as_printed(problem, step, 10_000, **taken)
     else:
-        by_hand = walk(problem, step, 10_000, flight=1.0, **taken)
+        by_hand = walk(
+            problem, step, 10_000, flight=1.0 if position is None else 0.0, **taken
+        )  # straight at a lossy wall
     far = np.abs(found[:, 0] - by_hand.x[:, 0]) > 1e-9 * np.abs(by_hand.x).max()
     until = int(far.argmax()) if far.any() else far.size
     if position is None:
@@ -376,7 +378,7 @@ def test_nothing_is_read_before_it_is_written(monkeypatch: pytest.MonkeyPatch) -
 
 def test_window_averages_are_the_averages_of_the_record() -> None:
     found = simulate(
-        oscillator(restitution=0.9), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5, start="rest",
+        oscillator(), paths=5, duration=3.0, step=0.013, window=(0.7, 2.4), record=5, start="rest",
         memory_tolerance=1e-8,
     )  # fmt: skip
     low, high = found.settings.window_steps

@@ -315,13 +315,16 @@ def test_a_graze_that_stops_on_a_wall_is_one_impact(restitution: float) -> None:
 
 @pytest.mark.parametrize("restitution", [1.0, 0.7, 0.3])
 def test_the_restitution_is_what_was_asked(restitution: float) -> None:
-    """From momentum and closing speeds, and from the energy taken; a few grazing impacts are stopped instead."""
+    """From momentum and closing speeds, and from the energy taken; a few grazing impacts are stopped instead.
+
+    Of the four steps of a group the sums are in single precision.
+    """
     run = sp.simulate(thermal_pair(restitution=restitution), paths=64, duration=100.0)
     closing = run["gap_impact_rate"].value * run["gap_impact_speed_mean"].value
     square = run["gap_impact_rate"].value * run["gap_impact_speed_mean_square"].value
     reduced = 1.0 / (1.0 + 1.0 / 0.5)
     assert run["gap_force_mean"].value / (reduced * closing) - 1.0 == pytest.approx(restitution, rel=1e-3)
-    assert run["gap_power"].value == pytest.approx(0.5 * reduced * (1.0 - restitution**2) * square, abs=1e-12)
+    assert run["gap_power"].value == pytest.approx(0.5 * reduced * (1.0 - restitution**2) * square, rel=1e-7)
 
 
 def test_an_elastic_chain_keeps_its_energy() -> None:

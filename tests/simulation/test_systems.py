@@ -374,7 +374,7 @@ def test_modes_of_a_series_relax_like_it(order: float) -> None:
         ((sp.Contact(-1.0, 1e12), sp.Contact(1.0, 50.0, side="below")), "contact_1 is so stiff that half a step"),
         ((sp.Barrier(-1.0, lambda v: float(f"{v:.1f}")),), "barrier has a restitution that Numba cannot compile"),
         ((sp.PoissonImpulses(1e7, 1e-7),), "poisson_impulses"),
-        (tuple(sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 12)), "memory modes"),
+        (tuple(sp.FractionalMaxwell(sp.Springpot(0.5, 1.0), sp.Spring(0.1 * n)) for n in range(1, 31)), "memory modes"),
         (tuple(sp.Harmonic(1.0, 1.0 + n) for n in range(13)), "13 sources of other excitation, .* at most 12"),
         (tuple(sp.BoucWen(1.0, 0.1 + n) for n in range(13)), "13 nonlinear dampers and forces, .* at most 12"),
     ],
@@ -432,7 +432,7 @@ def test_a_contact_alone_can_take_the_power() -> None:
     assert motion.not_stationary == ""
     assert dissipated(motion.unit.parts, motion.law) == pytest.approx(0.5, rel=1e-9)
     found = simulated(of_many_kinds(*system.parts), rtol=0.05, seed=1)
-    assert found["contact_power"].value == pytest.approx(0.5, abs=4.0 * found["contact_power"].error)
+    assert found["contact_power"].value == pytest.approx(0.5, abs=1e-9 + 4.0 * found["contact_power"].error)
     assert found["v_mean_square"].value == pytest.approx(motion.law.temperature, rel=0.3)
 
 
