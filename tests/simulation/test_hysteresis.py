@@ -137,7 +137,10 @@ def test_the_same_bits_for_any_threads() -> None:
         (lambda: sp.System(sp.Spring(1.0), sp.Jenkins(1.0, 1.0), sp.ThermalNoise(1.0)), "jenkins cannot be combined"),
         (lambda: sp.simulate(sp.System(*SMOOTH[1:])), "with parts that yield alone the mass drifts without end"),
         (lambda: sp.simulate(sp.System(*SMOOTH), scheme="grunwald"), "scheme must be 'default': bouc_wen cannot be"),
-        (lambda: sp.simulate(sp.System(sp.Spring(1.0), sp.WhiteNoise(1.0), *[sp.Jenkins(1.0, 1.0)] * 13)), "at most 12"),
+        (
+            lambda: sp.simulate(sp.System(sp.Spring(1.0), sp.WhiteNoise(1.0), *[sp.Jenkins(1.0, 1.0)] * 13)),
+            "at most 12",
+        ),
         (lambda: sp.theory.linearization(sp.System(*SMOOTH, sp.Barrier(-1.0, 0.5))), "without walls.*, not barrier"),
         (lambda: sp.theory.envelope(sp.System(*SMOOTH)), "with stationary noise, not bouc_wen"),
         (lambda: sp.theory.linear(sp.System(*BILINEAR)), "not jenkins"),

@@ -37,7 +37,8 @@ COUNTS = (
     "parts",  # of a step: with 2 the impulses are sums of two of a run with half the step
     "substeps",  # of half a drift in which a contact is touched
     # from the numbers of a block to those of the next, in the sweep's precision and in double; 0: the same for all
-    "stride", "stride_in_double",
+    "stride",
+    "stride_in_double",
     "columns",  # numbers of a row of results
 )
 """Of the header, in this order; the lists follow."""
