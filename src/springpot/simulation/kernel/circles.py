@@ -20,6 +20,7 @@ from springpot.simulation.kernel.tables import (
     PLACE,
     POINTS,
     RESTITUTION,
+    ROUNDING,
     ROW_AT,
     ROW_BEGIN,
     ROWS,
@@ -39,6 +40,7 @@ from springpot.simulation.kernel.vectors import (
     load,
     opposite,
     root,
+    size,
     some,
     store,
 )
@@ -136,15 +138,19 @@ def _half_turn(K, F, T, S, i, b, x, v, weight, o):
     Of two walls that both seem to be struck, in less than a quarter of a cycle, the one towards which it moves comes
     first.
     """
-    from_x, from_v = x, v
+    from_x, from_v, lies = x, v, x < x
     for k in range(K[WALLS]):  # never from behind a wall, where rounding may have left it
         if _point(K, k) == i:
             p, side = F[K[PLACE] + k] - F[b + 7], F[K[SIDE] + k]
             from_x = choose(side * from_x < side * p, p, from_x)
-    moved = F[b] * from_x + F[b + 1] * v
-    change = F[b] * v - F[b + 2] * from_x
-    goes_on = x == x  # lanes that may have another impact
-    ever = opposite(goes_on)
+            if side * p > 0.0:  # one that lies still on a wall against which its spring presses stays there
+                rounded = F[K[ROUNDING]] * (abs(p) + abs(F[K[PLACE] + k]))
+                here = (side * from_x <= side * p + rounded) & (size(v) <= F[b + 6] * rounded)
+                lies, from_x = lies | here, choose(here, p, from_x)
+    moved = choose(lies, 0.0, F[b] * from_x + F[b + 1] * v)
+    change = choose(lies, 0.0 - v, F[b] * v - F[b + 2] * from_x)
+    goes_on = (x == x) & opposite(lies)  # lanes that may have another impact
+    ever = lies
     hit = goes_on
     for _ in range(MOST_EVENTS):
         hit, rests = x < x, x < x

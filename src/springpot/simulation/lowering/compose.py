@@ -373,7 +373,7 @@ def _flight(plan: Plan, exact: bool) -> float:
     """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
 
     Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a
-    lossy wall the step's error is that of slow impacts which are missed, whatever the flight; a straight one is quick.
+    lossy wall the step's error is that of slow impacts which are missed, whatever the flight; a straight one is faster.
     """
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
