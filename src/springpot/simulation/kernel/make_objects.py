@@ -12,21 +12,30 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from springpot.machine.files import write
 from springpot.simulation.kernel.entries import ENTRIES
 from springpot.simulation.kernel.loading import needed
-from springpot.simulation.kernel.native import MANIFEST, OBJECTS, compiler, file_of
+from springpot.simulation.kernel.native import MANIFEST, OBJECTS, Entry, compiler, file_of
 from springpot.simulation.kernel.targets import TARGETS, named, target
 
-LIBRARY = frozenset({"memcpy", "memmove", "memset"})  # what every C library has
+LIBRARY = frozenset({"memcpy", "memmove", "memset", "atan2", "cos", "exp", "pow", "powf", "sin", "sincos"})
+"""What code may call: functions of every C library, but for ``sincos``, which those of Linux have.
+
+Where one is missing the code is compiled anew.
+"""
 SHIPPED = ("linux-x86-64-v4", "linux-x86-64-v3", "linux-aarch64")
 """Made where no target is named.  That for macOS can be made, and no such machine has run it."""
 
 
-def make(names: tuple[str, ...] = SHIPPED, folder: Path = OBJECTS) -> dict[str, dict[str, object]]:
-    """Make the objects of these targets, and the manifest, which is returned; what was there is removed.
+def make(
+    names: tuple[str, ...] = SHIPPED, folder: Path = OBJECTS, entries: Sequence[Entry] = ENTRIES
+) -> dict[str, dict[str, object]]:
+    """Make the objects of these entries for these targets, and the manifest, which is returned.
+
+    What was there is removed.
 
     Raises
     ------
@@ -41,7 +50,7 @@ def make(names: tuple[str, ...] = SHIPPED, folder: Path = OBJECTS) -> dict[str, 
         file.unlink(missing_ok=True)
     for goal in wanted:
         own = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-        words = [sys.executable, "-m", __spec__.name, "--here", str(folder)]
+        words = [sys.executable, "-m", __spec__.name, "--here", str(folder), *(entry.name for entry in entries)]
         done = subprocess.run(
             words, env={**own, "SPRINGPOT_TARGET": goal.name, "NUMBA_DISABLE_INTEL_SVML": "1"}, text=True,
             stderr=subprocess.PIPE,
@@ -56,26 +65,26 @@ def make(names: tuple[str, ...] = SHIPPED, folder: Path = OBJECTS) -> dict[str, 
                 goal.name: hashlib.sha256(file_of(entry.name, goal, folder).read_bytes()).hexdigest() for goal in wanted
             },
         }
-        for entry in ENTRIES
+        for entry in entries
     }
     write(str(folder / MANIFEST), (json.dumps(manifest, indent=1) + "\n").encode())
     return manifest
 
 
-def _make_here(folder: Path) -> None:
-    """The objects for the target of this process."""
+def _make_here(folder: Path, names: list[str]) -> None:
+    """The objects of some entries for the target of this process."""
     goal = target()
-    for entry in ENTRIES:
+    for entry in (entry for entry in ENTRIES if entry.name in names):
         content = entry.compiled(goal)
         if others := needed(content) - LIBRARY:
-            raise RuntimeError(f"{entry.name} calls {', '.join(sorted(others))}: not every system has the same of it")
+            raise RuntimeError(f"{entry.name} calls {', '.join(sorted(others))}: not every system has it")
         file_of(entry.name, goal, folder).write_bytes(content)
 
 
 def main(words: list[str]) -> int:
     """The command."""
     if words[:1] == ["--here"]:
-        _make_here(Path(words[1]))
+        _make_here(Path(words[1]), words[2:])
         return 0
     try:
         manifest = make(tuple(words) or SHIPPED)
