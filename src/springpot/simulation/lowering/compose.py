@@ -336,7 +336,11 @@ class _Frame:
     def half_drift(self) -> tuple[float, float, float]:
         """As of `Parts`."""
         phase = 0.5 * self.flight * self.step
-        return (math.cos(phase), math.sin(phase), math.sin(phase)) if self.flight else (1.0, 0.5 * self.step * self.frequency, 0.0)
+        return (
+            (math.cos(phase), math.sin(phase), math.sin(phase))
+            if self.flight
+            else (1.0, 0.5 * self.step * self.frequency, 0.0)
+        )
 
     @property
     def power(self) -> float:
