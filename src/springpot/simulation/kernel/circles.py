@@ -95,8 +95,7 @@ def _flight(K, F, T, k, b, x, v, moved, change, where):
     square = frequency * frequency
     total = leaving * leaving + square * (start * start)
     at_wall = leaving * leaving + square * ((start - p) * (start + p))
-    # one that lies still on a wall against which its spring presses goes nowhere
-    struck = where & (at_wall >= 0.0 if p > 0.0 else at_wall > 0.0)
+    struck = where & (at_wall > 0.0)
     speed = root(larger(at_wall, 0.0))
     r = restitution(K, F, k, speed, struck, T.own)
     share = (1.0 + r) * speed / total
