@@ -22,7 +22,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 SCRIPT = runpy.run_path(str(DOCS / "make_catalogues.py"))
-INTERNAL = {"OutOfTimeError", "UntrustedFolderError"}  # are caught before a caller sees them
+INTERNAL = {"MissingSymbolError", "OutOfTimeError", "UntrustedFolderError"}  # are caught before a caller sees them
 
 
 @pytest.mark.parametrize("page", SCRIPT["PAGES"])

@@ -376,11 +376,12 @@ def _flight(plan: Plan, exact: bool) -> float:
 
     Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a
     lossy wall the step's error is that of slow impacts which are missed, whatever the flight; a straight one is faster.
+    Not so where springs press on the wall: what is said of the step's error there is that of exact flights.
     """
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
-    lossy = not exact and any(not wall.is_elastic for wall in motion.walls)
+    lossy = not exact and not motion.pressed and any(not wall.is_elastic for wall in motion.walls)
     straight = lossy or system.of(SoftStop, PoissonImpulses) or motion.rested_on
     return 0.0 if straight else motion.scales.flight_frequency
 
