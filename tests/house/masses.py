@@ -5,7 +5,8 @@ is any line of another package of src, words and comments left out, with one of 
 
 1. a comparison, or the truth, of the number of points: ``len(system.points) > 1``, also of a name given there;
 2. a name with "several" in it, of a class, a function, a module, an argument or a variable: a twin that exists for
-   several masses only, wherever it is defined, imported, called or named in an annotation.
+   several masses only, wherever it is defined, imported, called or named in an annotation;
+3. ``coordinates.lone``, which is the number of points in one word.
 
 One line is one question, however often it asks.
 """
@@ -21,6 +22,7 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[2] / "src" / "springpot"
 DOOR = "problem"
 _TWIN = "several"
+_LONE = "lone"
 _NUMBERED = {"points", "masses"}
 
 
@@ -63,6 +65,8 @@ def asked_in(text: str) -> dict[int, str]:
         if isinstance(node, ast.expr | ast.stmt | ast.alias | ast.arg | ast.keyword):
             if any(_TWIN in name.lower() for name in _names(node)):
                 kinds.setdefault(node.lineno, "twin")
+            if isinstance(node, ast.Attribute) and node.attr == _LONE:
+                kinds[node.lineno] = "lone"
             if any(map(_counts, _compared(node))):
                 kinds[node.lineno] = "number"
     return kinds

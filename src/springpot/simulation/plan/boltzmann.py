@@ -37,7 +37,7 @@ class FromPotential:
 
 
 @dataclass(frozen=True, eq=False)
-class BoltzmannOfSeveral:
+class BoltzmannOfModes:
     """The law of several coordinates.
 
     Attributes
@@ -81,7 +81,7 @@ class BoltzmannOfSeveral:
         return x, normals.standard_normal(x.shape) @ self.speeds.T
 
 
-def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
+def boltzmann_of_modes(system: System) -> BoltzmannOfModes | None:
     """The law; None where there is none, or it cannot be drawn so.
 
     Examples
@@ -91,7 +91,7 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
     ...     Mass(1.0, at="a"), Mass(0.5, at="b"), Spring(2.0, between=("ground", "a")), Spring(1.0, between=("a", "b")),
     ...     ThermalNoise(0.6),
     ... )
-    >>> boltzmann_of_several(pair).speeds.round(4).tolist()
+    >>> boltzmann_of_modes(pair).speeds.round(4).tolist()
     [[0.7746, 0.0], [0.0, 1.0954]]
     """
     thermal = system.of(ThermalNoise)
@@ -109,7 +109,7 @@ def boltzmann_of_several(system: System) -> BoltzmannOfSeveral | None:
         return None
     theta = thermal[0].temperature
     speeds = np.asarray(np.linalg.cholesky(coordinates.accelerations(theta * np.eye(size))), float)
-    law = BoltzmannOfSeveral(theta, shapes * np.sqrt(theta / values), speeds, others)
+    law = BoltzmannOfModes(theta, shapes * np.sqrt(theta / values), speeds, others)
     tried = np.random.Generator(np.random.Philox(0)).standard_normal((_TRIED, size)) @ law.root.T
     return law if law.kept(tried).mean() > _LEAST_KEPT else None
 

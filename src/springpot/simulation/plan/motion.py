@@ -42,7 +42,7 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import SoftStop, Stop, restitution_at, restitution_of_missed, slow_restitution
 from springpot.problem.system import System, along
 from springpot.simulation.kernel.feeling import MOST_FELT
-from springpot.simulation.plan.boltzmann import BoltzmannOfSeveral, FromPotential, boltzmann_of_several
+from springpot.simulation.plan.boltzmann import BoltzmannOfModes, FromPotential, boltzmann_of_modes
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
@@ -456,15 +456,15 @@ class Motion:
     def _creeps_less(self, start: str) -> bool:
         return start == "stationary" and self.searched and self.scales.creep_time > self.scales.energy_time
 
-    def drawn_about(self, places: Floats) -> FromPotential | BoltzmannOfSeveral | Loose | None:
+    def drawn_about(self, places: Floats) -> FromPotential | BoltzmannOfModes | Loose | None:
         """The law from which a start about these places is drawn, Boltzmann's or that of loose masses; or None."""
         return replace(self._drawn, rest=places) if isinstance(self._drawn, Loose) else self._drawn
 
     @cached_property
-    def _drawn(self) -> FromPotential | BoltzmannOfSeveral | Loose | None:
+    def _drawn(self) -> FromPotential | BoltzmannOfModes | Loose | None:
         if self.system.coordinates.lone:
             return FromPotential(self.law, self.origin) if self.system.of(ThermalNoise) else None
-        return boltzmann_of_several(self.system) or self.loose
+        return boltzmann_of_modes(self.system) or self.loose
 
     @property
     def is_thermal(self) -> bool:
