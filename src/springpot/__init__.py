@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.system import System
     from springpot.simulation.extended import extend
+    from springpot.simulation.many import simulate_many
     from springpot.simulation.monte_carlo import simulate
     from springpot.simulation.rare.exceedance import exceedance
     from springpot.simulation.result.load import load_run
@@ -56,7 +57,8 @@ if TYPE_CHECKING:
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
         "design", "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study",
-        "read_data", "read_system", "recommended", "sensitivity", "simulate", "study", "theory", "to_toml", "trust",
+        "read_data", "read_system", "recommended", "sensitivity", "simulate", "simulate_many", "study", "theory",
+        "to_toml", "trust",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -82,6 +84,7 @@ _LATER = {
         "problem.system": ("System",),
         "simulation": ("load_run", "simulate"),
         "simulation.extended": ("extend",),
+        "simulation.many": ("simulate_many",),
         "simulation.rare.exceedance": ("exceedance",),
         "studies": ("open_study", "study"),
         "theory": ("theory",),

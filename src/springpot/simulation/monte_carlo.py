@@ -9,6 +9,7 @@ import time
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, Unpack
 
 import numpy as np
@@ -19,16 +20,16 @@ from springpot.machine.faults import few, listed, meant
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
 from springpot.problem.felt import about_shocks
-from springpot.problem.messages import say
+from springpot.problem.messages import Message, say
 from springpot.problem.system import System, owners_of
 from springpot.simulation.estimate.few_events import Watched, error_of_unseen
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
-from springpot.simulation.paths.simulation import Simulation, simulation_of
+from springpot.simulation.paths.simulation import Ensemble, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.options import DEFAULTS, Options, Progress, Requests
-from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.plan import Plan, plan_of
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
     about_damage,
@@ -52,6 +53,40 @@ _WATCHED = (
 
 def simulated(system: System, **given: Unpack[Requests]) -> Run:
     """As `simulate`, but its warnings are only in the result: no Python warnings are raised."""
+    asked = asked_for(given)
+    if asked.rtol is not None:
+        return run_to(system, asked)
+    ready = planned(system, asked).ready(asked.progress)
+    begun = time.perf_counter()
+    ensemble = ready.alone(_with_time(ready.simulation, asked.progress))
+    return ready.run(ensemble, time.perf_counter() - begun)
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """The arguments of `simulate`, by what they decide.
+
+    Attributes
+    ----------
+    options : dict
+    wishes : dict
+        What observers are to find out.
+    rtol : object
+        None without it.
+    of_rtol : dict
+        What is given beside it.
+    progress : callable, optional
+    """
+
+    options: dict[str, Any]
+    wishes: dict[str, Any]
+    rtol: Any
+    of_rtol: dict[str, Any]
+    progress: Progress | None
+
+
+def asked_for(given: Requests) -> Asked:
+    """The arguments, after a check that they can be given together."""
     options: dict[str, Any] = dict(given)
     for name in options:
         if name not in (known := {**Options.__annotations__, **Requests.__annotations__}):
@@ -62,76 +97,139 @@ def simulated(system: System, **given: Unpack[Requests]) -> Run:
     rtol = options.pop("rtol", None)
     of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
     wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
-    if rtol is not None:
-        if wishes:
-            other, reason = (
-                next(iter(wishes)),
-                "which controls moments only: use more paths, and compare with half the step",
-            )
-            if other == "forces":
-                reason = "whose pairs of runs do not see them: give paths, duration and step"
-            raise ValueError(f"{other} cannot be given with rtol, {reason}.")
-        return _run_to(system, rtol, of_rtol, options, progress)
-    if "max_time" in of_rtol:
+    if rtol is not None and wishes:
+        other, reason = (
+            next(iter(wishes)),
+            "which controls moments only: use more paths, and compare with half the step",
+        )
+        if other == "forces":
+            reason = "whose pairs of runs do not see them: give paths, duration and step"
+        raise ValueError(f"{other} cannot be given with rtol, {reason}.")
+    if rtol is None and "max_time" in of_rtol:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
-    if of_rtol:
+    if rtol is None and of_rtol:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
+    return Asked(options, wishes, rtol, of_rtol, progress)
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A run whose arguments are checked for its system; nothing has been computed.
+
+    Attributes
+    ----------
+    system : System
+    plan : Plan
+    wanted : Requested
+    options : dict
+        As given.
+    moved : list of Message
+        What is said of the window.
+    """
+
+    system: System
+    plan: Plan
+    wanted: Requested
+    options: dict[str, Any]
+    moved: list[Message]
+
+    def ready(self, progress: Progress | None) -> Ready:
+        """With its start, which takes pilot runs, and prepared for the kernel."""
+        begun = time.perf_counter()
+        simulation = simulation_of(adapt(self.plan, progress=progress))
+        wanted = self.wanted.completed(simulation)
+        return Ready(self, simulation, wanted, time.perf_counter() - begun)
+
+
+def planned(system: System, asked: Asked) -> Planned:
+    """Check the arguments for a system, and complete them."""
+    options, wishes = asked.options, asked.wishes
     passed = wishes.get("first_passage")
     over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * (isinstance(passed, Mapping) and bool(passed))
     plan, moved = from_the_start(plan_of(system, **options), over_time, options.get("window"))
-    wanted = requested(plan, **wishes) if wishes else Requested()
-    begun = time.perf_counter()
-    simulation = simulation_of(plan := adapt(plan, progress=progress))
-    wanted = wanted.completed(simulation)
-    with _faults_of_own_forces(system):
-        ensemble = simulation.advance(observers=wanted.observers, progress=_with_time(simulation, progress))
-    seen = watched(simulation, ensemble.rows)
-    values, errors = estimates_of(simulation, ensemble.rows, seen)
-    observed = wanted.read(simulation, ensemble)
-    for name, samples in observed.means.items():
-        values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
-    for name, (value, samples) in observed.counted_impacts.items():
-        values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
-    errors |= _errors_of_own(wanted, values, seen)
-    biases = step_biases(
-        plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
-    )
-    chosen = [*about_options(plan, options), *moved]
-    names = {message.name for message in chosen}
-    said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
-    counted = wanted.counts_instead(plan.motion)
-    doubtful = (
-        *chosen,
-        *(
-            own
-            for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
-            if own.name not in said
-        ),
-        *about_quantiles(simulation, observed.distributions, PROBABILITIES),
-        *about_observables(observed.means, values),
-        *about_damage(observed.counted_impacts),
-        *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
-        *about_shocks(system, wanted.felt_names, values),
-        *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
-    )
-    return Run(
-        system=system,
-        settings=plan.settings,
-        estimates=estimates_from(system, values, errors, step_biases=biases),
-        diagnostics=diagnostics_of(simulation, ensemble.rows, time.perf_counter() - begun),
-        warnings=doubtful,
-        time=plan.settings.recorded_times,
-        record=ensemble.record,
-        distributions=observed.distributions,
-        extremes=observed.extremes,
-        spectra=observed.spectra,
-        first_passages=observed.first_passages,
-        profiles=observed.profiles,
-        forces=observed.forces,
-        path_sums=ensemble.rows,
-        adapted=plan.adapted,
-        step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
-    )
+    return Planned(system, plan, requested(plan, **wishes) if wishes else Requested(), options, moved)
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """A run of which only the paths are lacking.
+
+    Attributes
+    ----------
+    planned : Planned
+    simulation : Simulation
+    wanted : Requested
+    seconds : float
+        That this took.
+    """
+
+    planned: Planned
+    simulation: Simulation
+    wanted: Requested
+    seconds: float
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether its paths cannot be advanced with those of other systems."""
+        return bool(self.wanted.observers or self.simulation.settings.record or self.planned.system.with_functions)
+
+    def alone(self, progress: Progress | None) -> Ensemble:
+        """Its paths."""
+        with _faults_of_own_forces(self.planned.system):
+            return self.simulation.advance(observers=self.wanted.observers, progress=progress)
+
+    def run(self, ensemble: Ensemble, seconds: float) -> Run:
+        """What its paths tell, which took so many seconds."""
+        begun = time.perf_counter() - self.seconds - seconds
+        system, simulation, wanted = self.planned.system, self.simulation, self.wanted
+        plan = simulation.plan
+        seen = watched(simulation, ensemble.rows)
+        values, errors = estimates_of(simulation, ensemble.rows, seen)
+        observed = wanted.read(simulation, ensemble)
+        for name, samples in observed.means.items():
+            values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
+        for name, (value, samples) in observed.counted_impacts.items():
+            values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
+        errors |= _errors_of_own(wanted, values, seen)
+        biases = step_biases(
+            plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
+        )
+        chosen = [*about_options(plan, self.planned.options), *self.planned.moved]
+        names = {message.name for message in chosen}
+        said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
+        counted = wanted.counts_instead(plan.motion)
+        doubtful = (
+            *chosen,
+            *(
+                own
+                for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
+                if own.name not in said
+            ),
+            *about_quantiles(simulation, observed.distributions, PROBABILITIES),
+            *about_observables(observed.means, values),
+            *about_damage(observed.counted_impacts),
+            *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
+            *about_shocks(system, wanted.felt_names, values),
+            *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
+        )
+        return Run(
+            system=system,
+            settings=plan.settings,
+            estimates=estimates_from(system, values, errors, step_biases=biases),
+            diagnostics=diagnostics_of(simulation, ensemble.rows, time.perf_counter() - begun),
+            warnings=doubtful,
+            time=plan.settings.recorded_times,
+            record=ensemble.record,
+            distributions=observed.distributions,
+            extremes=observed.extremes,
+            spectra=observed.spectra,
+            first_passages=observed.first_passages,
+            profiles=observed.profiles,
+            forces=observed.forces,
+            path_sums=ensemble.rows,
+            adapted=plan.adapted,
+            step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
+        )
 
 
 def _with_time(simulation: Simulation, progress: Progress | None) -> Progress | None:
@@ -175,15 +273,16 @@ def _faults_of_own_forces(system: System) -> Iterator[None]:
         raise ValueError(f"the function of {own} failed during the run: {fault!r}.") from fault
 
 
-def _run_to(system: System, rtol: float, of_rtol: dict[str, Any], given: dict[str, Any], progress: Any) -> Run:
+def run_to(system: System, asked: Asked) -> Run:
     """A run with ``rtol``."""
     from springpot.simulation.error.reach import reach  # loaded for rtol only
 
+    rtol, given = asked.rtol, asked.options
     chosen = sorted(set(given) - {"seed", "threads"})
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
-    reached = reach(system, rtol, progress=progress, **of_rtol, **given)
+    reached = reach(system, rtol, progress=asked.progress, **asked.of_rtol, **given)
     rows, seen = reached.rows, watched(reached.simulation, reached.rows)
     warned = [
         *doubts(reached.simulation, reached.values, reached.errors, rows, seen, bounded=True),

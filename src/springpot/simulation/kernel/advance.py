@@ -53,6 +53,7 @@ from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, num
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, hold
 from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_from_speeds, take_off
 from springpot.simulation.kernel.tables import (
+    BLOCKS,
     COLUMNS,
     CONSTANT,
     CONTACT,
@@ -286,6 +287,8 @@ def advance(
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
+    Of several systems in a call each has as many of the blocks, and its paths are numbered from ``first`` on.
+
     Step n (from 0) ends with the observation at time (n + 1) h; sums run over low <= n < high.  K, F and D are the
     tables (`springpot.simulation.kernel.tables`): integers, numbers in the precision of the sweep and in double.
     ``start`` has x and v at time 0 of one path, or of ``starts`` paths.  ``halved``: white noise is that of a run with
@@ -310,8 +313,9 @@ def advance(
     works, hits = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS, 0) // LANES
     for number in range(blocks):
         row, births, t_0 = number * LANES, steps, 0
-        F, D = beyond(F_all, number * K[STRIDE]), beyond(D_all, number * K[STRIDE_IN_DOUBLE])
-        number_lanes(first + row, who)
+        system = number // K[BLOCKS] if K[BLOCKS] > 0 else 0
+        F, D = beyond(F_all, system * K[STRIDE]), beyond(D_all, system * K[STRIDE_IN_DOUBLE])
+        number_lanes(first + row - system * K[BLOCKS] * LANES, who)
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)
         _fill(T.sums, K[COLUMNS], 0.0)

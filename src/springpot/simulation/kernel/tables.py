@@ -36,7 +36,8 @@ COUNTS = (
     "paper",  # 1: the scheme as the paper prints it
     "parts",  # of a step: with 2 the impulses are sums of two of a run with half the step
     "substeps",  # of half a drift in which a contact is touched
-    # from the numbers of a block to those of the next, in the sweep's precision and in double; 0: the same for all
+    "blocks",  # of each of several systems in a call, which have the same path numbers; 0: all are of one system
+    # from the numbers of a system to those of the next, in the sweep's precision and in double
     "stride",
     "stride_in_double",
     "columns",  # numbers of a row of results
@@ -98,7 +99,7 @@ SUMS = (
 
 _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" for name in NUMBERS)))}
 (POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES,
- TURNS, PAPER, PARTS, SUBSTEPS, STRIDE, STRIDE_IN_DOUBLE, COLUMNS,
+ TURNS, PAPER, PARTS, SUBSTEPS, BLOCKS, STRIDE, STRIDE_IN_DOUBLE, COLUMNS,
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
@@ -185,6 +186,18 @@ def packed(
         np.concatenate([head, *placed]), double,
         np.concatenate([double.astype(kind), *(np.asarray(part).astype(kind).ravel() for part in long)]),
     )  # fmt: skip
+
+
+def stacked(systems: Sequence[Tables], blocks: int) -> Tables:
+    """The tables of several systems with the same integers, each of which has so many ``blocks`` of a call."""
+    one = systems[0]
+    integers = one.integers.copy()
+    own = {"blocks": blocks, "stride": one.sweep.size, "stride_in_double": one.numbers.size}
+    for name, number in own.items():
+        integers[_WHERE[name]] = number
+    return Tables(
+        integers, np.concatenate([each.numbers for each in systems]), np.concatenate([each.sweep for each in systems])
+    )
 
 
 def begins_of_sums(counts: Mapping[str, int]) -> npt.NDArray[np.int64]:

@@ -120,7 +120,7 @@ class Simulation:
         record = np.empty((settings.record, settings.recorded_points, *self.parts.shape_of_state))
         stop = np.zeros(1, np.uint8)
         k0, k1 = key_words(settings.seed)
-        together = 1 if observers or settings.record else _blocks_of_a_call(settings, blocks)
+        together = 1 if observers or settings.record else blocks_of_a_call(settings, blocks)
         next_call = itertools.count()
         done = itertools.count(1)
         kernel = self.parts.kernel()
@@ -176,7 +176,7 @@ def simulation_of(plan: Plan, *, halved: bool = False, exact: bool = False) -> S
     return Simulation(plan, compose(plan, halved=halved, exact=exact))
 
 
-def _blocks_of_a_call(settings: Settings, blocks: int) -> int:
+def blocks_of_a_call(settings: Settings, blocks: int) -> int:
     """How many short blocks share a call: each takes 0.1 ms of Python, in which no other thread computes."""
     return max(1, min(_STEPS_OF_A_CALL // settings.steps, blocks // (8 * settings.threads)))
 

@@ -1,0 +1,148 @@
+"""`simulate_many`: simulations of many systems at once, each with the numbers that `simulate` gives it alone."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import accumulate
+from typing import Any, Unpack
+
+from springpot.machine.faults import shown
+from springpot.problem.system import System, checked_system
+from springpot.simulation.monte_carlo import Asked, Ready, asked_for, planned, run_to, simulate, warned
+from springpot.simulation.paths.simulation import Ensemble, Progress
+from springpot.simulation.paths.together import advance_together
+from springpot.simulation.plan.options import Requests
+from springpot.simulation.result.results import Run
+
+
+def simulate_many(systems: Iterable[System], **given: Unpack[Requests]) -> list[Run]:
+    """Monte Carlo of many systems, with the same settings: the runs that `springpot.simulate` gives of each, together.
+
+    All systems share the threads, and those of one structure (the same parts, with other numbers) the calls of the
+    compiled code, so that many systems of few paths keep all threads busy.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        They may differ in all numbers and in all parts.
+    **given
+        All that `springpot.simulate` takes, for each of the systems.  What is left out, such as the step, is chosen for
+        each one.  With ``rtol`` or ``record``, with what observers see (``distributions``, ``forces``, ...) and where a
+        part has a function of your own, one system runs after another, on all threads.  ``max_time`` is that of each
+        system; ``progress`` is called with the fraction done of all.
+
+    Returns
+    -------
+    list of Run
+        In the order of the systems.  Each has the bits that it has alone: with one ``seed`` all systems have the same
+        random numbers, so that their differences are known better than the results themselves.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong, for any of the systems; nothing has been computed then.  A note of the exception says
+        of which system it is.
+
+    Warns
+    -----
+    SpringpotWarning
+        For each sentence of ``warnings`` of each run.
+
+    See Also
+    --------
+    springpot.simulate : One system; says all of the arguments and results.
+    springpot.study : A grid of systems, in a store on disk that a run goes on from.
+
+    Examples
+    --------
+    What a gap changes, with the same excitation for all gaps:
+
+    >>> import springpot as sp
+    >>> def device(gap):
+    ...     return sp.System(sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 1.2), sp.WhiteNoise(1e-3),
+    ...                      stop=sp.Barrier(-gap, restitution=0.8))
+    >>> runs = sp.simulate_many([device(gap) for gap in (0.001, 0.002, 0.004)], paths=64, duration=10.0, step=0.002)
+    >>> rates = [run["stop_impact_rate"].value for run in runs]
+    >>> rates[0] > rates[1] > rates[2]
+    True
+    """
+    runs = _simulated(_checked(systems), asked_for(given))
+    for run in runs:
+        warned(run)
+    return runs
+
+
+_of_one = inspect.signature(simulate).parameters
+simulate_many.__signature__ = inspect.Signature([  # type: ignore[attr-defined]  # help and completion show every argument
+    inspect.Parameter("systems", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=Sequence[System]),
+    *(parameter for name, parameter in _of_one.items() if name != "system"),
+], return_annotation=list[Run])  # fmt: skip
+
+
+def _checked(systems: Iterable[System]) -> list[System]:
+    if isinstance(systems, System | str) or not isinstance(systems, Iterable):
+        raise TypeError(f"systems must be a list of systems, not {shown(systems)}.")
+    return [checked_system(system, f"systems[{number}]") for number, system in enumerate(systems)]
+
+
+def _simulated(systems: Sequence[System], asked: Asked) -> list[Run]:
+    def each(do: Callable[[int], Any]) -> list[Any]:
+        return [_noted(do, number) for number in range(len(systems))]
+
+    if asked.rtol is not None:
+        shares = _shares(asked.progress, [1.0] * len(systems))
+        return each(lambda number: run_to(systems[number], replace(asked, progress=shares[number])))
+    plans = each(lambda number: planned(systems[number], asked))
+    [begun] = _shares(asked.progress, [0.0])
+    ready = each(lambda number: plans[number].ready(begun))
+    flown = _flown(ready, asked.progress)
+    return each(lambda number: ready[number].run(*flown[number]))
+
+
+def _flown(ready: Sequence[Ready], progress: Progress | None) -> dict[int, tuple[Ensemble, float]]:
+    """The paths of each system, and the seconds that they took: of those together each has its part."""
+    work = [float(each.simulation.settings.paths) * each.simulation.settings.steps for each in ready]
+    alone = [number for number, each in enumerate(ready) if each.is_alone]
+    others = sorted({*range(len(ready))} - {*alone})
+    shared = sum(work[number] for number in others)
+    told, *tellers = _shares(progress, [shared, *(work[number] for number in alone)])
+    found, begun = dict[int, tuple[Ensemble, float]](), time.perf_counter()
+    ensembles = advance_together([ready[number].simulation for number in others], told)
+    seconds = time.perf_counter() - begun
+    for number, ensemble in zip(others, ensembles, strict=True):
+        found[number] = ensemble, seconds * work[number] / shared
+    for number, tell in zip(alone, tellers, strict=True):
+        begun = time.perf_counter()
+        ensemble = _noted(partial(_advance, ready, tell), number)
+        found[number] = ensemble, time.perf_counter() - begun
+    return found
+
+
+def _advance(ready: Sequence[Ready], progress: Progress | None, number: int) -> Ensemble:
+    return ready[number].alone(progress)
+
+
+def _shares(progress: Progress | None, work: Sequence[float]) -> list[Progress | None]:
+    """What tells the progress of each of several parts of the work, one after another, as one of the whole."""
+    if progress is None:
+        return [None] * len(work)
+    ends = [0.0, *accumulate(work)]
+    whole = ends[-1] or 1.0
+    return [partial(_tell, progress, begin / whole, own / whole) for begin, own in zip(ends, work, strict=False)]
+
+
+def _tell(progress: Progress, begin: float, own: float, fraction: float) -> None:
+    progress(min(begin + own * fraction, 1.0))
+
+
+def _noted(do: Callable[[int], Any], number: int) -> Any:
+    """What it gives of a system; an error says in a note of which."""
+    try:
+        return do(number)
+    except Exception as fault:
+        fault.add_note(f"This is about systems[{number}].")
+        raise

@@ -1,0 +1,115 @@
+"""Several simulations at once: those of one structure share the calls of the kernel, and all share the threads.
+
+A system of few paths has few blocks, so that alone it keeps few threads busy.  In a call of several systems each has
+blocks with numbers of its own in the kernel's tables.  Its paths have the numbers and so the bits that it has alone.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.arrays import Floats
+from springpot.machine.crew import work_together
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.tables import stacked
+from springpot.simulation.paths.simulation import Ensemble, Progress, Simulation, addresses_of, blocks_of_a_call
+
+
+def advance_together(simulations: Sequence[Simulation], progress: Progress | None = None) -> list[Ensemble]:
+    """As `Simulation.advance` of each, without a record and observers, with the same bits.
+
+    They may have any structure and settings, but the number of threads.
+    """
+    rooms = [np.empty((_blocks(each) * LANES, len(each.parts.columns))) for each in simulations]
+    waiting = iter(list(_calls(simulations)))
+    whole, done = sum(map(_path_steps, simulations)), 0.0
+    stop, telling = np.zeros(1, np.uint8), threading.Lock()
+
+    def work() -> None:
+        nonlocal done
+        while not stop[0] and (call := next(waiting, None)) is not None:
+            own = [simulations[member] for member in call.members]
+            rows = _advance(own, call.begin, call.blocks, stop).reshape(len(own), call.blocks * LANES, -1)
+            for member, found in zip(call.members, rows, strict=True):
+                rooms[member][call.begin * LANES : (call.begin + call.blocks) * LANES] = found
+            with telling:
+                done += sum(_path_steps(each) * call.blocks / _blocks(each) for each in own)
+                if progress is not None and not stop[0]:
+                    progress(min(done / whole, 1.0))
+
+    def halt() -> None:
+        stop[0] = 1
+
+    if simulations:
+        work_together(work, simulations[0].settings.threads, stop=halt)
+    return [_ensemble(each, rows) for each, rows in zip(simulations, rooms, strict=True)]
+
+
+@dataclass(frozen=True)
+class _Call:
+    """Blocks of one system, from one on, or all blocks of several."""
+
+    members: Sequence[int]
+    begin: int
+    blocks: int
+
+
+def _calls(simulations: Sequence[Simulation]) -> Iterator[_Call]:
+    alike = dict[Hashable, list[int]]()
+    for number, simulation in enumerate(simulations):
+        alike.setdefault(_structure(simulation), []).append(number)
+    for members in alike.values():
+        one = simulations[members[0]]
+        blocks = _blocks(one)
+        most = blocks_of_a_call(one.settings, blocks * len(members))
+        several = max(1, most // blocks)
+        for first in range(0, len(members), several):
+            for begin in range(0, blocks, most):
+                yield _Call(members[first : first + several], begin, min(most, blocks - begin))
+
+
+def _structure(simulation: Simulation) -> Hashable:
+    """What the simulations in a call have in common."""
+    tables, settings = simulation.parts.tables, simulation.settings
+    return (
+        tables.integers.tobytes(), tables.numbers.size, tables.sweep.size, tables.sweep.dtype.str,
+        settings.paths, settings.steps, settings.window_steps, settings.seed,
+    )  # fmt: skip
+
+
+def _advance(simulations: Sequence[Simulation], begin: int, blocks: int, stop: npt.NDArray[np.uint8]) -> Floats:
+    """The rows of these blocks of each system, in the kernel's units."""
+    one = simulations[0]
+    parts = replace(one.parts, tables=stacked([each.parts.tables for each in simulations], blocks))
+    starts = [each.parts.states(each.settings, begin * LANES, blocks * LANES, 0) for each in simulations]
+    starts = [np.broadcast_to(states, (blocks * LANES, states.shape[1])) for states in starts]
+    rows = np.empty((len(simulations) * blocks * LANES, len(parts.columns)))
+    keys, observers = key_words(one.settings.seed), addresses_of((), (), parts)
+    parts.kernel()(
+        np.concatenate(starts), begin * LANES, len(simulations) * blocks, one.settings, *keys, 0, False, observers,
+        _no_record(one), stop, rows,
+    )  # fmt: skip
+    return rows
+
+
+def _ensemble(simulation: Simulation, rows: Floats) -> Ensemble:
+    rows *= list(simulation.parts.columns.values())
+    return Ensemble(rows[: simulation.settings.paths], _no_record(simulation))
+
+
+def _no_record(simulation: Simulation) -> Floats:
+    return np.empty((0, simulation.settings.recorded_points, *simulation.parts.shape_of_state))
+
+
+def _blocks(simulation: Simulation) -> int:
+    return -(-simulation.settings.paths // LANES)
+
+
+def _path_steps(simulation: Simulation) -> float:
+    return float(simulation.settings.paths) * simulation.settings.steps
