@@ -160,20 +160,6 @@ def test_no_systems_have_no_runs() -> None:
     assert sp.simulate_many([], **SHORT) == []
 
 
-def _raises(t: float, x: float, v: float) -> float:
-    if x > -9.0:
-        raise ValueError("no place")
-    return x
-
-
-@pytest.mark.validation  # functions that raise are compiled with all that they may raise
-def test_an_error_in_a_function_of_the_user_names_its_part_and_system() -> None:
-    systems = SYSTEMS[0], device(0.2, sp.Force(_raises))
-    with pytest.raises(ValueError, match="the function of force failed during the run") as fault:
-        many(systems, **SHORT, start="rest")
-    assert fault.value.__notes__ == ["This is about systems[1]."]
-
-
 def _softer(speed: float) -> float:
     return 0.9 / (1.0 + speed)
 

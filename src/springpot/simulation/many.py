@@ -29,11 +29,20 @@ def simulate_many(systems: Iterable[System], **given: Unpack[Requests]) -> list[
     ----------
     systems : sequence of System
         They may differ in all numbers and in all parts.
-    **given
-        All that `springpot.simulate` takes, for each of the systems.  What is left out, such as the step, is chosen for
-        each one.  With ``rtol`` or ``record``, with what observers see (``distributions``, ``forces``, ...) and where a
-        part has a function of your own, one system runs after another, on all threads.  ``max_time`` is that of each
-        system; ``progress`` is called with the fraction done of all.
+    paths, duration, step, window, seed, threads, scheme, start, derivative : optional
+        As in `springpot.simulate`, for each of the systems.  What is left out, such as the step, is chosen for each.
+    initial_position, initial_velocity, memory_tolerance, contact_tolerance : optional
+        The same.
+    rtol, quantities, max_time : optional
+        The same; ``max_time`` is that of each system.  One system runs after another, on all threads.
+    record, record_every : optional
+        The same.  With a record too one system runs after another, and so do systems with a function of your own.
+    observables, impact_observables, distributions, spectrum, first_passage, slowest_counted_impact : optional
+        The same, one system after another.
+    profile, forces, rainflow : optional
+        The same, one system after another.
+    progress : callable
+        Called with the fraction done of all systems, from any thread.
 
     Returns
     -------
@@ -84,7 +93,7 @@ simulate_many.__signature__ = inspect.Signature([  # type: ignore[attr-defined] 
 
 
 def _checked(systems: Iterable[System]) -> list[System]:
-    if isinstance(systems, System | str) or not isinstance(systems, Iterable):
+    if isinstance(systems, str) or not isinstance(systems, Iterable):
         raise TypeError(f"systems must be a list of systems, not {shown(systems)}.")
     return [checked_system(system, f"systems[{number}]") for number, system in enumerate(systems)]
 
