@@ -68,10 +68,10 @@ def _calls(simulations: Sequence[Simulation]) -> Iterator[_Call]:
         one = simulations[members[0]]
         blocks = _blocks(one)
         most = blocks_of_a_call(one.settings, blocks * len(members))
-        several = max(1, most // blocks)
-        for first in range(0, len(members), several):
+        size = max(1, most // blocks)
+        for first in range(0, len(members), size):
             for begin in range(0, blocks, most):
-                yield _Call(members[first : first + several], begin, min(most, blocks - begin))
+                yield _Call(members[first : first + size], begin, min(most, blocks - begin))
 
 
 def _structure(simulation: Simulation) -> Hashable:
