@@ -21,7 +21,7 @@ from springpot.simulation.kernel import callbacks
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.fingerprint import fingerprint
 from springpot.simulation.kernel.lanes import INLINE, LANES, lesser, stack_array
-from springpot.simulation.kernel.user_functions import in_lanes
+from springpot.simulation.kernel.user_functions import inlined
 from springpot.simulation.monte_carlo import simulated
 from tests.sizes import validation
 
@@ -44,6 +44,27 @@ def _as_in_a_new_process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
 
 def again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(callbacks, "_recent", callbacks._Recent())
+
+
+_numbers = types.CPointer(types.float64)
+OF_LANES = types.void(types.int64, _numbers, _numbers)
+"""(lanes, arguments, results): argument k of a lane is at ``k * lanes + lane``."""
+
+
+def in_lanes(function: Callable[..., float], arguments: int, what: str) -> Any:
+    """A function of the user as the kernel has those of restitution and of forces."""
+    inner = inlined(function, arguments, what)
+
+    def of_one(lanes, given, found):  # type: ignore[no-untyped-def]
+        for lane in range(lanes):
+            found[lane] = np.nan
+            found[lane] = inner(given[lane])
+
+    def of_three(lanes, given, found):  # type: ignore[no-untyped-def]
+        for lane in range(lanes):
+            found[lane] = inner(given[lane], given[lanes + lane], given[2 * lanes + lane])
+
+    return callback(OF_LANES)(of_one if arguments == 1 else of_three)
 
 
 def at(law: Any, *values: float) -> float:

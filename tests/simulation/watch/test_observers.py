@@ -47,9 +47,9 @@ def test_observables_equal_the_moments_of_the_same_run(watched: Run) -> None:
 def test_observables_are_in_the_units_of_the_user_and_of_the_right_side() -> None:
     """Omega = 300, q = 1e6, wall above the motion at 2 mm: numbers far from 1, and negative places.
 
-    With a memory in double precision everything is.
+    With a memory in double precision everything is; at an elastic wall v^2 is summed where observers see it.
     """
-    problem = sp.Oscillator(300.0, sp.Springpot(1.0, 20.0), sp.Barrier(0.002, 0.9, "below"), sp.WhiteNoise(1e3))
+    problem = sp.Oscillator(300.0, sp.Springpot(1.0, 20.0), sp.Barrier(0.002, 1.0, "below"), sp.WhiteNoise(1e3))
     found = simulate(
         problem,
         paths=500,

@@ -53,6 +53,7 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
 _ENDS = "x_end", "v_end"
+_STRAIGHT = 0.1  # longest step, over the time of the spring, at which a plain run may fly straight at lossy walls
 _TOUCHING_SPEED = 6.0  # in the kernel's units, which are those of the motion: of a rare flight
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
@@ -381,7 +382,8 @@ def _flight(plan: Plan, exact: bool) -> float:
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
-    lossy = not exact and not motion.pressed and any(not wall.is_elastic for wall in motion.walls)
+    fine = plan.settings.step * motion.scales.flight_frequency <= _STRAIGHT and not exact and not motion.pressed
+    lossy = fine and any(not wall.is_elastic for wall in motion.walls)
     straight = lossy or system.of(SoftStop, PoissonImpulses) or motion.rested_on
     return 0.0 if straight else motion.scales.flight_frequency
 
