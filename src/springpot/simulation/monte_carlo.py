@@ -264,13 +264,16 @@ def _errors_of_own(wanted: Requested, values: dict[str, float], seen: Watched) -
 @contextmanager
 def _faults_of_own_forces(system: System) -> Iterator[None]:
     """An error that a user's own function raises is said with the name of the part."""
-    try:
+    if not system.with_functions:
         yield
-    except Exception as fault:
-        if not system.with_functions:
-            raise
+        return
+    from springpot.simulation.kernel.callbacks import heard  # loads Numba, which such a system needs
+
+    with heard() as faults:
+        yield
+    if faults:
         own = listed(system.with_functions, "or")
-        raise ValueError(f"the function of {own} failed during the run: {fault!r}.") from fault
+        raise ValueError(f"the function of {own} failed during the run: {faults[0]!r}.") from faults[0]
 
 
 def run_to(system: System, asked: Asked) -> Run:
@@ -282,7 +285,8 @@ def run_to(system: System, asked: Asked) -> Run:
     if chosen:
         raise ValueError(f"{chosen[0]} cannot be given with rtol, which chooses it; only seed and threads can.")
     begun = time.perf_counter()
-    reached = reach(system, rtol, progress=asked.progress, **asked.of_rtol, **given)
+    with _faults_of_own_forces(system):
+        reached = reach(system, rtol, progress=asked.progress, **asked.of_rtol, **given)
     rows, seen = reached.rows, watched(reached.simulation, reached.rows)
     warned = [
         *doubts(reached.simulation, reached.values, reached.errors, rows, seen, bounded=True),

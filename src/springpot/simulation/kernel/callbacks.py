@@ -8,8 +8,10 @@ depends on, or that needs Python while it runs, is compiled by Numba as any call
 
 from __future__ import annotations
 
+import sys
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
@@ -51,6 +53,22 @@ class _Recent:
 
 
 _recent = _Recent()
+
+
+@contextmanager
+def heard() -> Iterator[list[BaseException]]:
+    """What functions raise that the kernel calls meanwhile: they end with NaN, and Python would only print it."""
+    found, before = list[BaseException](), sys.unraisablehook
+
+    def hear(fault: sys.UnraisableHookArgs) -> None:
+        if fault.exc_value is not None:
+            found.append(fault.exc_value)
+
+    sys.unraisablehook = hear
+    try:
+        yield found
+    finally:
+        sys.unraisablehook = before
 
 
 def callback(signature: Any) -> Callable[[Callable[..., None]], Code]:
