@@ -41,8 +41,8 @@ def powers(quadratic, cubic, v, after):
 @njit(**INLINE)
 def _cubically(cubic, v):
     square = cubic * v * v
-    turned = root(1.0 + square)
-    return 0.0 - v * square / (turned * (1.0 + turned))
+    whole = 1.0 + square
+    return 0.0 - v * square / (whole + root(whole))  # a product with a root would be taken by its estimate somewhere
 
 
 @njit(**INLINE)
