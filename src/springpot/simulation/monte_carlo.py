@@ -267,9 +267,9 @@ def _faults_of_own_forces(system: System) -> Iterator[None]:
     if not system.with_functions:
         yield
         return
-    from springpot.simulation.kernel.callbacks import heard  # loads Numba, which such a system needs
+    from springpot.simulation.kernel.callbacks import caught  # loads Numba, which such a system needs
 
-    with heard() as faults:
+    with caught() as faults:
         yield
     if faults:
         own = listed(system.with_functions, "or")

@@ -56,15 +56,15 @@ _recent = _Recent()
 
 
 @contextmanager
-def heard() -> Iterator[list[BaseException]]:
+def caught() -> Iterator[list[BaseException]]:
     """What functions raise that the kernel calls meanwhile: they end with NaN, and Python would only print it."""
     found, before = list[BaseException](), sys.unraisablehook
 
-    def hear(fault: sys.UnraisableHookArgs) -> None:
+    def keep(fault: sys.UnraisableHookArgs) -> None:
         if fault.exc_value is not None:
             found.append(fault.exc_value)
 
-    sys.unraisablehook = hear
+    sys.unraisablehook = keep
     try:
         yield found
     finally:
