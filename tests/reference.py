@@ -132,7 +132,7 @@ class Row:
         for part in self.memories:
             forces = jump * memory_of(part, h, steps)[0]
             self.drive = self.drive + forces
-            early -= forces[0] * h**2 * 0.5 * part.order / (2.0 - part.order)
+            early -= forces[0] / self.mass * h**2 * 0.5 * part.order / (2.0 - part.order)
         return early
 
     def pull(self, rate: float) -> float:
@@ -436,6 +436,8 @@ def walk(
                 bear(n, resting[0], left)
                 return
             resting.clear()
+        if flight and any(_is_bent(wall) and _lies(wall, row, x, v) for _, wall, row in walls):
+            return  # one that lies still on a wall against which its spring presses goes nowhere
         while True:
             moving = [each for each in walls if each[0] not in resting or -_rate(*each[1:], v) > ROUNDING * most > 0.0]
             found = min(_meetings(moving, x, v, flight, left), default=None, key=lambda each: each[0])

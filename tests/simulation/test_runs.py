@@ -60,9 +60,8 @@ def test_exponential_sum_equals_the_direct_sum(
     if scheme == "grunwald":
         by_hand = walk_as_printed(problem, step, 10_000, **taken)
     else:
-        by_hand = walk(
-            problem, step, 10_000, flight=1.0 if position is None else 0.0, **taken
-        )  # straight at a lossy wall
+        straight = position == 0.0  # a lossy wall that the spring does not press on
+        by_hand = walk(problem, step, 10_000, flight=0.0 if straight else 1.0, **taken)
     far = np.abs(found[:, 0] - by_hand.x[:, 0]) > 1e-9 * np.abs(by_hand.x).max()
     until = int(far.argmax()) if far.any() else far.size
     if position is None:
@@ -502,3 +501,23 @@ def test_a_start_that_is_remembered_is_told() -> None:
     assert not told(small, paths=1500)
     assert not told(oscillator(0.8, 1.0), paths=1500, start="rest")
     assert not told(oscillator(0.2, 1.0, position=None), paths=1500, start="rest")
+
+
+def test_what_a_springpot_remembers_moves_every_mass_alike() -> None:
+    """The same accelerations, at once and later, whatever the kernel's unit of mass is."""
+    ends = [
+        simulate(
+            sp.System(sp.Mass(mass), sp.Spring(mass), sp.Springpot(0.5, 0.5 * mass)), derivative="riemann-liouville",
+            initial_position=1.0, paths=1, duration=1.0, step=0.1, record=1, start="rest",
+        ).record[0, :, 0]
+        for mass in (1.0, 1.3, 2.6)
+    ]  # fmt: skip
+    np.testing.assert_allclose(ends, [ends[0]] * 3, rtol=1e-8)
+
+
+@pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
+def test_the_papers_scheme_sums_each_velocity_once_where_nothing_is_random() -> None:
+    free = sp.Oscillator(1.0, sp.Springpot(0.5, 0.3), sp.Barrier(-0.4, 0.7), sp.WhiteNoise(0.0))
+    run = simulate(free, scheme="grunwald", initial_position=1.0, record=1, paths=1, duration=20.0, window=(0.0, 20.0),
+                   step=0.01)  # fmt: skip
+    assert run["v_mean_square"].value == pytest.approx((run.record[0, 1:, 1] ** 2).mean(), rel=1e-12)

@@ -72,7 +72,7 @@ def restitution(K, F, k, speed, where, room):
     for lane in range(WIDTH):
         if room[lane] >= 0.0:
             call_share(kind, (F[b] * f64(room[lane]), beyond(room, WIDTH + lane)))
-    return filled(speed, load(room, WIDTH))
+    return choose(where, filled(speed, load(room, WIDTH)), 0.0)
 
 
 @njit(**INLINE)

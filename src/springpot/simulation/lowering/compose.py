@@ -284,7 +284,7 @@ class Parts:
                 len(self.points) + len(self.others), settings.record_every, record.shape[1], stop, rows,
             )  # fmt: skip
             if self.others.size:
-                record[:, :, len(self.points) :] = self.others @ record[:, :, : len(self.points)]
+                record[:, 1:, len(self.points) :] = self.others @ record[:, 1:, : len(self.points)]
 
         return run
 
@@ -414,7 +414,8 @@ def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
         *(Worked(each.law.name, each.law.does, each.mass) for each in dampers),
         *(Worked(each.name, "expected") for each in shaken),
     )
-    rests = [float(name in plan.motion.rested_on and not touched) for name in walls]
+    follows = settings.numerical_scheme.family != "grunwald" and not touched
+    rests = [float(follows and name in plan.motion.rested_on) for name in walls]
     rules = [_restitution(wall, name, units.speed) for name, wall in walls.items()]
     random = bool(len(noises) or shaken) or any(each.law.drawn()[0] > 0.0 for each in given)
     kind = np.dtype(_precision(settings, random))
@@ -561,7 +562,8 @@ def _tables(
         "step": step, "rounding": 4.0 * float(np.finfo(kind).eps), "row": row, "noise": noise,
         "source_row": source_row, "wave": waves, "smooth": [float(each.is_smooth) for each in given],
         "constant": step * constant, "pushed": step * constant if frame.centre == 0.0 else 0.0 * constant,
-        "early": sum(early for _, early in begun) * np.ones(many), "spring": springs, "kick": kicks,
+        "early": np.full(many, sum(early / m for (_, early), m in zip(begun, frame.reduced, strict=True))),
+        "spring": springs, "kick": kicks,
         "damping": 2.0 * frame.answers, "answer": frame.answers, "near": memories.near, "solve": frame.solve,
         "side": [wall.inwards for wall in walls.values()],
         "place": [wall.position + near * wall.inwards for wall in walls.values()],
