@@ -359,17 +359,18 @@ def turned(problem: sp.Oscillator, **given: Any) -> tuple[Any, dict[str, float]]
     return ensemble.record, dict(zip(simulation.parts.columns, ensemble.rows.mean(axis=0), strict=True))
 
 
-@pytest.mark.parametrize("tolerance", [DOUBLE, validation(1e-6)])
-def test_without_springpot_and_noise_energy_is_kept_and_lost_at_impacts_only(tolerance: float) -> None:
+@pytest.mark.parametrize(("tolerance", "rounding"), [(DOUBLE, 1e-10), validation(1e-6, 1e-5)])
+def test_without_springpot_and_noise_energy_is_kept_and_lost_at_impacts_only(tolerance: float, rounding: float) -> None:
+    """In double precision and, where a tolerance of the memory allows it, in single precision."""
     record, sums = turned(
         oscillator(0.5, 0.0, 1.0, NEARLY_NONE, -0.5, 0.7), paths=1, duration=20.0, step=0.01, window=(0.0, 20.0),
         initial_position=2.0, record=1, memory_tolerance=tolerance,
     )  # fmt: skip
     above = 0.5 * (record[0] ** 2).sum(axis=1) - 0.5 * 0.5**2
     impacts = np.rint(np.log(above / above[0]) / math.log(0.49))
-    assert above == pytest.approx(above[0] * 0.49**impacts, rel=1e-10)
+    assert above == pytest.approx(above[0] * 0.49**impacts, rel=rounding)
     assert impacts[-1] == sums["barrier impacts"] == 5
-    assert sums["barrier loss"] + sums["energy_last"] == pytest.approx(sums["energy_first"], abs=1e-11)
+    assert sums["barrier loss"] + sums["energy_last"] == pytest.approx(sums["energy_first"], abs=0.1 * rounding)
 
 
 def test_impact_times_of_a_free_flight_are_exact() -> None:
