@@ -13,7 +13,7 @@ from numba import njit
 from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep, open_branches
 from springpot.simulation.kernel.calling import fixed
 from springpot.simulation.kernel.circles import begin_turning, is_near, turn_with_impacts
-from springpot.simulation.kernel.contacts import drift_through_contacts, is_touched
+from springpot.simulation.kernel.contacts import NUMBERS_OF_CONTACT, drift_through_contacts, is_touched
 from springpot.simulation.kernel.excitations import MOST_SOURCES, supply_sources, wake_sources
 from springpot.simulation.kernel.feeling import MOST_FELT, feel, record_felt
 from springpot.simulation.kernel.lanes import (
@@ -160,7 +160,7 @@ def energy_of(K, D, x, v):
             power *= u
             energy += D[K[SPRING] + 10 * e + k] * power / ((k + 1.0) * step)
         for c in range(K[CONTACTS]):
-            b = K[CONTACT] + 6 * c
+            b = K[CONTACT] + NUMBERS_OF_CONTACT * c
             depth = D[b + 1] * (D[b] - u)
             if K[K[CONTACT_AT] + c] == e and depth > 0.0:
                 energy += D[b + 2] * depth ** (D[b + 3] + 1.0) / (D[b + 3] + 1.0)

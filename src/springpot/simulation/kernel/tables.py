@@ -92,7 +92,7 @@ NUMBERS = (
     "modes",  # (8 numbers of each mode) four powers, four weights
     "turns_of_modes",  # (20 of each)
 )  # fmt: skip
-SUMS = (
+SUMS = (  # "soft" is of contacts together: time in touch, and the largest depth
     "x", "xx", "vv", "u", "uu", "ww", "power", "works", "force", "virial", "hits", "soft", "taps", "energy", "x_end",
     "v_end", "limits", "early_xx", "early_vv",
 )  # fmt: skip
@@ -108,7 +108,6 @@ _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" 
  CONTACT, CONTACT_JUMP, CONTACT_ALONG, SHAKING, TURN, MODE, TURN_OF_MODES) = range(len(_WHERE))  # fmt: skip
 (X, XX, VV, U, UU, WW, POWER, WORKS, FORCE, VIRIAL, HITS, SOFT, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS,
  EARLY_XX, EARLY_VV) = range(len(SUMS))  # fmt: skip
-# of contacts together: time in touch, and the largest depth
 OF_A_WALL = 5  # sums of a wall or contact: impacts, speeds, their squares, energy taken, momentum
 OF_A_SOURCE = 8
 
