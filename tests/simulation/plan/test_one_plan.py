@@ -140,3 +140,16 @@ def test_noise_that_multiplies_x_makes_slow_impacts_where_the_wall_is() -> None:
     assert motion_of(shaken).completed[""].intensity == pytest.approx(0.4 * 0.25)
     elastic = sp.System(sp.Spring(1.0), sp.Dashpot(0.6), sp.ParametricNoise(0.4), sp.Barrier(-0.5))
     assert motion_of(elastic).completed == {}
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_a_mean_square_that_is_0_but_for_its_error_is_no_speed(many: bool) -> None:
+    """A pile at rest has v = 0, and what paired runs make of it lies below 0 as often as above it."""
+    parts = sp.Spring(4.0), sp.Dashpot(0.1), sp.Constant(-9.0), sp.Barrier(-1.0, 0.5)
+    motion = motion_of(with_another(*parts) if many else sp.System(*parts))
+    (name,) = motion.touched
+    values = {f"{own}{which}": -1.0 if which == "_mean" else 1.0
+              for own in motion.displacements for which in ("_mean", "_mean_square")}  # fmt: skip
+    at_rest = {f"{own[:-1]}v_mean_square": -1e-6 for own in motion.displacements}
+    before = motion.motions_before_walls(values | at_rest)[name]
+    assert before.speed == 0.0

@@ -822,10 +822,10 @@ class Motion:
 
     def _speed_of(self, name: str, row: Floats, values: Mapping[str, float]) -> float:
         """Of a displacement; of an elongation, whose speed is no result, as if its ends moved independently."""
-        ends = zip(self.system.coordinates.names, row, strict=True)
         if name in self._points:
-            return math.sqrt(values.get(f"{name[:-1]}v_mean_square", 0.0))
-        return math.hypot(*(share * math.sqrt(values.get(f"{end}_v_mean_square", 0.0)) for end, share in ends))
+            return _root_of(values, f"{name[:-1]}v_mean_square")
+        ends = zip(self.system.coordinates.names, row, strict=True)
+        return math.hypot(*(share * _root_of(values, f"{end}_v_mean_square") for end, share in ends))
 
     @cached_property
     def not_stationary(self) -> str:
@@ -889,3 +889,8 @@ def _farthest(direction: Floats, closing: Floats) -> Floats:
 
     found = optimize.linprog(-direction, closing, np.zeros(len(closing)), bounds=(-1.0, 1.0)).x
     return np.zeros(direction.size) if found is None else np.asarray(found)
+
+
+def _root_of(values: Mapping[str, float], name: str) -> float:
+    """Of a mean square; of one near 0 the estimate of paired runs can be below it."""
+    return math.sqrt(max(values.get(name, 0.0), 0.0))
