@@ -50,7 +50,7 @@ from springpot.simulation.kernel.motion import (
     work,
 )
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
-from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, hold
+from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, elongation, hold
 from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_from_speeds, take_off
 from springpot.simulation.kernel.tables import (
     BLOCKS,
@@ -153,9 +153,7 @@ def energy_of(K, D, x, v):
             momentum += D[K[MASS] + i * n + k] * v[k]
         energy += 0.5 * momentum * v[i] - D[K[CONSTANT] + i] * x[i] / step
     for e in range(K[ROWS]):
-        u, power = 0.0, 1.0
-        for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
-            u += D[K[ROW] + p] * x[K[K[ROW_AT] + p]]
+        u, power = elongation(K, D, e, x), 1.0
         for k in range(10):
             power *= u
             energy += D[K[SPRING] + 10 * e + k] * power / ((k + 1.0) * step)

@@ -70,12 +70,18 @@ def flag(K, wall, lane):
 
 
 @njit(**INLINE)
-def row_of(K, D, k, array):
-    """The elongation of a wall, or its rate."""
-    total, e = 0.0, K[K[WALL_AT] + k]
+def elongation(K, D, e, array):
+    """An elongation of the coordinates of one lane, or its rate of their velocities."""
+    total = 0.0
     for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
         total += D[K[ROW] + p] * array[K[K[ROW_AT] + p]]
     return total
+
+
+@njit(**INLINE)
+def row_of(K, D, k, array):
+    """The elongation of a wall, or its rate."""
+    return elongation(K, D, K[K[WALL_AT] + k], array)
 
 
 @njit(**INLINE)
@@ -314,9 +320,7 @@ def _given_along(K, D, x, v, struck):
         along, b = D[K[ALONG] + struck * K[ROWS] + e], K[SPRING] + 10 * e
         if K[K[SPRING_KIND] + e] == NO_SPRING or along == 0.0:
             continue
-        u, force = 0.0, 0.0
-        for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
-            u += D[K[ROW] + p] * x[K[K[ROW_AT] + p]]
+        u, force = elongation(K, D, e, x), 0.0
         for power in range(10):
             force = force * u + D[b + 9 - power]
         given -= force * along
