@@ -70,15 +70,14 @@ def _balances(simulation: Simulation, column: dict[str, Floats]) -> tuple[Floats
     frequency = _frequency(simulation)
     turn = frequency * step
     jumps = [(place, jump / (steps * step)) for place, jump in _jumps(simulation, column)]
-    none, origin, mass = np.zeros(column["force"].size), simulation.motion.origin, simulation.parts.mass
+    none, mass = np.zeros(column["force"].size), simulation.parts.mass
     pushed = sum((jump for _, jump in jumps), none)
     turned = sum((place * jump for place, jump in jumps), none)
     x, xx, vv = (column[f"{name} of {simulation.parts.points[0]}"] / steps for name in ("x", "x^2", "v^2"))
-    x, xx = x - origin, xx - origin * (2.0 * x - origin)
     force, virial = column["force"] / steps / mass, column["virial"] / steps / mass
     mean = x * _sinc(0.5 * turn) + step**2 / 24.0 * pushed
     both = (vv - frequency**2 * xx) * _sinc(turn) - turn**2 / 6.0 * turned
-    return pushed - frequency**2 * mean - force, both + turned - (virial - origin * force)
+    return pushed - frequency**2 * mean - force, both + turned - virial
 
 
 def _jumps(simulation: Simulation, column: dict[str, Floats]) -> list[tuple[float, Floats]]:

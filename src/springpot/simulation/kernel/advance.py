@@ -72,6 +72,7 @@ from springpot.simulation.kernel.tables import (
     MODES,
     NOISES,
     OF_A_WALL,
+    ORIGIN,
     PAPER,
     POINTS,
     POWER,
@@ -195,12 +196,13 @@ def _see(K, T, o):
 @njit(**INLINE)
 def _show(K, D, T, j, x, v, o):
     """Write what observers see of step j: x and v of the coordinates, then the elongations and their rates."""
-    n = K[POINTS]
+    n, origin = K[POINTS], D[K[ORIGIN]]
     for i in range(n):
-        store(x, (GROUP * i + j) * LANES + o, load(T.now_x, i * LANES + o) + load(T.seen, i * LANES + o))
+        seen = load(T.now_x, i * LANES + o) + load(T.seen, i * LANES + o)
+        store(x, (GROUP * i + j) * LANES + o, seen + origin)
         store(v, (GROUP * i + j) * LANES + o, load(T.seen_v, i * LANES + o))
     for e in range(K[ROWS]):
-        store(x, (GROUP * (n + e) + j) * LANES + o, load(T.seen_u, e * LANES + o))
+        store(x, (GROUP * (n + e) + j) * LANES + o, double(load(T.seen_u, e * LANES + o)) + origin)
         store(v, (GROUP * (n + e) + j) * LANES + o, stretch(K, D, e, T.seen_v, o))
 
 
@@ -212,7 +214,7 @@ def _mark(K, D, T, x, v, step, low, high, o):
         for i in range(n):
             x[i] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane])
             v[i] = T.seen_v[i * LANES + lane]
-            T.sums[sum_of(K, X_END, i) + lane], T.sums[sum_of(K, V_END, i) + lane] = x[i], v[i]
+            T.sums[sum_of(K, X_END, i) + lane], T.sums[sum_of(K, V_END, i) + lane] = x[i] + D[K[ORIGIN]], v[i]
         energy = energy_of(K, D, x, v)
         if step == low - 1:
             T.sums[sum_of(K, ENERGY, 0) + lane] = energy
@@ -270,12 +272,12 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
 
 
 @njit(**INLINE)
-def _record(K, T, record, recorded, width, points, place, o):
+def _record(K, D, T, record, recorded, width, points, place, o):
     """Write x and v of recorded paths."""
     for lane in range(o, min(o + WIDTH, recorded)):
         for i in range(K[POINTS]):
             at = ((lane * points + place) * width + i) * 2
-            record[at] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane])
+            record[at] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane]) + D[K[ORIGIN]]
             record[at + 1] = T.seen_v[i * LANES + lane]
 
 
@@ -386,7 +388,7 @@ def advance(
                     if step == low - 1 or step == high - 1 or step == steps - 1:
                         _mark(K, D, T, x, v, step, low, high, o)
                     if recorded > 0 and step < steps and (step + 1) % every == 0:
-                        _record(K, T, record, recorded, width, points_in_time, (step + 1) // every, o)
+                        _record(K, D, T, record, recorded, width, points_in_time, (step + 1) // every, o)
                 for i in range(n):
                     add(T.now_x, i * LANES + o, double(load(T.moved, i * LANES + o)))
                     add(T.now_v, i * LANES + o, double(load(T.gained, i * LANES + o)))

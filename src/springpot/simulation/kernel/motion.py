@@ -29,6 +29,7 @@ from springpot.simulation.kernel.laws import (
 from springpot.simulation.kernel.tables import (
     ANSWER,
     AT,
+    CONSTANT,
     DAMPER,
     DAMPER_ALONG,
     DAMPER_AT,
@@ -51,7 +52,6 @@ from springpot.simulation.kernel.tables import (
     PAPER,
     POINTS,
     POWER,
-    PUSHED,
     RESTING,
     ROW,
     ROW_AT,
@@ -187,7 +187,7 @@ def springs(F, kind, b, u):
 def gather(K, F, T, j, o):
     """The impulses of constant forces, noise and other excitation on the coordinates in step j of the group."""
     for i in range(K[POINTS]):
-        store(T.impulse, i * LANES + o, F[K[PUSHED] + i])
+        store(T.impulse, i * LANES + o, F[K[CONSTANT] + i])
     for r in range(K[NOISES]):
         normal = load(T.g, (GROUP * r + j) * LANES + o)
         for p in range(K[K[NOISE_BEGIN] + r], K[K[NOISE_BEGIN] + r + 1]):

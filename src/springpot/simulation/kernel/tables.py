@@ -65,7 +65,7 @@ NUMBERS = (
     "wave",  # (2 sources) see `springpot.simulation.kernel.excitations`
     "smooth",  # of each source: 1 of a force that changes little within a step, otherwise 0
     "constant",  # impulse of constant forces on each coordinate in a step
-    "pushed",  # the same without what the drift has
+    "origin",  # the place in the user's displacements from which a lone coordinate is measured
     "early",  # displacement of each coordinate at the first kick by what springpots remember of the start
     "spring",  # (10 rows) coefficients of the springs, times the step
     "kick",  # the same without what the drift has
@@ -103,7 +103,7 @@ _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" 
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
- STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, PUSHED, EARLY, SPRING, KICK, DAMPING, ANSWER, NEAR,
+ STEP, ROUNDING, ROW, NOISE, SOURCE_ROW, WAVE, SMOOTH, CONSTANT, ORIGIN, EARLY, SPRING, KICK, DAMPING, ANSWER, NEAR,
  SOLVE, SIDE, PLACE, RESTITUTION, JUMP, ALONG, REDUCED, RESTS, LEAN, HEAVY, MASS, DAMPER, DAMPER_JUMP, DAMPER_ALONG,
  CONTACT, CONTACT_JUMP, CONTACT_ALONG, SHAKING, TURN, MODE, TURN_OF_MODES) = range(len(_WHERE))  # fmt: skip
 (X, XX, VV, U, UU, WW, POWER, WORKS, FORCE, VIRIAL, HITS, SOFT, TAPPED_SQUARES, ENERGY, X_END, V_END, LIMITS,

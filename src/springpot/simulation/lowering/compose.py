@@ -115,8 +115,8 @@ class Parts:
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     frequency : float
         That of the linear spring of a lone coordinate, in the kernel's units; otherwise 1.
-    centre : float
-        Of the circle on which it turns; 0 where it does not.
+    place : float
+        From which the kernel measures, in its units: `Motion.origin`.
     mass : float
         By which a motion's energies are counted per unit: that of a lone coordinate, otherwise 1.
     wall_position : float
@@ -149,7 +149,7 @@ class Parts:
     others: Floats
     law: Any = None
     frequency: float = 1.0
-    centre: float = 0.0
+    place: float = 0.0
     mass: float = 1.0
     wall_position: float = 0.0
     walls: tuple[str, ...] = ()
@@ -221,7 +221,7 @@ class Parts:
 
     def start_of_record(self, states: Floats) -> Floats:
         """x and v at time 0 as the record has them."""
-        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2)
+        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2) + [self.place, 0.0]
         whole = np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
         return whole.reshape(-1, *self.shape_of_state)
 
@@ -267,7 +267,8 @@ class Parts:
             generator = np.random.Generator(np.random.Philox(key=settings.seed, counter=[0, 0, stream, block]))
             drawn.append(np.hstack(self.law.drawn(generator, LANES)))
         size = len(self.points)
-        return np.asarray(np.concatenate(drawn) / np.repeat([self.units.length, self.units.speed], size))
+        usual, away = np.repeat([self.units.length, self.units.speed], size), np.repeat([self.place, 0.0], size)
+        return np.asarray(np.concatenate(drawn) / usual - away)
 
     def kernel(self) -> Callable[..., None]:
         """The kernel, with all arguments that are the same for all blocks."""
@@ -295,7 +296,8 @@ class _Frame:
 
     Attributes
     ----------
-    at : Coordinates
+    system : System
+        As seen from the place from which the kernel measures.
     units : Units
     unit_mass, step : float
         The kernel's unit in kg, and the step in its units.
@@ -312,13 +314,15 @@ class _Frame:
         Of velocities, per unit of each row's own.
     solve : ndarray, shape (coordinates, coordinates)
         Changes of velocities per impulse on the masses, with those answers.
-    flight, centre : float
-        Frequency and centre of the circle on which a lone coordinate turns; 0 of a straight drift.
+    flight : float
+        Frequency of the circle on which a lone coordinate turns; 0 of a straight drift.
+    place : float
+        From which the kernel measures; 0 of several coordinates.
     frequency : float
         That of the flight of a lone coordinate, were it to turn; otherwise 1.
     """
 
-    at: Coordinates
+    system: System
     units: Units
     unit_mass: float
     step: float
@@ -330,8 +334,13 @@ class _Frame:
     jumps: Floats
     solve: Floats
     flight: float
-    centre: float
+    place: float
     frequency: float
+
+    @property
+    def at(self) -> Coordinates:
+        """The coordinates of that system."""
+        return self.system.coordinates
 
     @property
     def half_drift(self) -> tuple[float, float, float]:
@@ -352,7 +361,8 @@ class _Frame:
 
 
 def _frame(plan: Plan, exact: bool) -> _Frame:
-    at, parts, (units, unit_mass) = plan.system.coordinates, dict(plan.system.named()), _units(plan)
+    system, (units, unit_mass) = plan.motion.centred, _units(plan)
+    at, parts = system.coordinates, dict(system.named())
     step = plan.settings.step / units.time
     found: dict[tuple[float, ...], dict[str, Lowered]] = {row: {} for row in at.numbers}
     for name, row in at.elongations.items():
@@ -366,8 +376,8 @@ def _frame(plan: Plan, exact: bool) -> _Frame:
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
     flight = _flight(plan, exact) * units.time
     return _Frame(
-        at, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
-        flight, plan.motion.origin / units.length if flight else 0.0,
+        system, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
+        flight, plan.motion.origin / units.length,
         plan.motion.scales.flight_frequency * units.time if at.lone else 1.0,
     )  # fmt: skip
 
@@ -434,7 +444,7 @@ def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
     whole = Parts(
         tables=tables,
         kept=(*(each.law.function for each in dampers), *rules),
-        start=np.concatenate([x0 / units.length, v0 / units.speed])[None, :],
+        start=np.concatenate([x0 / units.length - frame.place, v0 / units.speed])[None, :],
         half_drift=frame.half_drift,
         units=units,
         unit_mass=frame.unit_mass,
@@ -454,9 +464,9 @@ def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
         others=at.rows[many:],
         gauged=tuple(f"row {n}" for n in range(tables.count("gauged"))),
         frequency=frame.frequency,
-        centre=frame.centre,
+        place=frame.place,
         mass=float(at.mass[0, 0]) if at.lone else 1.0,
-        wall_position=next(iter(walls.values())).position if at.lone and len(walls) == 1 else 0.0,
+        wall_position=next(iter(walls.values())).position + frame.place if at.lone and len(walls) == 1 else 0.0,
         walls=names,
         contacts=tuple(name for _, name, _ in touched),
     )  # fmt: skip
@@ -474,7 +484,7 @@ def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
         for each in given if each.course.size and each.brought > 0.0
     ]  # fmt: skip
     felt = lowered_felt(
-        plan, frame.parts, frame.rows, lack, frame.unit_mass / units.time**2, units.length, frame.step,
+        plan, frame.parts, frame.rows, frame.place, lack, frame.unit_mass / units.time**2, units.length, frame.step,
         {each.named.name: n for n, each in enumerate(given) if each.named.does == "feeds"},
         {each.law.name: (each.place, each.law.impulses[0]) for each in dampers if each.law.states}, modulated,
     )  # fmt: skip
@@ -561,7 +571,7 @@ def _tables(
     numbers = {
         "step": step, "rounding": 4.0 * float(np.finfo(kind).eps), "row": row, "noise": noise,
         "source_row": source_row, "wave": waves, "smooth": [float(each.is_smooth) for each in given],
-        "constant": step * constant, "pushed": step * constant if frame.centre == 0.0 else 0.0 * constant,
+        "constant": step * constant, "origin": [frame.place],
         "early": np.full(many, sum(early / m for (_, early), m in zip(begun, frame.reduced, strict=True))),
         "spring": springs, "kick": kicks,
         "damping": 2.0 * frame.answers, "answer": frame.answers, "near": memories.near, "solve": frame.solve,
@@ -587,7 +597,7 @@ def _turn(frame: _Frame, kind: np.dtype[Any]) -> Floats:
     for phase in (0.5 * w * frame.step, w * frame.step):
         exact = -2.0 * math.sin(0.5 * phase) ** 2, math.sin(phase) / w, math.sin(phase) * w
         numbers += exact if kind == np.float64 else turned_in_single(*exact)
-    return np.array([*numbers, w, frame.centre])
+    return np.array([*numbers, w, 0.0])
 
 
 def _drives(total: Lowered, x0: float, step: float, settings: Settings) -> tuple[Floats, float]:
@@ -693,9 +703,9 @@ def _check_sizes(tables: Tables) -> None:
 
 def _units(plan: Plan) -> tuple[Units, float]:
     """Powers of two near the largest length, the shortest time and the usual mass of the motion."""
-    scales, (x0, v0) = plan.motion.scales, start_of(plan)
-    walls = [abs(wall.position) for wall in plan.system.of(Barrier)]
-    longest = max(scales.length, *np.abs(x0), *(np.abs(v0) / scales.fastest_rate), *walls)
+    motion, scales, (x0, v0) = plan.motion, plan.motion.scales, start_of(plan)
+    walls = [abs(wall.position) for wall in motion.centred.of(Barrier)]
+    longest = max(scales.length, *np.abs(x0 - motion.origin), *(np.abs(v0) / scales.fastest_rate), *walls)
     masses = np.diag(plan.system.coordinates.mass)
     return Units.near(longest, scales.fastest_rate), 2.0 ** round(float(np.log2(masses).mean()))
 
@@ -827,9 +837,9 @@ class _Given:
 
 def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, list[_Given], Floats]:
     """Rows of white noise with the roots of the intensities; sources of other noise; and the constant force."""
-    many, unit_mass, step, parts = len(frame.at.names), frame.unit_mass, frame.step, dict(plan.system.named())
+    many, unit_mass, step, parts = len(frame.at.names), frame.unit_mass, frame.step, dict(frame.system.named())
     white, given, constant = [], list[tuple[sources.Named, Floats, float | None]](), np.zeros(many)
-    for name, row in plan.system.coordinates.forces.items():
+    for name, row in frame.at.forces.items():
         part = parts[name]
         row = -row / unit_mass if part.of_ground else row  # the sign is in what is lowered
         own = part.per_mass(1.0 if part.of_ground else unit_mass)
@@ -916,16 +926,18 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
     everywhere = zip(at.beginnings, at.points, at.rows.tolist(), lacking, strict=True)
     for i, (called, point, own, lack) in enumerate(everywhere):
         letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
-        yield Reading(f"{called}x_mean", {f"{letters[0]} of {of}": 1.0})
-        yield Reading(f"{called}x_mean_square", {f"{letters[0]}^2 of {of}": 1.0})
+        away = plan.motion.origin  # from where the kernel measures x
+        squares = {f"{letters[0]}^2 of {of}": 1.0, f"{letters[0]} of {of}": 2.0 * away}
+        yield Reading(f"{called}x_mean", {f"{letters[0]} of {of}": 1.0}, added=away)
+        yield Reading(f"{called}x_mean_square", squares, added=away**2)
         above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
         if parts.sees_v:
             above, lack = {f"v^2 of {of}": 1.0}, 0.0
         yield Reading(f"{called}v_mean_square", above, added=float(lack))
         if at.lone and system.stiffness > 0.0:
             share = system.natural_frequency**-2
-            whole = {f"x^2 of {of}": 1.0, **{column: share * factor for column, factor in above.items()}}
-            yield Reading("amplitude_mean_square", whole, added=share * float(lack))
+            whole = {**squares, **{column: share * factor for column, factor in above.items()}}
+            yield Reading("amplitude_mean_square", whole, added=away**2 + share * float(lack))
     for pair, own_row in at.pairs.items():
         row = gauged[tuple(own_row.tolist())]
         yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
@@ -948,7 +960,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading("harvested_power", loads, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
-    yield from _of_a_lone_mass(system, parts)
+    yield from _of_a_lone_mass(system, parts, plan.motion.origin)
     for called, shares in at.beginnings.items():
         x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
         yield Reading(f"{called}x_mean_end", x, "one")
@@ -956,7 +968,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         yield Reading(f"{called}v_mean_square_end", v, "one", power=2)
 
 
-def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
+def _of_a_lone_mass(system: System, parts: Parts, away: float) -> Iterator[Reading]:
     """The results that only a lone mass has: its amplitude, the impacts on all stops, the force of its dampers."""
     if not parts.tables.count("forced"):
         return
@@ -971,7 +983,7 @@ def _of_a_lone_mass(system: System, parts: Parts) -> Iterator[Reading]:
         yield Reading("impact_speed_mean_square", dict.fromkeys(squares, 1.0), impacts)
     if has_damping(system):
         yield Reading("damping_force_mean", {"force": 1.0})
-        yield Reading("damping_virial", {"virial": 1.0})
+        yield Reading("damping_virial", {"virial": 1.0, "force": away})
     if parts.contacts:
         yield Reading("contact_share", {"contacts' time": 1.0}, "time")
         yield Reading("contact_penetration", {"contacts' depth": 1.0}, "one")

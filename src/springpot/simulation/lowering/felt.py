@@ -73,8 +73,8 @@ def roughness_in_steps(plan: Plan, felt: FeltInKernel, seen: Seen) -> Floats:
 
 
 def lowered_felt(
-    plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, jumps: Floats, unit: float, length: float,
-    step: float, sources: Mapping[str, int], yielding: Mapping[str, tuple[int, float]],
+    plan: Plan, rows: Sequence[Mapping[str, Lowered]], g: Floats, place: float, jumps: Floats, unit: float,
+    length: float, step: float, sources: Mapping[str, int], yielding: Mapping[str, tuple[int, float]],
     modulated: Sequence[tuple[Floats, Floats]] = (),
 ) -> FeltInKernel:  # fmt: skip
     """The terms of each force or acceleration.
@@ -85,6 +85,8 @@ def lowered_felt(
     rows : sequence of dict
         The parts on each row, by name.
     g : ndarray, shape (rows, coordinates)
+    place : float
+        From which the kernel measures; other than 0 with linear springs alone.
     jumps : ndarray, shape (coordinates, coordinates)
         Covariance of what noise brings to the velocities in a step.
     unit, length : float
@@ -119,6 +121,7 @@ def lowered_felt(
             for n, part in own.items():
                 share = unit * each.shares[n]
                 term[: len(part.springs)] += share * np.array(part.springs)
+                term[0] += share * place * sum(part.springs[1:2])
                 term[10] = share if part.remembers else term[10]
                 term[11] += share * part.dashpots
                 rough += [(order, share * c * g[e]) for order, c in part.springpots]

@@ -219,7 +219,7 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
     put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
     put(_SIGN, up)
     put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
-    put(_CENTRE, 0.0 if kind == "force" else parts.centre)
+    put(_CENTRE, 0.0 if kind == "force" else parts.place)
     put(_LOWEST, sorted(end / units.length for end in (seen.low, seen.high)))
     if kind in ("v", "speed"):
         put(_PUSH, 1.0)
