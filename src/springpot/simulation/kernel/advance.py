@@ -12,7 +12,7 @@ from numba import njit
 
 from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep, open_branches
 from springpot.simulation.kernel.calling import fixed
-from springpot.simulation.kernel.circles import begin_turning, is_near, turn_with_impacts
+from springpot.simulation.kernel.circles import begin_turning, hold_turning, turn_with_impacts
 from springpot.simulation.kernel.contacts import NUMBERS_OF_CONTACT, drift_through_contacts, is_touched
 from springpot.simulation.kernel.excitations import MOST_SOURCES, supply_sources, wake_sources
 from springpot.simulation.kernel.feeling import MOST_FELT, feel, record_felt
@@ -51,7 +51,7 @@ from springpot.simulation.kernel.motion import (
 )
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, elongation, hold
-from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_from_speeds, take_off
+from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_off
 from springpot.simulation.kernel.tables import (
     BLOCKS,
     COLUMNS,
@@ -238,8 +238,11 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
     if K[RESTING] > 0:
         for k in range(K[WALLS]):
             store(T.leant, k * LANES + o, 0.0)
-        hold(K, D, T, x, v, weight, o, WIDTH)
-        if within:
+        if K[TURNS] > 0:
+            hold_turning(K, D, T, weight, o)
+        else:
+            hold(K, D, T, x, v, weight, o, WIDTH)
+        if within and K[TURNS] == 0:
             squares_beside_rest(K, T, o)
     if within:
         work(K, F, T, j, o)
@@ -249,14 +252,14 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
         feel(S, T, which, j, beyond(shown_x, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
     if K[DAMPERS] > 0:
         damp(K, D, F, T, step, yes(), within, o)
-    if K[RESTING] > 0 and K[DAMPERS] > 0:
+    if K[RESTING] > 0 and K[DAMPERS] > 0 and K[TURNS] == 0:
         hold(K, D, T, x, v, weight, o, WIDTH)
         for e in range(K[ROWS]):
             store(T.w, e * LANES + o, stretch(K, F, e, T.v, o))
     if K[TURNS] > 0:
         turn(K, F, T, j, o)
-        if K[WALLS] > 0 and is_near(K, F, T, o):
-            turn_with_impacts(K, F, T, S, j, weight, later, o)
+        if K[WALLS] > 0:
+            turn_with_impacts(K, D, F, T, S, j, x, v, weight, later, o)
     else:
         drift(K, F, T, j, o)
         if K[PAPER] > 0:
@@ -333,13 +336,11 @@ def advance(
                 T.sums[sum_of(K, X_END, i) + lane] = T.sums[sum_of(K, V_END, i) + lane] = np.nan
             energy = energy_of(K, D, x, v)
             T.sums[sum_of(K, ENERGY, 0) + lane] = T.sums[sum_of(K, ENERGY, 1) + lane] = energy
-            if K[TURNS] == 0 and K[PAPER] == 0:
-                begin(K, D, T, S, start, path, x, v, lane, 1.0 if low == 0 < high else 0.0)
-        for o in range(0, LANES if K[TURNS] > 0 else 0, WIDTH):
-            _clear(T, hits + OF_A_WALL * K[WALLS], o)
-            begin_turning(K, F, T, S, 1.0 if low == 0 < high else 0.0, o)
-            take_from_speeds(K, F, T, o)
-            _gather_sums(T, hits + OF_A_WALL * K[WALLS], o)
+            weight = 1.0 if low == 0 < high else 0.0
+            if K[TURNS] > 0:
+                begin_turning(K, D, T, S, x, v, weight, lane)
+            elif K[PAPER] == 0:
+                begin(K, D, T, S, start, path, x, v, lane, weight)
         for i in range(n * LANES):
             T.now_x[i] += D[K[EARLY] + i // LANES]
         for e in range(m):
@@ -392,8 +393,6 @@ def advance(
                 for i in range(n):
                     add(T.now_x, i * LANES + o, double(load(T.moved, i * LANES + o)))
                     add(T.now_v, i * LANES + o, double(load(T.gained, i * LANES + o)))
-                if K[TURNS] > 0 and kept_terms > 0:
-                    take_from_speeds(K, F, T, o)
                 remember(K, F, T, o)
                 _gather_sums(T, kept_terms, o)
                 for k in range(K[TAPS] if low <= t + GROUP - 1 < high else 0):

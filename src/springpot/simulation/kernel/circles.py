@@ -1,9 +1,12 @@
-"""Impacts of a coordinate that turns on a circle of its own: the exact flight of an oscillator, without angles.
+"""Impacts of a lone coordinate that turns on a circle: the exact flight of an oscillator, without angles.
 
-The flight over less than a quarter of a cycle needs only its start and the end that it has without a wall.  Let this
-end at X, V.  The energy, which it keeps, gives the speed H at the wall, and with this the cosine and the sine of the
-phase that is left there; the rebound adds a flight from the wall's place with velocity (1 + r) H.  After an impact both
-the start and the end without a further one are known again, so second and third impacts are found in the same way.
+A drift is known by the place a and the velocity m that it has in its middle.  In t = tan(w time) / w, with the time
+counted from there, it is a straight line: x = (a + m t) cos(w time).  The energy, which it keeps, gives the speed H with
+which it meets a wall at q, and the line gives t = (H a + q m) / (w^2 q a - H m).  A rebound adds the flight from the
+wall with the change of the velocity, again a straight line: so an impact is a change of a and m.
+
+What can come to rest does so by the rules of `springpot.simulation.kernel.rest`; its spring presses in the flight, all
+else in the kick.  Scalar code in double precision, for the few lanes that are near a wall.
 """
 
 from __future__ import annotations
@@ -12,231 +15,237 @@ import math
 
 from numba import njit
 
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, f64
-from springpot.simulation.kernel.motion import TURN_NUMBERS, add, carry, stretch, sum_of
-from springpot.simulation.kernel.striking import FIXED, MOST_EVENTS, count_impacts, count_taken, restitution
+from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, WIDTH, f64, greater, lowest_bit, u64
+from springpot.simulation.kernel.motion import sum_of
+from springpot.simulation.kernel.rest import MOST_POINTS, count_resting, flag, hits_of, lay_down, put_in, restitution_of
 from springpot.simulation.kernel.tables import (
+    HEAVY,
     LIMITS,
     PLACE,
-    POINTS,
-    RESTITUTION,
+    REDUCED,
+    RESTING,
+    RESTS,
     ROUNDING,
-    ROW_AT,
-    ROW_BEGIN,
-    ROWS,
     SIDE,
     STEP,
     TURN,
-    WALL_AT,
-    WALL_KIND,
     WALLS,
 )
-from springpot.simulation.kernel.vectors import (
-    choose,
-    double,
-    filled,
-    larger,
-    like,
-    load,
-    opposite,
-    root,
-    size,
-    some,
-    store,
-)
-from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impact, show_impacts
+from springpot.simulation.kernel.vectors import lanes_of, load, some
+from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impact
 
-TINY = 5e-5  # hops of a chattering sequence, over a half step, from which on the mass stays on the wall until its end
+MOST_EVENTS = 64  # in a drift, after which the mass stays on the wall until its end
+STILL = 1e-7  # of the speed of a turn there: with which a mass on a wall on which the spring presses lies still
+TINY = 5e-5  # hops on a wall on which the spring presses, over a half step, from which on it does so, too
 
 
 @njit(**INLINE)
-def _point(K, k):
-    """The coordinate of a wall."""
-    return K[K[ROW_AT] + K[K[ROW_BEGIN] + K[K[WALL_AT] + k]]]
-
-
-@njit(**INLINE)
-def is_near(K, F, T, o):
-    """Whether a half step may have an impact in some lane: an end is behind the wall, or it dips between both ends.
+def _near(K, F, T, j, o):
+    """Where a drift may have an impact: an end or the middle is behind the wall, or it dips between them.
 
     With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
     most (acceleration at the wall) (half step)^2 / 8.
     """
-    found = load(T.v, o) < load(T.v, o)
+    found, turned, end = load(T.v, o) < load(T.v, o), F[K[TURN] + 6] * F[K[STEP]], load(T.u, o)
     for k in range(K[WALLS]):
-        at, side, b = K[K[WALL_AT] + k] * LANES + o, F[K[SIDE] + k], K[TURN] + TURN_NUMBERS * _point(K, k)
-        place = F[K[PLACE] + k]
-        p, turned = side * (place - F[b + 7]), F[b + 6] * F[K[STEP]]
-        dip = abs(p) * (turned * turned * (1.01 / 32.0) if p < 0.0 else 0.0) + 1e-6 * abs(place)
-        for u in (load(T.u0, at), load(T.seen_u, at), load(T.u, at)):
+        side, place = F[K[SIDE] + k], F[K[PLACE] + k]
+        dip = abs(place) * ((turned * turned * (1.01 / 32.0) if side * place < 0.0 else 0.0) + 1e-6)
+        for u in (end - load(T.d, (2 + j) * LANES + o), load(T.seen_u, o), end):
             found = found | (side * u <= side * place + dip)
-    return some(found)
-
-
-@njit(**INLINE)
-def _may_strike(K, F, k, b, x, v, moved, change):
-    """Where a flight ends behind wall k, or may have turned round behind it, as it can with a gap."""
-    side = F[K[SIDE] + k]
-    p, found = side * (F[K[PLACE] + k] - F[b + 7]), side * (x + moved) < side * (F[K[PLACE] + k] - F[b + 7])
-    if p < 0.0:
-        found = found | ((side * v < 0.0) & (side * (v + change) > 0.0))
     return found
 
 
 @njit(**INLINE)
-def _flight(K, F, T, k, b, x, v, moved, change, where):
-    """Of a flight with the changes ``moved`` and ``change`` without a wall: those with wall k, and where it is struck.
-
-    x is measured from the centre of the circle.  Returns the speed and the restitution of the impact, too.
-    """
-    frequency, side = F[b + 6], F[K[SIDE] + k]
-    p, start, leaving = side * (F[K[PLACE] + k] - F[b + 7]), side * x, side * v
-    x1, v1 = start + side * moved, leaving + side * change
-    square = frequency * frequency
-    total = leaving * leaving + square * (start * start)
-    at_wall = leaving * leaving + square * ((start - p) * (start + p))
-    struck = where & (at_wall > 0.0)
-    speed = root(larger(at_wall, 0.0))
-    r = restitution(K, F, k, speed, struck, T.own)
-    share = (1.0 + r) * speed / total
-    x2 = x1 - share * (speed * x1 + p * v1)
-    v2 = v1 + share * (square * p * x1 - speed * v1)
-    return side * (x2 - start), side * (v2 - leaving), struck, speed, r
+def _given(K, D, T, lane, side):
+    """The acceleration away from a wall that the last kick has given, spread over its step."""
+    return side * f64(T.fx[lane]) / D[K[STEP]] if K[RESTING] > 0 else 0.0
 
 
 @njit(**INLINE)
-def _count_limit(K, T, where, o):
-    add(T.sums, sum_of(K, LIMITS, 0) + o, choose(where, filled(double(load(T.v, o)), 1.0), 0.0))
+def _time(D, b, t):
+    """The time after the middle, of the t of a line."""
+    return math.atan(D[b + 6] * t) / D[b + 6]
+
+
+@njit(**INLINE)
+def _bear(K, D, T, k, since, before, after, lane):
+    """The wall takes the force of the spring on a mass that stays there from a time on until the end of the drift."""
+    half, along = 0.5 * D[K[STEP]], D[K[SIDE] + k] * D[K[PLACE] + k] * D[K[TURN] + 6] ** 2
+    lasts = before * greater(-since, 0.0) + after * (half - greater(since, 0.0))
+    T.sums[hits_of(K, k, 4, lane)] += D[K[REDUCED] + k] * along * lasts
+
+
+@njit(**INLINE)
+def _count(K, D, T, k, weight, speed, r, change, lane):
+    """Add impacts to the sums of a wall: as many as their weight."""
+    mass = weight * D[K[REDUCED] + k]
+    T.sums[hits_of(K, k, 0, lane)] += weight
+    T.sums[hits_of(K, k, 1, lane)] += weight * speed
+    T.sums[hits_of(K, k, 2, lane)] += weight * speed * speed
+    T.sums[hits_of(K, k, 3, lane)] += 0.5 * mass * (1.0 - r * r) * speed * speed
+    T.sums[hits_of(K, k, 4, lane)] += mass * change
+
+
+@njit(**INLINE)
+def _count_hops(K, D, T, S, k, speed, since, before, after, lane):
+    """Elastic hops that are left on a wall on which the spring presses: all alike, they are counted in one go."""
+    frequency, place = D[K[TURN] + 6], abs(D[K[PLACE] + k])
+    hop = 2.0 * math.atan2(speed, frequency * place) / frequency
+    until_middle = math.floor(greater(-since, 0.0) / hop) if hop > 0.0 else 0.0
+    until_end = math.floor((0.5 * D[K[STEP]] - since) / hop) if hop > 0.0 else 0.0
+    hops = before * until_middle + after * (until_end - until_middle)
+    if hops > 0.0:
+        _count(K, D, T, k, hops, speed, 1.0, 2.0 * speed, lane)
+        if S[ON_IMPACTS_COUNT] > 0:
+            show_impact(S, k, speed, lane, hops)
+
+
+@njit(**INLINE)
+def _held(K, D, T, x, v, lane):
+    """The wall on which a mass rests or lies still at the beginning of a drift; -1 of none."""
+    b, found = K[TURN], -1
+    for k in range(K[WALLS]):
+        side, place = D[K[SIDE] + k], D[K[PLACE] + k]
+        pressed = side * place > 0.0
+        if K[RESTING] > 0 and T.state[flag(K, k, lane)] > 0.0:
+            if pressed or D[b + 6] ** 2 * side * place > _given(K, D, T, lane, side):
+                found = k
+            else:
+                T.state[flag(K, k, lane)] = 0.0
+                count_resting(K, T.state, lane)
+        elif pressed:
+            rounded = 2.0 * D[K[ROUNDING]] * abs(place)
+            found = k if side * (x - place) <= rounded and abs(v) <= STILL * D[b + 6] * abs(place) else found
+    return found
 
 
 @njit(**LINKED)
-def _count_hops(K, F, T, S, k, place, frequency, speed, x, v, where, weight, o):
-    """Elastic hops that are left on a wall against which the spring presses: all alike, they are counted in one go.
+def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
+    """A drift, or what is left of it after ``last``, with all its impacts.
 
-    The mass leaves the wall at ``place`` with ``speed``; x and v are where it would be at the end without the wall.
+    It has a and m in its middle, and ``velocity`` now; ``held`` is the wall on which the mass is, or -1.  Returns where
+    it is in the middle and at the end, the velocities there, and how many impacts there were.
     """
-    turned = (speed * x - place * v) / frequency  # by this angle about the centre, sine and cosine of which are these
-    store(T.own, 0, choose(where, double(turned), -1.0))
-    store(T.own, WIDTH, double(place * x + speed * v / (frequency * frequency)))
-    store(T.own, 2 * WIDTH, double(speed))
-    for lane in range(WIDTH):
-        left, fast, hops = f64(T.own[lane]), f64(T.own[2 * WIDTH + lane]), 0.0
-        if left > 0.0 and fast > 0.0:
-            hop = 2.0 * math.atan2(fast, f64(frequency) * f64(place))
-            hops = math.floor(math.atan2(left, f64(T.own[WIDTH + lane])) / hop)
-        if hops > 0.0 and weight > 0.0 and S[ON_IMPACTS_COUNT] > 0:
-            show_impact(S, k, fast, o + lane, hops)
-        T.own[lane] = hops
-    count_impacts(K, F, T, k, where, filled(speed, weight) * filled(speed, load(T.own, 0)), speed, o)
-
-
-@njit(**INLINE)
-def _half_turn(K, F, T, S, i, b, x, v, weight, o):
-    """Half a step of coordinate i with all impacts at its walls, one after another; changes of x and v, and where.
-
-    Of two walls that both seem to be struck, in less than a quarter of a cycle, the one towards which it moves comes
-    first.
-    """
-    from_x, from_v, lies = x, v, x < x
-    for k in range(K[WALLS]):  # never from behind a wall, where rounding may have left it
-        if _point(K, k) == i:
-            p, side = F[K[PLACE] + k] - F[b + 7], F[K[SIDE] + k]
-            from_x = choose(side * from_x < side * p, p, from_x)
-            if side * p > 0.0:  # one that lies still on a wall against which its spring presses stays there
-                rounded = F[K[ROUNDING]] * (abs(p) + abs(F[K[PLACE] + k]))
-                here = (side * from_x <= side * p + rounded) & (size(v) <= F[b + 6] * rounded)
-                lies, from_x = lies | here, choose(here, p, from_x)
-    moved = choose(lies, 0.0, F[b] * from_x + F[b + 1] * v)
-    change = choose(lies, 0.0 - v, F[b] * v - F[b + 2] * from_x)
-    goes_on = (x == x) & opposite(lies)  # lanes that may have another impact
-    ever = lies
-    hit = goes_on
-    for _ in range(MOST_EVENTS):
-        hit, rests = x < x, x < x
-        new_x, new_v, at_x, at_v = from_x, from_v, from_x, from_v
-        which, fast, left_over = filled(x, -1.0), filled(x, 0.0), filled(x, 0.0)
+    b, step = K[TURN], D[K[STEP]]
+    square, reach, events = D[b + 6] * D[b + 6], D[b + 1] / (1.0 + D[b]), 0
+    seen, seen_v, bears, just = a, m, True, -1
+    while held < 0:
+        energy, struck, soonest, speed, up, down = m * m + square * a * a, -1, reach, 0.0, 0.0, 1.0
         for k in range(K[WALLS]):
-            if _point(K, k) == i:
-                where = goes_on & _may_strike(K, F, k, b, from_x, from_v, moved, change)
-                if not some(where):
-                    continue
-                m2, c2, struck, speed, r = _flight(K, F, T, k, b, from_x, from_v, moved, change, where)
-                side, place = F[K[SIDE] + k], F[K[PLACE] + k] - F[b + 7]
-                mine = struck & (opposite(hit) | (side * from_v < 0.0))
-                new_x, new_v = choose(mine, from_x + m2, new_x), choose(mine, from_v + c2, new_v)
-                at_x, at_v = choose(mine, filled(x, place), at_x), choose(mine, side * r * speed, at_v)
-                which, fast, left_over = (
-                    choose(mine, filled(x, k), which),
-                    choose(mine, speed, fast),
-                    choose(mine, r, left_over),
-                )
-                hit = hit | mine
-                # lossy hops on a wall against which it is pressed
-                hop = TINY * 0.5 * F[K[STEP]] * F[b + 6] * F[b + 6] * side * place
-                rests = rests | (mine & (r * speed < hop) & (r < 1.0))
-        if not some(hit):
+            side = D[K[SIDE] + k]
+            q, along, rate = side * D[K[PLACE] + k], side * a, side * m
+            fast = energy - square * q * q
+            if fast > 0.0 and (q > 0.0 or k != just):  # one that no spring presses on is not met again
+                fast = math.sqrt(fast)
+                over, under = fast * along + q * rate, square * q * along - fast * rate
+                # below 0 it is met half a turn later; what is behind a wall by rounding meets it now
+                comes = q > 0.0 or side * velocity < 0.0 or over > last * under
+                if comes and under > 0.0 and over < soonest * under:
+                    struck, speed, up, down = k, fast, over, under
+                    soonest = greater(over / under, last)
+        if struck < 0:
             break
-        for k in range(K[WALLS] if weight > 0.0 else 0):
-            if _point(K, k) == i:
-                here = which == filled(x, k)
-                count_impacts(K, F, T, k, here, filled(x, weight), fast, o)
-                if K[K[WALL_KIND] + k] != FIXED:
-                    count_taken(K, F, T, k, here, filled(x, weight), fast, left_over, fast + left_over * fast, o)
-                show_impacts(S, k, here, fast, o, T.own)
-        ever = ever | hit
-        moved, change = choose(hit, new_x - at_x, moved), choose(hit, new_v - at_v, change)
-        from_x, from_v = choose(hit, at_x, from_x), choose(hit, at_v, from_v)
-        moved, change = choose(rests, 0.0, moved), choose(rests, 0.0 - from_v, change)
-        if some(rests):
-            _count_limit(K, T, rests, o)
-        goes_on = hit & opposite(rests)
-    if some(hit & goes_on):  # tiny hops on a wall against which it is pressed: it stays there
-        for k in range(K[WALLS]):
-            if _point(K, k) == i:
-                p, side = F[K[PLACE] + k] - F[b + 7], F[K[SIDE] + k]
-                behind = goes_on & (side * (from_x + moved) < side * p)
-                if K[K[WALL_KIND] + k] == FIXED and F[K[RESTITUTION] + 3 * k] == 1.0 and side * p > 0.0:
-                    x1, v1 = side * (from_x + moved), side * (from_v + change)
-                    _count_hops(K, F, T, S, k, side * p, F[b + 6], side * from_v, x1, v1, behind, weight, o)
+        last, just, side, bent = soonest, struck, D[K[SIDE] + struck], D[K[SIDE] + struck] * D[K[PLACE] + struck] * square
+        weight, closing, press = before if last <= 0.0 else after, speed, 0.0
+        if D[K[RESTS] + struck] > 0.0:
+            given = _given(K, D, T, lane, side)
+            press = bent - given
+            closing = greater(speed - given * _time(D, b, last), 0.0) if press > 0.0 else speed
+        r = restitution_of(K, D, struck, closing)
+        if press > 0.0 and r * closing <= 0.5 * press * step:
+            mass, held = weight * D[K[REDUCED] + struck], struck
+            T.sums[hits_of(K, struck, 3, lane)] += 0.5 * mass * closing * closing
+            T.sums[hits_of(K, struck, 4, lane)] += mass * speed
+            T.state[flag(K, struck, lane)] = 1.0
+            count_resting(K, T.state, lane)
+        else:
+            change = greater(closing + r * closing, speed)
+            a -= side * change * up / energy
+            m += side * change * down / energy
+            velocity = side * (change - speed)
+            if weight > 0.0:
+                _count(K, D, T, struck, weight, closing, r, change, lane)
+            if bent > 0.0 and change - speed < TINY * 0.5 * step * bent or events == MOST_EVENTS - 1:
+                held, bears = struck, r < 1.0 or bent <= 0.0  # elastic hops go on in the next drift
+                if bears:
+                    T.sums[sum_of(K, LIMITS, 0) + lane] += 1.0
                 else:
-                    _count_limit(K, T, behind, o)
-                moved, change = choose(behind, p - from_x, moved), choose(behind, 0.0, change)
-    return from_x + moved - x, from_v + change - v, ever
-
-
-@njit(**INLINE)
-def turn_with_impacts(K, F, T, S, j, within, beyond_it, o):
-    """The drift of coordinates that turn again, with impacts; each wall's row has one coordinate."""
-    for i in range(K[POINTS]):
-        b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
-        start = load(T.before, at)
-        x, v = load(T.x0, at) + start - F[b + 7], load(T.leaving, at)
-        way, gain, ever = filled(x, 0.0), filled(x, 0.0), x < x
-        for half in range(2):
-            xm, vm, struck = _half_turn(K, F, T, S, i, b, x + way, v + gain, within if half == 0 else beyond_it, o)
-            way, gain, ever = way + xm, gain + vm, ever | struck
-            if half == 0:
-                store(T.fx, at, start + way)
-                store(T.fx, (K[POINTS] + i) * LANES + o, v + gain)
-        store(T.seen, at, choose(ever, load(T.fx, at), load(T.seen, at)))
-        store(T.seen_v, at, choose(ever, load(T.fx, (K[POINTS] + i) * LANES + o), load(T.seen_v, at)))
-        store(T.moved, at, choose(ever, start + way, load(T.moved, at)))
-        old = load(T.v, at)
-        new = v + gain
-        add(T.gained, at, choose(ever, new - old, 0.0))
-        store(T.v, at, choose(ever, new, old))
-    carry(K, F, T, j, o)
+                    _count_hops(K, D, T, S, struck, change - speed, _time(D, b, last), before, after, lane)
+                if D[K[RESTS] + struck] > 0.0 and change == speed:
+                    T.state[flag(K, struck, lane)] = 1.0
+                    count_resting(K, T.state, lane)
+        if weight > 0.0 and closing > 0.0 and S[ON_IMPACTS_COUNT] > 0:
+            show_impact(S, struck, closing, lane)
+        events += 1
+        if last <= 0.0:
+            seen, seen_v = a, m
+    if held < 0:
+        return seen, seen_v, a + (D[b] * a + D[b + 1] * m), m + (D[b] * m - D[b + 2] * a), events
+    place = D[K[PLACE] + held]
+    if bears:
+        _bear(K, D, T, held, _time(D, b, last), before, after, lane)
+    velocity = 0.0 if bears else velocity
+    if last <= 0.0:
+        seen, seen_v = place, velocity
+    return seen, seen_v, place, velocity, events + 1
 
 
 @njit(**LINKED)
-def begin_turning(K, F, T, S, weight, o):
-    """From the state at time 0, which ``now_x`` and ``now_v`` have, to the first kick, half a drift later."""
-    for i in range(K[POINTS]):
-        b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
-        x, v = like(T.v, load(T.now_x, at)), like(T.v, load(T.now_v, at))
-        moved, change, _ever = _half_turn(K, F, T, S, i, b, x - F[b + 7], v, weight, o)
-        store(T.impulse, at, moved)
-        add(T.now_x, at, double(moved))
-        add(T.now_v, at, double(change))
-    for e in range(K[ROWS]):
-        store(T.d, ((GROUP + 2) * e + 1) * LANES + o, stretch(K, F, e, T.impulse, o))
+def _turn_again(K, D, T, S, j, x, v, before, after, lane):
+    """The drift of one lane that may have impacts."""
+    b, behind, a, m = K[TURN], 0, T.now_x[lane] + f64(T.seen[lane]), f64(T.seen_v[lane])
+    x[MOST_POINTS] = from_x = a + (D[b] * a - D[b + 1] * m)
+    from_v = m + (D[b] * m + D[b + 2] * a)
+    for k in range(K[WALLS]):  # never from behind a wall, where rounding may have left it
+        side = D[K[SIDE] + k]
+        if side * from_x < side * D[K[PLACE] + k]:
+            from_x, behind = D[K[PLACE] + k], 1
+            a, m = from_x + (D[b] * from_x + D[b + 1] * from_v), from_v + (D[b] * from_v - D[b + 2] * from_x)
+    held = _held(K, D, T, from_x, from_v, lane)
+    start = -D[b + 1] / (1.0 + D[b])
+    seen, seen_v, x[0], v[0], events = _turn(K, D, T, S, a, m, from_v, start, held, before, after, lane)
+    if events + behind > 0:  # else the lanes beside a path would decide its last bits
+        T.seen[lane], T.seen_v[lane] = seen - T.now_x[lane], seen_v
+        T.moved[lane], T.gained[lane] = x[0] - T.now_x[lane], v[0] - T.now_v[lane]
+        T.v[lane], x[2 * MOST_POINTS] = v[0], seen
+        put_in(K, D, T, j, x, v, lane)
+
+
+@njit(**INLINE)
+def turn_with_impacts(K, D, F, T, S, j, x, v, before, after, o):
+    """The drift again of all lanes that are near a wall."""
+    near = _near(K, F, T, j, o)
+    if some(near):
+        lanes = lanes_of(near)
+        while lanes != u64(0):
+            _turn_again(K, D, T, S, j, x, v, before, after, o + lowest_bit(lanes))
+            lanes &= lanes - u64(1)
+
+
+@njit(**LINKED)
+def begin_turning(K, D, T, S, x, v, weight, lane):
+    """From the state at time 0 to the first kick, half a drift later."""
+    if K[WALLS] > 0:
+        lay_down(K, D, x, v, T.state, lane)
+    T.fx[lane], x[MOST_POINTS] = 0.0, x[0]
+    held = _held(K, D, T, x[0], v[0], lane)
+    _seen, _v, x[0], v[0], _events = _turn(K, D, T, S, x[0], v[0], v[0], 0.0, held, weight, weight, lane)
+    T.now_x[lane], T.now_v[lane], x[2 * MOST_POINTS] = x[0], v[0], x[0]
+    put_in(K, D, T, -1, x, v, lane)
+
+
+@njit(**LINKED)
+def hold_turning(K, D, T, weight, o):
+    """After a kick: the wall takes what presses on a mass at rest; it leaves, with half of the kick, if nothing does."""
+    for lane in range(o, o + WIDTH):
+        for k in range(K[WALLS] if T.state[flag(K, K[WALLS], lane)] > 0.0 else 0):
+            if T.state[flag(K, k, lane)] > 0.0:
+                side, mass, moving = D[K[SIDE] + k], D[K[REDUCED] + k], D[K[SIDE] + k] * f64(T.v[lane])
+                given = moving * D[K[HEAVY] + k] / mass  # without the answer of springpots and dashpots
+                pressed = D[K[TURN] + 6] ** 2 * side * D[K[PLACE] + k] * D[K[STEP]] >= given
+                later = 0.5 * moving if moving > 0.0 and not pressed else 0.0
+                T.sums[hits_of(K, k, 4, lane)] -= weight * mass * (later if later > 0.0 else given)
+                T.fx[lane], T.v[lane], T.gained[lane] = side * given, side * later, side * later - T.now_v[lane]
+                if not pressed:
+                    T.state[flag(K, k, lane)] = 0.0
+                    count_resting(K, T.state, lane)

@@ -68,17 +68,21 @@ middle = numba.njit(**INLINE)(middle_of)  # the same in compiled code
 u32, u64, i8, i32, f32, f64 = np.uint32, np.uint64, np.int8, np.int32, np.float32, np.float64
 
 
+_BESIDE = 80
+
+
 def stack_array(count: int) -> Any:
     """Return ``array(like)``, for compiled code: ``count`` numbers of the type of ``like`` on the stack.
 
-    They are 64-byte aligned and not initialised.
+    They are 64-byte aligned and not initialised.  Some lines of the cache follow each array: arrays with a power of two
+    between their beginnings would all want the same few lines.
     """
 
     @intrinsic
     def array(typing_context, like):
         def codegen(context, builder, signature, args):
             with builder.goto_entry_block():
-                place = builder.alloca(ir.ArrayType(context.get_data_type(like), count))
+                place = builder.alloca(ir.ArrayType(context.get_data_type(like), count + _BESIDE))
                 place.align = 64
             return builder.bitcast(place, context.get_data_type(like).as_pointer())
 

@@ -83,9 +83,6 @@ from springpot.simulation.kernel.vectors import filled, load, root, store
 
 NO_SPRING, LINEAR, CUBIC, NINTH = range(4)  # kinds of springs
 NUMBERS_OF_MODE, NUMBERS_OF_TURN = 8, 20
-TURN_NUMBERS = 8
-"""Of a coordinate that turns: of half a drift cosine less 1, sine over frequency, sine times frequency; the same of the
-whole drift; the frequency; and the centre of the circle."""
 
 
 class Lanes(NamedTuple):
@@ -260,6 +257,7 @@ def kick(K, F, T, within, o):
             add(T.terms, sum_of(K, VV, i) + o, middle * middle)
         if K[RESTING] > 0:
             store(T.leaving, at, v)
+            store(T.fx, at, change)
         store(T.v, at, v + change)
         add(T.gained, at, change)
 
@@ -356,40 +354,19 @@ def drift(K, F, T, j, o):
 
 @njit(**INLINE)
 def turn(K, F, T, j, o):
-    """On a circle of each coordinate's own: changes of x and v until the observation and the end."""
-    for e in range(K[ROWS]):
-        store(T.u0, e * LANES + o, load(T.u, e * LANES + o))
-    for i in range(K[POINTS]):
-        b, at = K[TURN] + TURN_NUMBERS * i, i * LANES + o
-        moved, v = load(T.moved, at), load(T.v, at)
-        x = load(T.x0, at) + moved - F[b + 7]
-        store(T.before, at, moved)
-        store(T.leaving, at, v)
-        store(T.seen, at, moved + (F[b] * x + F[b + 1] * v))
-        store(T.seen_v, at, v + (F[b] * v - F[b + 2] * x))
-        store(T.moved, at, moved + (F[b + 3] * x + F[b + 4] * v))
-        change = F[b + 3] * v - F[b + 5] * x
-        store(T.v, at, v + change)
-        add(T.gained, at, change)
-    carry(K, F, T, j, o)
-
-
-@njit(**INLINE)
-def carry(K, F, T, j, o):
-    """The elongations at the observation and after a drift, from the coordinates."""
-    for i in range(K[POINTS]):
-        at = i * LANES + o
-        store(T.impulse, at, load(T.moved, at) - load(T.before, at))
-    for e in range(K[ROWS]):
-        at, moved = e * LANES + o, stretch(K, F, e, T.impulse, o)
-        store(T.w, at, stretch(K, F, e, T.v, o))
-        store(T.d, ((GROUP + 2) * e + 2 + j) * LANES + o, moved)
-        store(T.u, at, load(T.u0, at) + moved)
-    for i in range(K[POINTS]):
-        at = i * LANES + o
-        store(T.impulse, at, load(T.seen, at) - load(T.before, at))
-    for e in range(K[ROWS]):
-        store(T.seen_u, e * LANES + o, load(T.u0, e * LANES + o) + stretch(K, F, e, T.impulse, o))
+    """A lone coordinate, which is its row, on a circle."""
+    b, x, moved, v = K[TURN], load(T.u, o), load(T.moved, o), load(T.v, o)
+    way, change = F[b] * x + F[b + 1] * v, F[b] * v - F[b + 2] * x
+    store(T.seen, o, moved + way)
+    store(T.seen_u, o, x + way)
+    store(T.seen_v, o, v + change)
+    way, change = F[b + 3] * x + F[b + 4] * v, F[b + 3] * v - F[b + 5] * x
+    store(T.d, (2 + j) * LANES + o, way)
+    store(T.moved, o, moved + way)
+    store(T.u, o, x + way)
+    store(T.v, o, v + change)
+    store(T.w, o, v + change)
+    add(T.gained, o, change)
 
 
 @njit(**INLINE)

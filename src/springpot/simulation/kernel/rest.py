@@ -208,7 +208,8 @@ def _turn(K, D, turned, c, v):
 
 
 @njit(**INLINE)
-def _hits(K, k, what, lane):
+def hits_of(K, k, what, lane):
+    """Where a sum of wall k is of one lane."""
     return sum_of(K, HITS, OF_A_WALL * k + what) + lane
 
 
@@ -241,8 +242,8 @@ def _hold_lane(K, D, T, x, v, lane, weight):
     _turn(K, D, lean, c, v)
     for k in range(walls):
         heavy = c[k] * D[K[HEAVY] + k]
-        T.sums[_hits(K, k, 3, lane)] -= weight * 0.25 * heavy * w[k]
-        T.sums[_hits(K, k, 4, lane)] += weight * heavy
+        T.sums[hits_of(K, k, 3, lane)] -= weight * 0.25 * heavy * w[k]
+        T.sums[hits_of(K, k, 4, lane)] += weight * heavy
     for i in range(n):
         at = i * LANES + lane
         T.gained[at] = v[i] - T.now_v[at]
@@ -289,8 +290,8 @@ def _come_to_rest(K, D, T, v, struck, speed, closing, lane, weight):
     share = (closing / speed) ** 2
     for k in range(K[WALLS]):
         momentum = c[k] * D[K[REDUCED] + k]
-        T.sums[_hits(K, k, 3, lane)] -= weight * 0.5 * momentum * (before[k] + w[k]) * share
-        T.sums[_hits(K, k, 4, lane)] += weight * momentum
+        T.sums[hits_of(K, k, 3, lane)] -= weight * 0.5 * momentum * (before[k] + w[k]) * share
+        T.sums[hits_of(K, k, 4, lane)] += weight * momentum
         if w[k] > CLOSE * speed:
             T.state[flag(K, k, lane)] = 0.0
 
@@ -328,7 +329,8 @@ def _given_along(K, D, x, v, struck):
 
 
 @njit(**INLINE)
-def _restitution(K, D, k, speed):
+def restitution_of(K, D, k, speed):
+    """Of wall k at a speed."""
     kind, b = K[K[WALL_KIND] + k], K[RESTITUTION] + 3 * k
     if kind == FIXED:
         return D[b]
@@ -378,7 +380,7 @@ def _fly(K, D, T, S, x, v, left, since, lane, weight):
             closing = speed if leans else greater(closing, 0.0)
         elif closing <= 0.0:
             closing = speed
-        r = _restitution(K, D, struck, closing) if events < MOST_HOPS else 0.0
+        r = restitution_of(K, D, struck, closing) if events < MOST_HOPS else 0.0
         most = greater(most, greater(speed, closing + r * closing))
         shown = weight > 0.0
         if can_rest and r * closing <= 0.5 * gain * step:
@@ -394,11 +396,11 @@ def _fly(K, D, T, S, x, v, left, since, lane, weight):
                 change = speed + ROUNDING * of_rate
             for i in range(n):
                 v[i] += side * change * D[K[JUMP] + struck * n + i]
-            T.sums[_hits(K, struck, 0, lane)] += weight
-            T.sums[_hits(K, struck, 1, lane)] += weight * closing
-            T.sums[_hits(K, struck, 2, lane)] += weight * closing * closing
-            T.sums[_hits(K, struck, 3, lane)] += weight * 0.5 * reduced * (1.0 - r * r) * closing * closing
-            T.sums[_hits(K, struck, 4, lane)] += weight * reduced * change
+            T.sums[hits_of(K, struck, 0, lane)] += weight
+            T.sums[hits_of(K, struck, 1, lane)] += weight * closing
+            T.sums[hits_of(K, struck, 2, lane)] += weight * closing * closing
+            T.sums[hits_of(K, struck, 3, lane)] += weight * 0.5 * reduced * (1.0 - r * r) * closing * closing
+            T.sums[hits_of(K, struck, 4, lane)] += weight * reduced * change
             for k in range(K[WALLS]):
                 if state[flag(K, k, lane)] > 0.0:
                     opens = D[K[SIDE] + k] * row_of(K, D, k, v) > CLOSE * most

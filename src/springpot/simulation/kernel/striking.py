@@ -95,16 +95,6 @@ def count_taken(K, F, T, k, where, within, closing, r, change, o):
 
 
 @njit(**INLINE)
-def take_from_speeds(K, F, T, o):
-    """The same of all impacts of a group on walls whose restitution is a number, each impact with its own speed."""
-    for k in range(K[WALLS]):
-        if K[K[WALL_KIND] + k] == FIXED:
-            to, mass, r = sum_of(K, HITS, OF_A_WALL * k) + o, F[K[REDUCED] + k], F[K[RESTITUTION] + 3 * k]
-            add(T.terms, to + 3 * LANES, (0.5 * mass * (1.0 - r * r)) * load(T.terms, to + 2 * LANES))
-            add(T.terms, to + 4 * LANES, (mass * (1.0 + r)) * load(T.terms, to + LANES))
-
-
-@njit(**INLINE)
 def _given_along(K, F, T, k, j, o):
     """What springs and smooth forces change of the rate of wall k's elongation in a step, times its reduced mass."""
     n, m = K[POINTS], K[ROWS]

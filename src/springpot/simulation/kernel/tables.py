@@ -32,7 +32,7 @@ COUNTS = (
     "modes",  # numbers that all memories keep
     "resting",  # walls on which rows can rest
     "states",  # of sources and dampers; behind them is which rows rest
-    "turns",  # 1: the coordinates turn on circles of their own between two kicks; 0: straight drift
+    "turns",  # 1: a lone coordinate turns on a circle between two kicks; 0: straight drift
     "paper",  # 1: the scheme as the paper prints it
     "parts",  # of a step: with 2 the impulses are sums of two of a run with half the step
     "substeps",  # of half a drift in which a contact is touched
@@ -88,7 +88,7 @@ NUMBERS = (
     "contact",  # (6 contacts) place, direction of the force, stiffness, exponent, dissipation, reduced mass
     "contact_jump", "contact_along",
     "shaken",  # (2 shaken) variance of the impulses per square, and half of it over the reduced mass
-    "turn",  # (8 points) of each half and of the whole drift, see `springpot.simulation.kernel.motion.TURN_NUMBERS`
+    "turn",  # of half a drift on a circle cosine less 1, sine / frequency, sine * frequency; of all of it; frequency
     "modes",  # (8 numbers of each mode) four powers, four weights
     "turns_of_modes",  # (20 of each)
 )  # fmt: skip

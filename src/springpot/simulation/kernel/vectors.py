@@ -150,6 +150,17 @@ def some(typing_context, m):
     return types.boolean(m), codegen
 
 
+@intrinsic
+def lanes_of(typing_context, m):
+    """The lanes in which a mask is set: the bits of a uint64."""
+
+    def codegen(context, builder, signature, args):
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return bits if WIDTH == 64 else builder.zext(bits, ir.IntType(64))
+
+    return types.uint64(m), codegen
+
+
 def _of(pointer: Any) -> Vector:
     return v64 if pointer.dtype == types.float64 else v32
 

