@@ -160,7 +160,7 @@ def test_weak_order_of_a_scheme_is_what_it_states(
 
 def _stationary_rows(problem: sp.Oscillator, duration: float, paths: int, step: float) -> tuple[dict, float]:
     plan = adapt(plan_of(problem, paths=paths, duration=duration, step=step, start="stationary"))
-    simulation, settings = simulation_of(plan, exact=True), plan.settings
+    simulation, settings = simulation_of(plan), plan.settings
     rows = simulation.advance().rows
     low, high = settings.window_steps
     per_step = {"x of mass", "x^2 of mass", "v^2 of mass", "force", "virial", "power"}
@@ -349,12 +349,12 @@ def test_a_touch_too_soft_to_count_is_rest(velocity: float) -> None:
     assert (np.abs(found.record[0, :, 1]) <= velocity).all()
 
 
-NEARLY_NONE = 1e-40  # of noise: without any the mass may come to rest on a lossy wall, and the flights are straight
+NEARLY_NONE = 1e-40  # of noise: without any the mass may come to rest on a lossy wall
 
 
 def turned(problem: sp.Oscillator, **given: Any) -> tuple[Any, dict[str, float]]:
-    """Record and mean sums of the exact flights that runs with a tolerance have at lossy walls."""
-    simulation = simulation_of(plan_of(problem, **given), exact=True)
+    """Record and mean sums of exact flights."""
+    simulation = simulation_of(plan_of(problem, **given))
     ensemble = simulation.advance()
     return ensemble.record, dict(zip(simulation.parts.columns, ensemble.rows.mean(axis=0), strict=True))
 

@@ -1,6 +1,5 @@
 """The kernel takes the steps of the reference, for every part and law: the same normals give the same paths."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np

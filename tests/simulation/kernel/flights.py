@@ -33,7 +33,7 @@ def in_lanes(
         system, paths=LANES, duration=step * steps, window=(0.0, step * steps), step=step, start="rest", record=LANES,
         initial_position=first if len(system.points) > 1 else first[names[0]], **{"memory_tolerance": 1e-8} | given,
     )  # fmt: skip
-    simulation = simulation_of(plan, exact=True)  # on a circle also where walls are lossy
+    simulation = simulation_of(plan)
     tables = simulation.parts.tables
     sweep, noise = tables.sweep.copy(), tables.integers[NOISE]
     sweep[noise : noise + tables.count("noises") * len(names)] *= noisy

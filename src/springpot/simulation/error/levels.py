@@ -135,7 +135,7 @@ class Levels:
         if finer == self.finer:
             return self
         plan = self.pair_fine.simulation.plan
-        many = _without_paths(simulation_of(plan.but(step=plan.settings.step * 0.5**finer), exact=True), 0)
+        many = _without_paths(simulation_of(plan.but(step=plan.settings.step * 0.5**finer)), 0)
         return replace(self, many=many, finer=finer)
 
     def extended(self, paths: int, pairs: int, progress: Progress | None) -> Levels:
@@ -150,8 +150,8 @@ class Levels:
 
 def levels_of(plan: Plan) -> Levels:
     """Levels without paths; ``plan`` is that of the coarser members of the pairs."""
-    coarse = simulation_of(plan, halved=True, exact=True)
-    fine = simulation_of(plan.but(step=0.5 * plan.settings.step), exact=True)
+    coarse = simulation_of(plan, halved=True)
+    fine = simulation_of(plan.but(step=0.5 * plan.settings.step))
     pair_coarse = replace(_without_paths(coarse, 3), halved=True)
     return Levels(_without_paths(fine, 0), pair_coarse, _without_paths(fine, 3))
 

@@ -109,6 +109,7 @@ MOST_STATES = 480  # of sources, of parts that yield, and of rows at rest
 MOST_COLUMNS = (
     7 * MOST_POINTS + 3 * MOST_ROWS + MOST_SOURCES + MOST_DAMPERS + MOST_SHAKEN + 5 * MOST_WALLS + MOST_TAPS + 9
 )
+SUMMED = 4  # groups of which the sums are added in the precision of the sweep
 STOP_EVERY = 256  # groups between two checks of the stop flag
 
 _lane = stack_array(LANES)
@@ -178,13 +179,13 @@ def _drive(K, F, T, t):
 
 
 @njit(**INLINE)
-def _see(K, T, o):
+def _see(K, T, o, one):
     """Add the observed displacements and elongations."""
-    for i in range(K[POINTS]):
+    for i in range(1 if one else K[POINTS]):
         x = load(T.x0, i * LANES + o) + load(T.seen, i * LANES + o)
         add(T.terms, sum_of(K, X, i) + o, x)
         add(T.terms, sum_of(K, XX, i) + o, x * x)
-        if K[TURNS] + K[PAPER] > 0:
+        if one or K[TURNS] + K[PAPER] > 0:
             v = load(T.seen_v, i * LANES + o)
             add(T.terms, sum_of(K, VV, i) + o, v * v)
     for e in range(K[GAUGED]):
@@ -203,7 +204,7 @@ def _show(K, D, T, j, x, v, o):
         store(v, (GROUP * i + j) * LANES + o, load(T.seen_v, i * LANES + o))
     for e in range(K[ROWS]):
         store(x, (GROUP * (n + e) + j) * LANES + o, double(load(T.seen_u, e * LANES + o)) + origin)
-        store(v, (GROUP * (n + e) + j) * LANES + o, stretch(K, D, e, T.seen_v, o))
+        store(v, (GROUP * (n + e) + j) * LANES + o, stretch(K, D, e, T.seen_v, o, no()))
 
 
 @njit(**LINKED)
@@ -223,40 +224,40 @@ def _mark(K, D, T, x, v, step, low, high, o):
 
 
 @njit(**INLINE)
-def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o):
-    """From one kick to the next."""
-    if K[DAMPERS] > 0:
+def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, one):
+    """From one kick to the next; with ``one`` of a coordinate that turns and has no parts with code of their own."""
+    if not one and K[DAMPERS] > 0:
         damp(K, D, F, T, step, no(), within, o)
-    gather(K, F, T, j, o)
-    if K[SHAKEN] > 0:
+    gather(K, F, T, j, o, one)
+    if not one and K[SHAKEN] > 0:
         shake(K, F, T, j, step, within, o)
-    pull(K, F, T, j, o)
+    pull(K, F, T, j, o, one)
     if within:
-        work(K, F, T, j, o)
-    kick(K, F, T, within, o)
+        work(K, F, T, j, o, one)
+    kick(K, F, T, within, o, one)
     weight, later = 1.0 if within else 0.0, 1.0 if next_within else 0.0
-    if K[RESTING] > 0:
-        for k in range(K[WALLS]):
-            store(T.leant, k * LANES + o, 0.0)
+    if not one and K[RESTING] > 0:
         if K[TURNS] > 0:
             hold_turning(K, D, T, weight, o)
         else:
+            for k in range(K[WALLS]):
+                store(T.leant, k * LANES + o, 0.0)
             hold(K, D, T, x, v, weight, o, WIDTH)
-        if within and K[TURNS] == 0:
-            squares_beside_rest(K, T, o)
+            if within:
+                squares_beside_rest(K, T, o)
     if within:
-        work(K, F, T, j, o)
-    rates(K, F, T, within, felt, o)
-    for k in range(S[FEELS] if felt else 0):
+        work(K, F, T, j, o, one)
+    rates(K, F, T, within, felt, o, one)
+    for k in range(S[FEELS] if felt and not one else 0):
         which = S[S[FELT] + k]
         feel(S, T, which, j, beyond(shown_x, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
-    if K[DAMPERS] > 0:
+    if not one and K[DAMPERS] > 0:
         damp(K, D, F, T, step, yes(), within, o)
-    if K[RESTING] > 0 and K[DAMPERS] > 0 and K[TURNS] == 0:
+    if not one and K[RESTING] > 0 and K[DAMPERS] > 0 and K[TURNS] == 0:
         hold(K, D, T, x, v, weight, o, WIDTH)
         for e in range(K[ROWS]):
-            store(T.w, e * LANES + o, stretch(K, F, e, T.v, o))
-    if K[TURNS] > 0:
+            store(T.w, e * LANES + o, stretch(K, F, e, T.v, o, one))
+    if one or K[TURNS] > 0:
         turn(K, F, T, j, o)
         if K[WALLS] > 0:
             turn_with_impacts(K, D, F, T, S, j, x, v, weight, later, o)
@@ -313,7 +314,9 @@ def advance(
     fine, x, v = _four(zero), _few(0.0), _few(0.0)
     shown_x, shown_v = _shown(0.0), _shown(0.0)
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
-    works, hits = K[SOURCES] + K[DAMPERS] + K[SHAKEN], sum_of(K, HITS, 0) // LANES
+    works = K[SOURCES] + K[DAMPERS] + K[SHAKEN]
+    terms = sum_of(K, HITS, 0) // LANES + (OF_A_WALL * K[WALLS] if K[TURNS] == 0 else 0)
+    plain = K[TURNS] > 0 and K[DAMPERS] + K[SHAKEN] + K[RESTING] == 0
     for number in range(blocks):
         row, births, t_0 = number * LANES, steps, 0
         system = number // K[BLOCKS] if K[BLOCKS] > 0 else 0
@@ -347,6 +350,7 @@ def advance(
             for lane in range(LANES):
                 for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
                     T.d[((GROUP + 2) * e + 1) * LANES + lane] += D[K[ROW] + p] * D[K[EARLY] + K[K[ROW_AT] + p]]
+        begins = True
         wake_sources(K, who, stream, k0, k1, F, T.state, fine)
         _drive(K, F, T, 0)
         for t in range(t_0, steps, GROUP):
@@ -362,10 +366,11 @@ def advance(
             if K[SOURCES] > 0:
                 supply_sources(K, D, F, t // GROUP, who, stream, k0, k1, T.state, T.given, shown_x, fine)
             in_window = low < t + GROUP and t < high
-            kept_terms = hits if in_window else 0
-            if low <= t + GROUP and t < high:  # the last half of a drift belongs to the next step
-                kept_terms = hits + OF_A_WALL * K[WALLS]
             watched = in_window and S[ON_STEPS_COUNT] > 0
+            # sums in the sweep's precision are short; the last half of a drift before the window belongs to it
+            summed = terms if low <= t + GROUP and t < high else 0
+            ends = watched or t // GROUP % SUMMED == SUMMED - 1 or t + GROUP >= min(high, steps)
+            ends = ends or t + GROUP == middle(low, high)
             felt = (watched or recorded > 0) and S[FEELS] > 0
             for o in range(0, LANES, WIDTH):
                 for i in range(n):
@@ -375,17 +380,20 @@ def advance(
                     store(T.moved, at, zero)
                     store(T.gained, at, zero)
                 for e in range(m):
-                    store(T.u, e * LANES + o, stretch(K, D, e, T.now_x, o))
-                    store(T.w, e * LANES + o, stretch(K, D, e, T.now_v, o))
-                _clear(T, kept_terms, o)
+                    store(T.u, e * LANES + o, stretch(K, D, e, T.now_x, o, no()))
+                    store(T.w, e * LANES + o, stretch(K, D, e, T.now_v, o, no()))
+                _clear(T, summed if begins else 0, o)
                 for j in range(GROUP):
                     step = t + j
                     within, next_within = low <= step < high, low <= step + 1 < high
-                    _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o)
+                    if plain and not felt:  # the same with a constant that the compiler knows
+                        _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, no(), o, yes())
+                    else:
+                        _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, no())
                     if watched:
                         _show(K, D, T, j, shown_x, shown_v, o)
                     if within:
-                        _see(K, T, o)
+                        _see(K, T, o, plain)
                     if step == low - 1 or step == high - 1 or step == steps - 1:
                         _mark(K, D, T, x, v, step, low, high, o)
                     if recorded > 0 and step < steps and (step + 1) % every == 0:
@@ -394,10 +402,11 @@ def advance(
                     add(T.now_x, i * LANES + o, double(load(T.moved, i * LANES + o)))
                     add(T.now_v, i * LANES + o, double(load(T.gained, i * LANES + o)))
                 remember(K, F, T, o)
-                _gather_sums(T, kept_terms, o)
+                _gather_sums(T, summed if ends else 0, o)
                 for k in range(K[TAPS] if low <= t + GROUP - 1 < high else 0):
                     mode = double(load(T.z, K[K[TAPPED] + k] * LANES + o))
                     add(T.sums, sum_of(K, TAPPED_SQUARES, k) + o, mode * mode)
+            begins = ends or summed == 0
             _drive(K, F, T, t + GROUP)
             for lane in range(min(recorded, LANES) if felt else 0):
                 for j in range(GROUP):

@@ -1,9 +1,10 @@
 """Impacts of a lone coordinate that turns on a circle: the exact flight of an oscillator, without angles.
 
-A drift is known by the place a and the velocity m that it has in its middle.  In t = tan(w time) / w, with the time
-counted from there, it is a straight line: x = (a + m t) cos(w time).  The energy, which it keeps, gives the speed H with
-which it meets a wall at q, and the line gives t = (H a + q m) / (w^2 q a - H m).  A rebound adds the flight from the
-wall with the change of the velocity, again a straight line: so an impact is a change of a and m.
+A drift is known by its place a and its velocity m in the middle.  In t = tan(w time) / w, with the time counted from
+there, it is a straight line: x = (a + m t) cos(w time).  The energy E = (m^2 + w^2 a^2) / 2, which it keeps, gives the
+speed H with which it meets a wall at q, and the line gives t = N / D with N = H a + q m and D = w^2 q a - H m.  A
+rebound that changes the velocity by c adds the flight that has c at the wall, again a line: a becomes
+a - c N / (2 E), and m becomes m + c D / (2 E).
 
 What can come to rest does so by the rules of `springpot.simulation.kernel.rest`; its spring presses in the flight, all
 else in the kick.  Scalar code in double precision, for the few lanes that are near a wall.
@@ -128,7 +129,7 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
     """
     b, step = K[TURN], D[K[STEP]]
     square, reach, events = D[b + 6] * D[b + 6], D[b + 1] / (1.0 + D[b]), 0
-    seen, seen_v, bears, just = a, m, True, -1
+    seen, seen_v, bears, goes_on, just = a, m, True, 0.0, -1
     while held < 0:
         energy, struck, soonest, speed, up, down = m * m + square * a * a, -1, reach, 0.0, 0.0, 1.0
         for k in range(K[WALLS]):
@@ -145,7 +146,8 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
                     soonest = greater(over / under, last)
         if struck < 0:
             break
-        last, just, side, bent = soonest, struck, D[K[SIDE] + struck], D[K[SIDE] + struck] * D[K[PLACE] + struck] * square
+        last, just, side = soonest, struck, D[K[SIDE] + struck]
+        bent = side * D[K[PLACE] + struck] * square  # with which the spring presses on the wall
         weight, closing, press = before if last <= 0.0 else after, speed, 0.0
         if D[K[RESTS] + struck] > 0.0:
             given = _given(K, D, T, lane, side)
@@ -165,11 +167,12 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
             velocity = side * (change - speed)
             if weight > 0.0:
                 _count(K, D, T, struck, weight, closing, r, change, lane)
-            if bent > 0.0 and change - speed < TINY * 0.5 * step * bent or events == MOST_EVENTS - 1:
-                held, bears = struck, r < 1.0 or bent <= 0.0  # elastic hops go on in the next drift
-                if bears:
+            if (bent > 0.0 and change - speed < TINY * 0.5 * step * bent) or events == MOST_EVENTS - 1:
+                held, bears = struck, bent > 0.0 and r < 1.0
+                if bears or bent <= 0.0:
                     T.sums[sum_of(K, LIMITS, 0) + lane] += 1.0
-                else:
+                else:  # elastic hops, which go on in the next drift
+                    goes_on = velocity
                     _count_hops(K, D, T, S, struck, change - speed, _time(D, b, last), before, after, lane)
                 if D[K[RESTS] + struck] > 0.0 and change == speed:
                     T.state[flag(K, struck, lane)] = 1.0
@@ -184,10 +187,9 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
     place = D[K[PLACE] + held]
     if bears:
         _bear(K, D, T, held, _time(D, b, last), before, after, lane)
-    velocity = 0.0 if bears else velocity
     if last <= 0.0:
-        seen, seen_v = place, velocity
-    return seen, seen_v, place, velocity, events + 1
+        seen, seen_v = place, goes_on
+    return seen, seen_v, place, goes_on, events + 1
 
 
 @njit(**LINKED)
@@ -236,7 +238,7 @@ def begin_turning(K, D, T, S, x, v, weight, lane):
 
 @njit(**LINKED)
 def hold_turning(K, D, T, weight, o):
-    """After a kick: the wall takes what presses on a mass at rest; it leaves, with half of the kick, if nothing does."""
+    """After a kick: the wall takes what presses on a mass at rest; if nothing does, it leaves with half of the kick."""
     for lane in range(o, o + WIDTH):
         for k in range(K[WALLS] if T.state[flag(K, K[WALLS], lane)] > 0.0 else 0):
             if T.state[flag(K, k, lane)] > 0.0:

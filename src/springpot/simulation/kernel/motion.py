@@ -14,7 +14,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 from springpot.simulation.kernel.calling import call_force, plain
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, no
 from springpot.simulation.kernel.laws import (
     ANY,
     COULOMB,
@@ -152,8 +152,10 @@ def sum_of(typing_context, table, what, number):
 
 
 @njit(**INLINE)
-def stretch(K, F, e, source, o):
-    """A row of numbers of coordinates."""
+def stretch(K, F, e, source, o, one):
+    """A row of numbers of coordinates; with ``one`` there is one coordinate, which is its row."""
+    if one:
+        return load(source, o)
     first, last = K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]
     total = F[K[ROW] + first] * load(source, K[K[ROW_AT] + first] * LANES + o)
     for p in range(first + 1, last):
@@ -162,8 +164,11 @@ def stretch(K, F, e, source, o):
 
 
 @njit(**INLINE)
-def push_row(K, F, T, e, f, o):
+def push_row(K, F, T, e, f, o, one):
     """Add the impulse of a row to those of the coordinates."""
+    if one:
+        add(T.impulse, o, f)
+        return
     for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
         add(T.impulse, K[K[ROW_AT] + p] * LANES + o, F[K[ROW] + p] * f)
 
@@ -181,8 +186,16 @@ def springs(F, kind, b, u):
 
 
 @njit(**INLINE)
-def gather(K, F, T, j, o):
+def gather(K, F, T, j, o, one):
     """The impulses of constant forces, noise and other excitation on the coordinates in step j of the group."""
+    if one:
+        whole = filled(load(T.v, o), F[K[CONSTANT]])
+        for r in range(K[NOISES]):
+            whole = whole + F[K[NOISE] + r] * load(T.g, (GROUP * r + j) * LANES + o)
+        for r in range(K[SOURCES]):
+            whole = whole + F[K[SOURCE_ROW] + r] * load(T.given, (GROUP * r + j) * LANES + o)
+        store(T.impulse, o, whole)
+        return
     for i in range(K[POINTS]):
         store(T.impulse, i * LANES + o, F[K[CONSTANT] + i])
     for r in range(K[NOISES]):
@@ -208,14 +221,14 @@ def shake(K, F, T, j, step, within, o):
         u = load(T.u, e * LANES + o)
         if within:
             add(T.terms, sum_of(K, WORKS, K[SOURCES] + K[DAMPERS] + r) + o, feed * u * u)
-        push_row(K, F, T, e, root(square * u * u) * normal, o)
+        push_row(K, F, T, e, root(square * u * u) * normal, o, no())
 
 
 @njit(**INLINE)
-def pull(K, F, T, j, o):
+def pull(K, F, T, j, o, one):
     """The impulses of springs, dampers and memory on the coordinates."""
     step = F[K[STEP]]
-    for e in range(K[ROWS]):
+    for e in range(1 if one else K[ROWS]):
         u = load(T.u, e * LANES + o)
         force = F[K[DAMPING] + e] * load(T.w, e * LANES + o)
         if K[K[MODE_COUNT] + e] > 0:
@@ -229,23 +242,26 @@ def pull(K, F, T, j, o):
         f, kind = 0.0 - step * force, K[K[SPRING_KIND] + e]
         if kind != NO_SPRING:
             f = f - springs(F, kind, K[KICK] + 10 * e, u)
-        push_row(K, F, T, e, f, o)
+        push_row(K, F, T, e, f, o, one)
 
 
 @njit(**INLINE)
-def work(K, F, T, j, o):
+def work(K, F, T, j, o, one):
     """Half of the work of the sources: that with the velocities before the kick, or that with those after it."""
     for r in range(K[SOURCES]):
         given = load(T.given, (GROUP * r + j) * LANES + o)
+        if one:
+            add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + r] * given * load(T.v, o))
+            continue
         for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
             v = load(T.v, K[K[SOURCE_AT] + p] * LANES + o)
             add(T.terms, sum_of(K, WORKS, r) + o, 0.5 * F[K[SOURCE_ROW] + p] * given * v)
 
 
 @njit(**INLINE)
-def kick(K, F, T, within, o):
+def kick(K, F, T, within, o, one):
     """The change of all velocities; the squares of their means before and after it, unless walls still take of it."""
-    n, sums = K[POINTS], within and K[TURNS] + K[PAPER] + K[RESTING] == 0
+    n, sums = 1 if one else K[POINTS], within and not one and K[TURNS] + K[PAPER] + K[RESTING] == 0
     for i in range(n):
         change = F[K[SOLVE] + i * n] * load(T.impulse, o)
         for k in range(1, n):
@@ -255,7 +271,7 @@ def kick(K, F, T, within, o):
         if sums:
             middle = v + 0.5 * change
             add(T.terms, sum_of(K, VV, i) + o, middle * middle)
-        if K[RESTING] > 0:
+        if not one and K[RESTING] > 0:
             store(T.leaving, at, v)
             store(T.fx, at, change)
         store(T.v, at, v + change)
@@ -263,11 +279,11 @@ def kick(K, F, T, within, o):
 
 
 @njit(**INLINE)
-def rates(K, F, T, within, felt, o):
+def rates(K, F, T, within, felt, o, one):
     """The rates of all rows after the kick, and the power of dampers and memory, by the means before and after it."""
-    for e in range(K[ROWS]):
+    for e in range(1 if one else K[ROWS]):
         at = e * LANES + o
-        new, old = stretch(K, F, e, T.v, o), load(T.w, at)
+        new, old = stretch(K, F, e, T.v, o, one), load(T.w, at)
         store(T.w, at, new)
         if within or felt:
             middle, pulled = 0.5 * (new + old), load(T.pull, at) + F[K[ANSWER] + e] * (new - old)

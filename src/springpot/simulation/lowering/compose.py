@@ -53,7 +53,6 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
 _ENDS = "x_end", "v_end"
-_STRAIGHT = 0.1  # longest step, over the time of the spring, at which a plain run may fly straight at lossy walls
 _TOUCHING_SPEED = 6.0  # in the kernel's units, which are those of the motion: of a rare flight
 _OF_A_WALL = "impacts", "speeds", "squares", "loss", "momentum"
 
@@ -221,7 +220,7 @@ class Parts:
 
     def start_of_record(self, states: Floats) -> Floats:
         """x and v at time 0 as the record has them."""
-        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2) + [self.place, 0.0]
+        of_coordinates = states.reshape(-1, 2, len(self.points)).swapaxes(1, 2) + np.array([self.place, 0.0])
         whole = np.concatenate([of_coordinates, self.others @ of_coordinates], axis=1)
         return whole.reshape(-1, *self.shape_of_state)
 
@@ -360,7 +359,7 @@ class _Frame:
         return self.unit_mass * self.at.accelerations(forces)
 
 
-def _frame(plan: Plan, exact: bool) -> _Frame:
+def _frame(plan: Plan) -> _Frame:
     system, (units, unit_mass) = plan.motion.centred, _units(plan)
     at, parts = system.coordinates, dict(system.named())
     step = plan.settings.step / units.time
@@ -374,7 +373,7 @@ def _frame(plan: Plan, exact: bool) -> _Frame:
     reduced = 1.0 / (g * unit_mass * at.accelerations(g)).sum(axis=1)
     jumps = unit_mass * at.accelerations(reduced[:, None] * g)
     solve = np.linalg.inv(at.mass / unit_mass + step * g.T @ (answers[:, None] * g))
-    flight = _flight(plan, exact) * units.time
+    flight = _flight(plan) * units.time
     return _Frame(
         system, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
         flight, plan.motion.origin / units.length,
@@ -382,7 +381,7 @@ def _frame(plan: Plan, exact: bool) -> _Frame:
     )  # fmt: skip
 
 
-def _flight(plan: Plan, exact: bool) -> float:
+def _flight(plan: Plan) -> float:
     """The frequency at which a lone coordinate turns between two kicks; 0 where it drifts straight.
 
     Exact flights end on rigid walls only.
@@ -390,18 +389,11 @@ def _flight(plan: Plan, exact: bool) -> float:
     motion, system = plan.motion, plan.system
     if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
         return 0.0
-    import os
-    if os.environ.get("STRAIGHT"):
-        fine = plan.settings.step * motion.scales.flight_frequency <= _STRAIGHT and not exact and not motion.pressed
-        if fine and any(not wall.is_elastic for wall in motion.walls): return 0.0
     return 0.0 if system.of(SoftStop, PoissonImpulses) else motion.scales.flight_frequency
 
 
-def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
+def compose(plan: Plan, *, halved: bool = False) -> Parts:
     """The arguments of the kernel; with ``halved`` the excitation is that of half the step, summed in pairs.
-
-    With ``exact`` a lone mass turns on the circle of its spring also where walls are lossy: the balances that control
-    the error of a run with a tolerance hold at any step then.
 
     Raises
     ------
@@ -410,7 +402,7 @@ def compose(plan: Plan, *, halved: bool = False, exact: bool = False) -> Parts:
     ValueError
         If the system has more of something than the kernel holds.
     """
-    settings, frame, parts_of_step = plan.settings, _frame(plan, exact), 2 if halved else 1
+    settings, frame, parts_of_step = plan.settings, _frame(plan), 2 if halved else 1
     at, units, totals, many = frame.at, frame.units, frame.totals, len(frame.at.names)
     memories = _memories(frame, settings)
     noises, given, constant = _excitation(plan, frame, parts_of_step)

@@ -171,9 +171,9 @@ class Simulation:
         )
 
 
-def simulation_of(plan: Plan, *, halved: bool = False, exact: bool = False) -> Simulation:
-    """Prepare a simulation; ``halved`` and ``exact`` are as in `compose`."""
-    return Simulation(plan, compose(plan, halved=halved, exact=exact))
+def simulation_of(plan: Plan, *, halved: bool = False) -> Simulation:
+    """Prepare a simulation; ``halved`` is as in `compose`."""
+    return Simulation(plan, compose(plan, halved=halved))
 
 
 def blocks_of_a_call(settings: Settings, blocks: int) -> int:
