@@ -312,7 +312,7 @@ def advance(
         _of_points(0.0), _of_points(0.0), _columns(0.0), _of_walls(0.0), _own(0.0), _of_walls(0.0),
     )  # fmt: skip
     fine, x, v = _four(zero), _few(0.0), _few(0.0)
-    shown_x, shown_v = _shown(0.0), _shown(0.0)
+    shown_x, shown_v, told = _shown(0.0), _shown(0.0), _columns(0.0)
     who, risen, last = lane_numbers(u32(0)), _lane(0.0), _lane(0.0)
     works = K[SOURCES] + K[DAMPERS] + K[SHAKEN]
     terms = sum_of(K, HITS, 0) // LANES + (OF_A_WALL * K[WALLS] if K[TURNS] == 0 else 0)
@@ -325,6 +325,7 @@ def advance(
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)
         _fill(T.sums, K[COLUMNS], 0.0)
+        _fill(told, works + 1, 0.0)
         _fill(T.z, K[MODES], zero)
         _fill(T.h, GROUP * m, zero)
         _fill(T.d, (GROUP + 2) * m, zero)
@@ -369,8 +370,7 @@ def advance(
             watched = in_window and S[ON_STEPS_COUNT] > 0
             # sums in the sweep's precision are short; the last half of a drift before the window belongs to it
             summed = terms if low <= t + GROUP and t < high else 0
-            ends = watched or t // GROUP % SUMMED == SUMMED - 1 or t + GROUP >= min(high, steps)
-            ends = ends or t + GROUP == middle(low, high)
+            ends = t // GROUP % SUMMED == SUMMED - 1 or t + GROUP == middle(low, high) or t + GROUP >= min(high, steps)
             felt = (watched or recorded > 0) and S[FEELS] > 0
             for o in range(0, LANES, WIDTH):
                 for i in range(n):
@@ -416,7 +416,8 @@ def advance(
                 at = (n + m) * GROUP * LANES
                 begun = sum_of(K, POWER, 0) // LANES
                 for i in range((works + 1) * LANES):
-                    shown_v[at + i] = T.terms[begun * LANES + i]
+                    whole = f64(T.terms[begun * LANES + i])
+                    shown_v[at + i], told[i] = whole - told[i], 0.0 if ends else whole
                 show_steps(S, shown_x, shown_v, D[K[STEP]], t, low, high)
             if B[ANY] > 0:
                 keep(K, B, T, t + GROUP, no(), row, steps, risen, last)
