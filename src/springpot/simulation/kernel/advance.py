@@ -224,6 +224,14 @@ def _mark(K, D, T, x, v, step, low, high, o):
 
 
 @njit(**INLINE)
+def _feel(K, S, T, u, j, shown, o):
+    """Show the forces and accelerations of step j that observers see; the elongations are those in its kick."""
+    for k in range(S[FEELS]):
+        which = S[S[FELT] + k]
+        feel(S, T, u, which, j, beyond(shown, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
+
+
+@njit(**INLINE)
 def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, one):
     """From one kick to the next; with ``one`` of a coordinate that turns and has no parts with code of their own."""
     if not one and K[DAMPERS] > 0:
@@ -248,9 +256,8 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
     if within:
         work(K, F, T, j, o, one)
     rates(K, F, T, within, felt, o, one)
-    for k in range(S[FEELS] if felt and not one else 0):
-        which = S[S[FELT] + k]
-        feel(S, T, which, j, beyond(shown_x, (GROUP * (K[POINTS] + K[ROWS] + which) + j) * LANES), o)
+    if not one and felt:
+        _feel(K, S, T, T.u, j, shown_x, o)
     if not one and K[DAMPERS] > 0:
         damp(K, D, F, T, step, yes(), within, o)
     if not one and K[RESTING] > 0 and K[DAMPERS] > 0 and K[TURNS] == 0:
@@ -260,7 +267,7 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
     if one or K[TURNS] > 0:
         turn(K, F, T, j, o)
         if K[WALLS] > 0:
-            turn_with_impacts(K, D, F, T, S, j, x, v, weight, later, o)
+            turn_with_impacts(K, D, F, T, S, j, weight, later, o)
     else:
         drift(K, F, T, j, o)
         if K[PAPER] > 0:
@@ -273,6 +280,8 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
             take_off(K, T, o)
             ever = fly(K, F, T, S, j, 0.0, F[K[STEP]], weight, later, o)
             land(K, F, T, j, ever, o)
+    if one and felt:  # nothing has changed what it looks at, and the compiler knows more of the step without it
+        _feel(K, S, T, T.u0, j, shown_x, o)
 
 
 @njit(**INLINE)
@@ -386,8 +395,8 @@ def advance(
                 for j in range(GROUP):
                     step = t + j
                     within, next_within = low <= step < high, low <= step + 1 < high
-                    if plain and not felt:  # the same with a constant that the compiler knows
-                        _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, no(), o, yes())
+                    if plain:  # the same with a constant that the compiler knows
+                        _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, yes())
                     else:
                         _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, no())
                     if watched:

@@ -18,7 +18,7 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, WIDTH, f64, greater, lowest_bit, u64
 from springpot.simulation.kernel.motion import sum_of
-from springpot.simulation.kernel.rest import MOST_POINTS, count_resting, flag, hits_of, lay_down, put_in, restitution_of
+from springpot.simulation.kernel.rest import count_resting, flag, hits_of, lay_down, restitution_of
 from springpot.simulation.kernel.tables import (
     HEAVY,
     LIMITS,
@@ -193,10 +193,10 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
 
 
 @njit(**LINKED)
-def _turn_again(K, D, T, S, j, x, v, before, after, lane):
+def _turn_again(K, D, T, S, j, before, after, lane):
     """The drift of one lane that may have impacts."""
     b, behind, a, m = K[TURN], 0, T.now_x[lane] + f64(T.seen[lane]), f64(T.seen_v[lane])
-    x[MOST_POINTS] = from_x = a + (D[b] * a - D[b + 1] * m)
+    begin = from_x = a + (D[b] * a - D[b + 1] * m)
     from_v = m + (D[b] * m + D[b + 2] * a)
     for k in range(K[WALLS]):  # never from behind a wall, where rounding may have left it
         side = D[K[SIDE] + k]
@@ -205,22 +205,27 @@ def _turn_again(K, D, T, S, j, x, v, before, after, lane):
             a, m = from_x + (D[b] * from_x + D[b + 1] * from_v), from_v + (D[b] * from_v - D[b + 2] * from_x)
     held = _held(K, D, T, from_x, from_v, lane)
     start = -D[b + 1] / (1.0 + D[b])
-    seen, seen_v, x[0], v[0], events = _turn(K, D, T, S, a, m, from_v, start, held, before, after, lane)
+    seen, seen_v, x, v, events = _turn(K, D, T, S, a, m, from_v, start, held, before, after, lane)
     if events + behind > 0:  # else the lanes beside a path would decide its last bits
-        T.seen[lane], T.seen_v[lane] = seen - T.now_x[lane], seen_v
-        T.moved[lane], T.gained[lane] = x[0] - T.now_x[lane], v[0] - T.now_v[lane]
-        T.v[lane], x[2 * MOST_POINTS] = v[0], seen
-        put_in(K, D, T, j, x, v, lane)
+        T.seen[lane], T.moved[lane], T.gained[lane] = seen - T.now_x[lane], x - T.now_x[lane], v - T.now_v[lane]
+        T.seen_v[lane], T.v[lane] = seen_v, v
+        _put_in(T, j, begin, seen, x, v, lane)
 
 
 @njit(**INLINE)
-def turn_with_impacts(K, D, F, T, S, j, x, v, before, after, o):
+def _put_in(T, j, begin, seen, x, v, lane):
+    """The same as the elongation of its row."""
+    T.u[lane], T.w[lane], T.seen_u[lane], T.d[(2 + j) * LANES + lane] = x, v, seen, x - begin
+
+
+@njit(**INLINE)
+def turn_with_impacts(K, D, F, T, S, j, before, after, o):
     """The drift again of all lanes that are near a wall."""
     near = _near(K, F, T, j, o)
     if some(near):
         lanes = lanes_of(near)
         while lanes != u64(0):
-            _turn_again(K, D, T, S, j, x, v, before, after, o + lowest_bit(lanes))
+            _turn_again(K, D, T, S, j, before, after, o + lowest_bit(lanes))
             lanes &= lanes - u64(1)
 
 
@@ -229,11 +234,11 @@ def begin_turning(K, D, T, S, x, v, weight, lane):
     """From the state at time 0 to the first kick, half a drift later."""
     if K[WALLS] > 0:
         lay_down(K, D, x, v, T.state, lane)
-    T.fx[lane], x[MOST_POINTS] = 0.0, x[0]
+    T.fx[lane] = 0.0
     held = _held(K, D, T, x[0], v[0], lane)
-    _seen, _v, x[0], v[0], _events = _turn(K, D, T, S, x[0], v[0], v[0], 0.0, held, weight, weight, lane)
-    T.now_x[lane], T.now_v[lane], x[2 * MOST_POINTS] = x[0], v[0], x[0]
-    put_in(K, D, T, -1, x, v, lane)
+    _seen, _v, end, speed, _events = _turn(K, D, T, S, x[0], v[0], v[0], 0.0, held, weight, weight, lane)
+    T.now_x[lane], T.now_v[lane] = end, speed
+    _put_in(T, -1, x[0], end, end, speed, lane)
 
 
 @njit(**LINKED)

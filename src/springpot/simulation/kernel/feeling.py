@@ -31,15 +31,15 @@ as `springpot.simulation.kernel.contacts.elastic` has it, but for its mass.
 
 
 @njit(**LINKED)
-def feel(S, T, number, j, to, o):
+def feel(S, T, elongation, number, j, to, o):
     """What is felt in step j of the group; a source has the row -1 less its number."""
-    N, total = doubles(S[NUMBERS_OF_FELT]), filled(double(load(T.u, o)), 0.0)
+    N, total = doubles(S[NUMBERS_OF_FELT]), filled(double(load(elongation, o)), 0.0)
     for term in range(S[S[FELT_BEGIN] + number], S[S[FELT_BEGIN] + number + 1]):
         row, b = S[S[FELT_ROW] + term], NUMBERS * term
         if row < 0:
             total = total + N[b + 10] * double(load(T.given, ((-1 - row) * GROUP + j) * LANES + o))
             continue
-        u, middle = double(load(T.u, row * LANES + o)), double(load(T.middle, row * LANES + o))
+        u, middle = double(load(elongation, row * LANES + o)), double(load(T.middle, row * LANES + o))
         total = total + (N[b] + N[b + 1] * u + (N[b + 10] * load(T.pull, row * LANES + o) + N[b + 11] * middle))
         for k in range(2, 10):
             if N[b + k] != 0.0:

@@ -373,6 +373,7 @@ def turn(K, F, T, j, o):
     """A lone coordinate, which is its row, on a circle."""
     b, x, moved, v = K[TURN], load(T.u, o), load(T.moved, o), load(T.v, o)
     way, change = F[b] * x + F[b + 1] * v, F[b] * v - F[b + 2] * x
+    store(T.u0, o, x)
     store(T.seen, o, moved + way)
     store(T.seen_u, o, x + way)
     store(T.seen_v, o, v + change)
