@@ -69,6 +69,13 @@ def elastic(F, b, u):
     return depth, F[b + 2] * choose(depth > 0.0, power(depth, filled(depth, F[b + 3])), 0.0)
 
 
+@njit(**INLINE)
+def pressed(F, b, u, w):
+    """The force of a contact at an elongation and its rate."""
+    _depth, force = elastic(F, b, u)
+    return force * (1.0 - F[b + 1] * F[b + 4] * w)
+
+
 @njit(**LINKED)
 def _touches(K, F, T, S, hit, weight, o):
     """Count the touches of the last flight, which ``hit`` a rigid wall in some lanes; those that end show their peaks.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from numba import njit
 
 from springpot.simulation.kernel.calling import doubles
-from springpot.simulation.kernel.contacts import elastic
+from springpot.simulation.kernel.contacts import pressed
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED
 from springpot.simulation.kernel.vectors import double, filled, load, store
 from springpot.simulation.kernel.watching import (
@@ -48,8 +48,7 @@ def feel(S, T, elongation, number, j, to, o):
                     product = product * u
                 total = total + product
         if N[b + 12] != 0.0:
-            _depth, force = elastic(N, b + 15, u)
-            total = total + N[b + 12] * force * (1.0 - N[b + 16] * N[b + 19] * middle)
+            total = total + N[b + 12] * pressed(N, b + 15, u, middle)
         if N[b + 13] != 0.0:
             total = total + N[b + 13] * load(T.state, int(N[b + 14]) * LANES + o)
     store(to, o, total)
