@@ -191,6 +191,18 @@ def test_memory_and_rare_levels_do_not_see_the_shift() -> None:
         simulated(moved, derivative="riemann-liouville")
 
 
+def test_a_profile_of_power_has_what_masses_lose_as_they_come_to_rest() -> None:
+    """To the second order of the step: there the power of a single impact is not that of its restitution."""
+    system, apart = sp.System(*DAMPED, COLORED, sp.Barrier(1.0, 0.5, side="above")), []
+    for step in (0.04, 0.02):
+        run = simulated(system, paths=500, duration=60.0, window=(20.0, 60.0), step=step, profile=4, start="rest",
+                        initial_position=1.0)  # fmt: skip
+        profile = run.profiles["impact_power_profile"].value
+        apart.append(abs(profile.mean() / run["barrier_power"].value - 1.0))
+    assert apart[1] < 0.005
+    assert apart[1] < 0.4 * apart[0]
+
+
 @pytest.mark.validation
 def test_a_contact_moves_with_the_rest_of_the_spring() -> None:
     """Its force and that of the ground are those of the user's places."""

@@ -338,11 +338,13 @@ def _wanted(motion: Motion, seen: Seen) -> list[tuple[str, int, float]]:
 
 
 def _taken(motion: Motion, seen: Seen) -> float:
-    """Energy that walls take from an impact, over the square of its speed; NaN if that is no number."""
+    """Energy that walls take from an impact, over the square of its speed; NaN if that is no number.
+
+    What comes to rest counts as one more impact: it leaves with no speed, which is r times its own to the order of a
+    step.
+    """
     walls = [motion.system.stops[seen.stop]] if seen.stop else [*motion.system.stops.values()]
     laws = {wall.restitution for wall in walls if isinstance(wall, Barrier)}
-    if motion.rested_on & ({seen.stop} if seen.stop else {*motion.system.stops}):  # coming to rest is no impact
-        return math.nan
     if len(laws) != 1 or callable(*laws) or not all(isinstance(wall, Barrier) for wall in walls):
         return math.nan
     at = motion.system.coordinates
