@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
+from springpot.machine.faults import listed, meant, shown
 
 MOST_PARTS = 64  # of a system: more than a device has, and few enough that every theory answers in seconds
 _ROUNDED = 1e-12  # of the sum of the sizes of the terms: as little as this is what rounding leaves of 0
@@ -100,6 +102,54 @@ class Coordinates:
         (['a_', 'b_'], [''])
         """
         return {"" if self.lone else f"{point}_": row for point, row in zip(self.points, self.rows, strict=True)}
+
+    def as_given(self, places: Floats) -> Any:
+        """Places, or velocities, of all masses as users state them: by their names, or the number of one alone.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab").as_given(np.array([0.5, 0.0])), Coordinates.of_masses("a").as_given(np.ones(1))
+        ({'a': 0.5, 'b': 0.0}, 1.0)
+        """
+        return float(places[0]) if self.lone else dict(zip(self.names, places.tolist(), strict=True))
+
+    def places_of(self, given: Any) -> Floats:
+        """Back from that form, with all masses in their order.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab").places_of({"a": 0.5, "b": 0.0}).tolist()
+        [0.5, 0.0]
+        """
+        return np.array([*given.values()] if isinstance(given, Mapping) else [given], float)
+
+    def checked(self, given: Any, name: str) -> Any:
+        """A number, or one for each mass: 0 of those not named.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it does not say of which masses it is, or of one that there is not, or is no number.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab").checked({"b": 1}, "initial_position")
+        {'a': 0.0, 'b': 1.0}
+        """
+        points = self.names
+        if self.lone:
+            return finite_number(given, name, low=-LARGEST, high=LARGEST)
+        if not isinstance(given, Mapping):
+            example = f"{ {points[0]: 0.01} }, in the command as {points[0]}=0.01"
+            raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
+        for point in given:
+            if point not in points:
+                near = meant(point, points) if isinstance(point, str) else ""
+                raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
+        return {
+            point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
+            for point in points
+        }
 
     def row(self, between: tuple[str, str] | None) -> Floats:
         """The row of a part between two ends; not given, between the ground and the one mass.

@@ -41,7 +41,7 @@ def left_of_start(plan: Plan, values: Mapping[str, float], errors: Mapping[str, 
     motion, (begin, end) = plan.motion, plan.settings.window
     if not motion.searched:
         return
-    start = motion.places_of(plan.settings.initial_position)
+    start = motion.system.coordinates.places_of(plan.settings.initial_position)
     speeds = np.array([values[f"{name.removesuffix('x_mean')}v_mean_square"] for name in motion.mean_names])
     for kept in motion.kept_means:
         mean, square = (values[f"{kept.name}_{of}"] for of in ("mean", "mean_square"))

@@ -68,10 +68,10 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
         return plan
     now = motion.near_mean
     if not motion.searched:
-        return plan.started_at(Adapted(motion.as_given(now), 0.0, 0.0, 0.0, 0))
+        return plan.started_at(Adapted(motion.system.coordinates.as_given(now), 0.0, 0.0, 0.0, 0))
     pilot = _pilot(plan, pilot_paths(plan.settings.paths) if paths is None else paths)
     if pilot.settings.window[0] < SETTLED * motion.scales.energy_time:
-        return plan.started_at(Adapted(motion.as_given(now), None, None, None, 0))
+        return plan.started_at(Adapted(motion.system.coordinates.as_given(now), None, None, None, 0))
     free = np.array([name not in motion.zeros for name in motion.mean_names])
     tried: list[_Pilot] = []
     while True:
@@ -94,7 +94,7 @@ def adapt(plan: Plan, *, paths: int | None = None, progress: Progress | None = N
     errors = np.divide(errors, check.spread, out=np.zeros(free.size), where=free)
     way, slopes = _way(tried, motion)
     found = Adapted(
-        position=motion.as_given(motion.within_walls(np.where(free, settled, now))),
+        position=motion.system.coordinates.as_given(motion.within_walls(np.where(free, settled, now))),
         residual=float(residuals[worst]),
         residual_se=float(check.errors[worst] / check.spread[worst]),
         # as if the errors of all masses were one
@@ -127,7 +127,7 @@ class _Pilot:
 
 def _run(pilot: Plan, start: Floats, stream: int, progress: Progress | None) -> _Pilot:
     motion, alive = pilot.motion, None if progress is None else (lambda _: progress(0.0))
-    simulation = simulation_of(pilot.but(initial_position=motion.as_given(start)))
+    simulation = simulation_of(pilot.but(initial_position=motion.system.coordinates.as_given(start)))
     estimates = samples_of(simulation, simulation.advance(stream=stream, progress=alive).rows)
     means = [estimates[name][1] for name in motion.mean_names]
     if "energy_residual" in estimates:

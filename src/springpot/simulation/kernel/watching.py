@@ -63,7 +63,7 @@ class Observer:
     stop : str
         The wall or contact whose impacts ``on_impacts`` sees; empty for all.
     place : float
-        Of this wall, in m; 0 for the lone wall of one mass.
+        Of this wall, in m.
     per_block : bool
         Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
         blocks matters.

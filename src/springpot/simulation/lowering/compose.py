@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.memory import ExponentialSum, direct
+from springpot.problem.catalogue import possible_results
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, PoissonImpulses, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
@@ -113,13 +114,11 @@ class Parts:
     law : object or None
         From which x and v at time 0 are drawn; otherwise they are those of ``start``.
     frequency : float
-        That of the linear spring of a lone coordinate, in the kernel's units; otherwise 1.
+        Of flights, were they to turn, in the kernel's units.
     place : float
         From which the kernel measures, in its units: `Motion.origin`.
     mass : float
-        By which a motion's energies are counted per unit: that of a lone coordinate, otherwise 1.
-    wall_position : float
-        Of a single rigid wall of a lone coordinate, in the kernel's units; 0 without.
+        Of the first coordinate: that of all where there is one.
     walls : tuple of str
         Walls and contacts by the numbers with which observers see their impacts.
     contacts : tuple of str
@@ -150,7 +149,6 @@ class Parts:
     frequency: float = 1.0
     place: float = 0.0
     mass: float = 1.0
-    wall_position: float = 0.0
     walls: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
     damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
@@ -227,7 +225,7 @@ class Parts:
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         (length, speed), frequency = self.units.state, self.frequency
-        wall = observer.place / self.units.length if observer.place else self.wall_position
+        wall = observer.place / self.units.length
         if observer.feels:
             frequency, wall = self.felt.scale, self.felt.exceeding(observer.feels[0])
         speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
@@ -318,7 +316,9 @@ class _Frame:
     place : float
         From which the kernel measures; 0 of several coordinates.
     frequency : float
-        That of the flight of a lone coordinate, were it to turn; otherwise 1.
+        That of flights, were they to turn.
+    has_potential : bool
+        Of one coordinate.
     """
 
     system: System
@@ -335,6 +335,7 @@ class _Frame:
     flight: float
     place: float
     frequency: float
+    has_potential: bool
 
     @property
     def at(self) -> Coordinates:
@@ -377,7 +378,7 @@ def _frame(plan: Plan) -> _Frame:
     return _Frame(
         system, units, unit_mass, step, g, [*found.values()], totals, answers, reduced, jumps, solve,
         flight, plan.motion.origin / units.length,
-        plan.motion.scales.flight_frequency * units.time if at.lone else 1.0,
+        plan.motion.scales.flight_frequency * units.time, plan.motion.potential is not None,
     )  # fmt: skip
 
 
@@ -387,9 +388,8 @@ def _flight(plan: Plan) -> float:
     Exact flights end on rigid walls only.
     """
     motion, system = plan.motion, plan.system
-    if not system.coordinates.lone or plan.settings.numerical_scheme.family == "grunwald":
-        return 0.0
-    return 0.0 if system.of(SoftStop, PoissonImpulses) else motion.scales.flight_frequency
+    turns = plan.settings.scheme == "default" and not system.of(SoftStop, PoissonImpulses)
+    return motion.scales.flight_frequency if turns else 0.0
 
 
 def compose(plan: Plan, *, halved: bool = False) -> Parts:
@@ -456,8 +456,7 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
         gauged=tuple(f"row {n}" for n in range(tables.count("gauged"))),
         frequency=frame.frequency,
         place=frame.place,
-        mass=float(at.mass[0, 0]) if at.lone else 1.0,
-        wall_position=next(iter(walls.values())).position + frame.place if at.lone and len(walls) == 1 else 0.0,
+        mass=float(at.mass[0, 0]),
         walls=names,
         contacts=tuple(name for _, name, _ in touched),
     )  # fmt: skip
@@ -538,7 +537,7 @@ def _tables(
         "contacts": len(touched), "shaken": len(shaken), "taps": len(memories.taps), "modes": memories.modes,
         "resting": int(sum(rests)), "parts": parts_of_step, "substeps": _substeps(frame, touched),
         "states": sum(each.named.states for each in given) + sum(each.law.states for each in dampers),
-        "turns": int(frame.flight > 0.0), "paper": int(printed), "forced": int(at.lone),
+        "turns": int(frame.flight > 0.0), "paper": int(printed), "forced": int(frame.has_potential),
     }  # fmt: skip
     (row_begin, row_at, row), (noise_begin, noise_at, noise), (source_begin, source_at, source_row) = (
         _sparse(rows)
@@ -710,7 +709,7 @@ def start_of(plan: Plan) -> tuple[Floats, Floats]:
     """x(0) and x'(0) in the order of the coordinates, in m and m/s."""
     if plan.settings.initial_position is None:
         raise ValueError("initial_position of a stationary start is known after its pilot runs only.")
-    of = plan.motion.places_of
+    of = plan.system.coordinates.places_of
     return of(plan.settings.initial_position), of(plan.settings.initial_velocity)
 
 
@@ -912,7 +911,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
     noise of dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and
     white noise.  ``shaking``: the same of noise that multiplies an elongation, per square of that, by its row.
     """
-    system, at = plan.system, plan.system.coordinates
+    system, at, possible = plan.system, plan.system.coordinates, possible_results(plan.system)
     gauged = dict(zip(at.numbers, parts.gauged, strict=False))
     everywhere = zip(at.beginnings, at.points, at.rows.tolist(), lacking, strict=True)
     for i, (called, point, own, lack) in enumerate(everywhere):
@@ -925,7 +924,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         if parts.sees_v:
             above, lack = {f"v^2 of {of}": 1.0}, 0.0
         yield Reading(f"{called}v_mean_square", above, added=float(lack))
-        if at.lone and system.stiffness > 0.0:
+        if "amplitude_mean_square" in possible and system.stiffness > 0.0:
             share = system.natural_frequency**-2
             whole = {**squares, **{column: share * factor for column, factor in above.items()}}
             yield Reading("amplitude_mean_square", whole, added=away**2 + share * float(lack))

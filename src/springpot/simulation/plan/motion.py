@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.arguments import LARGEST, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, few, listed, meant, shown
 from springpot.problem.catalogue import owner_of
@@ -92,6 +91,27 @@ class KeptMean:
 
 
 @dataclass(frozen=True, eq=False)
+class Potential:
+    """That of one coordinate: all parts lie on its row.
+
+    Attributes
+    ----------
+    system : System
+        As seen from the place from which it is measured.
+    guess : BoltzmannLaw or None
+        From which the scales are; None where they have closed forms.
+    """
+
+    system: System
+    guess: BoltzmannLaw | None = None
+
+    @cached_property
+    def law(self) -> BoltzmannLaw:
+        """Boltzmann's law at the guessed temperature."""
+        return self.guess or guessed_law(self.system)
+
+
+@dataclass(frozen=True, eq=False)
 class Motion:
     """A system and what follows from it alone.  Made by `springpot.simulation.plan.motions.motion_of`.
 
@@ -114,8 +134,8 @@ class Motion:
         Whether a long step leaves the stationary law as it is: a dashpot, white noise, and an elastic wall at most.
     beyond_paper : str
         Which part the paper's problem does not have, in one sentence; empty if it is that problem.
-    guess : BoltzmannLaw or None
-        From which the scales are; None where they have closed forms, or are those of modes.
+    potential : Potential or None
+        Of a lone row; None of a motion that is guessed from its normal modes.
     """
 
     system: System
@@ -128,7 +148,7 @@ class Motion:
     searched: bool = False
     keeps_the_law: bool = False
     beyond_paper: str = ""
-    guess: BoltzmannLaw | None = None
+    potential: Potential | None = None
 
     @cached_property
     def centred(self) -> System:
@@ -143,7 +163,8 @@ class Motion:
     @property
     def law(self) -> BoltzmannLaw:
         """The law of x - origin at the guessed temperature, in the potential of a lone row."""
-        return self.guess or guessed_law(self.centred)
+        assert self.potential is not None
+        return self.potential.law
 
     @cached_property
     def modes(self) -> Modes:
@@ -152,7 +173,7 @@ class Motion:
 
     def size_of(self, seen: Seen) -> tuple[float, float, float]:
         """Mean, deviation and deviation of the velocity of a displacement, about."""
-        if not self.system.coordinates.lone:
+        if self.potential is None:
             return float(seen.row @ self.rest), self.modes.spread(seen.row), self.modes.speed(seen.row)
         law = self.law
         return self.origin + law.mean, math.sqrt(law.variance), math.sqrt(law.temperature)
@@ -291,8 +312,8 @@ class Motion:
 
     def start_of(self, seen: Seen, x: Any, v: Any) -> tuple[float, float]:
         """A displacement and its velocity from x(0) and x'(0) as settings have them; without x(0) that of rest."""
-        places = self.rest if x is None else self.places_of(x)
-        return float(seen.row @ places), float(seen.row @ self.places_of(v))
+        places = self.rest if x is None else self.system.coordinates.places_of(x)
+        return float(seen.row @ places), float(seen.row @ self.system.coordinates.places_of(v))
 
     def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Floats, Floats, Floats] | None:
         """By which splitting tells how near a motion is to a large value, where its potential does not.
@@ -301,7 +322,7 @@ class Motion:
         rest.  The root of the sum of both squares is what the mode can bring in a cycle.  With ``by_energy`` it is the
         root of the energy of the mode.
         """
-        if self.system.coordinates.lone:
+        if self.potential is not None:
             return None
         at, modes, rows = self.system.coordinates, self.modes, self.system.coordinates.elongations
         lowest = min(modes.frequency[modes.stretching], default=1.0)
@@ -338,21 +359,12 @@ class Motion:
         """The least change of the places that puts every elongation before its wall."""
         return within_walls(self.system, places)
 
-    def as_given(self, places: Floats) -> Any:
-        """Places of all masses in the form of ``initial_position``: by their names, or the number of one alone."""
-        at = self.system.coordinates
-        return float(places[0]) if at.lone else dict(zip(at.names, places.tolist(), strict=True))
-
-    def places_of(self, given: Any) -> Floats:
-        """Back from that form."""
-        return np.array([*given.values()] if isinstance(given, Mapping) else [given], float)
-
     def placed(self, given: Any) -> Any:
         """x(0) from what was given: that of rest without it, and 0 of masses that are not named."""
         if given is None:
-            return self.as_given(self.rest)
-        places = self._checked(given, "initial_position")
-        x = self.places_of(places)
+            return self.system.coordinates.as_given(self.rest)
+        places = self.system.coordinates.checked(given, "initial_position")
+        x = self.system.coordinates.places_of(places)
         for name, part in self.system.named():
             if isinstance(part, Barrier):
                 row = self.system.coordinates.elongations[name]
@@ -366,25 +378,8 @@ class Motion:
 
     def moving(self, given: Any) -> Any:
         """x'(0) from what was given: 0 without it."""
-        none = self.as_given(np.zeros(len(self.rest)))
-        return none if given is None else self._checked(given, "initial_velocity")
-
-    def _checked(self, given: Any, name: str) -> Any:
-        """A number, or one for each mass; 0 of those not named."""
-        points = self.system.coordinates.names
-        if self.system.coordinates.lone:
-            return finite_number(given, name, low=-LARGEST, high=LARGEST)
-        if not isinstance(given, Mapping):
-            example = f"{ {points[0]: 0.01} }, in the command as {points[0]}=0.01"
-            raise TypeError(f"{name} must say of which masses it is, in Python as {example}, not {shown(given)}.")
-        for point in given:
-            if point not in points:
-                near = meant(point, points) if isinstance(point, str) else ""
-                raise ValueError(f"{name} has {point!r}, which is no mass{near or f'; there are {listed([*points])}.'}")
-        return {
-            point: finite_number(given.get(point, 0.0), f"{name} of {point}", low=-LARGEST, high=LARGEST)
-            for point in points
-        }
+        none = self.system.coordinates.as_given(np.zeros(len(self.rest)))
+        return none if given is None else self.system.coordinates.checked(given, "initial_velocity")
 
     def stationary_place(self, seen: Seen) -> float:
         """About where a displacement is in the stationary state: on which side a level lies."""
@@ -408,7 +403,7 @@ class Motion:
         It is the force C t^-alpha / Gamma(1 - alpha) of each springpot over Omega^2.  None of several coordinates,
         where it hardly fades, since some springpots are stronger than the springs beside them: pilots measure it.
         """
-        if not self.system.coordinates.lone:
+        if self.potential is None:
             return None
         frequency, share = self.scales.frequency, 0.0
         for pot in self.kept_means:
@@ -462,7 +457,7 @@ class Motion:
 
     @cached_property
     def _drawn(self) -> FromPotential | BoltzmannOfModes | Loose | None:
-        if self.system.coordinates.lone:
+        if self.potential is not None:
             return FromPotential(self.law, self.origin) if self.system.of(ThermalNoise) else None
         return boltzmann_of_modes(self.system) or self.loose
 
@@ -488,8 +483,8 @@ class Motion:
         return 0.0 if self.loose is None else self.loose.waiting_time(start)
 
     def scheme_for(self, word: Scheme) -> SchemeOfRun:
-        """The name of the scheme that a run has, from the one chosen; flights of several coordinates are straight."""
-        return word if self.system.coordinates.lone else "straight"
+        """The name of the scheme that a run has, from the one chosen; only in a potential there is a choice."""
+        return "straight" if self.potential is None else word
 
     def usual_energy(self, values: Mapping[str, float]) -> float:
         """The kinetic energy, in J, from the results of a run; without what inertial parts share between masses."""
@@ -505,7 +500,7 @@ class Motion:
     @property
     def usual_quantities(self) -> tuple[str, ...]:
         """What ``rtol`` controls where nothing else is asked for: the mean square amplitude, or all mean squares."""
-        if self.system.coordinates.lone:
+        if self.potential is not None:
             return ("amplitude_mean_square",) if self.system.stiffness > 0.0 else ("v_mean_square",)
         own = self.system.coordinates.beginnings
         return tuple(name for of in "xv" for each in own if (name := f"{each}{of}_mean_square") not in self.zeros)

@@ -24,7 +24,7 @@ from springpot.simulation.plan.guess import (
     rate_on_pressed_walls,
 )
 from springpot.simulation.plan.modes import modal_scales, modes_of
-from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motion import Motion, Potential
 from springpot.simulation.plan.origin import origin_of, seen_from
 from springpot.simulation.plan.rest import nearest_to_rest
 from springpot.simulation.plan.scales import Scales, closed_form
@@ -60,7 +60,8 @@ def motion_of(system: System) -> Motion:
     except NotCoveredError as reason:
         law = guessed_law(centred)
         scales = guessed_scales(centred, law).seen_from(-origin)
-        motion = Motion(system, scales, rest, np.array([scales.mean]), origin, beyond_paper=str(reason), guess=law)
+        motion = Motion(system, scales, rest, np.array([scales.mean]), origin, beyond_paper=str(reason),
+                        potential=Potential(centred, law))  # fmt: skip
         searched = motion.remembers and Symmetry(centred).has_mean(np.ones(1)) and not motion.is_thermal
         held = 0.0 if springpot_alone(motion.unit) else law.frequency**2
         free = {"x_mean_square": law.variance, "amplitude_mean_square": 2.0 * law.variance}
@@ -79,6 +80,7 @@ def motion_of(system: System) -> Motion:
         searched=paper.barrier is not None,
         keeps_the_law=elastic and dashpot and paper.excitation.intensity > 0.0,
         beyond_paper=f"a constant force cannot be part of an Oscillator: {CANONICAL}." if origin else "",
+        potential=Potential(centred),
     )
 
 

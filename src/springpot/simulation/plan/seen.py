@@ -111,8 +111,10 @@ def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
 
 
 def _alone(system: System) -> Seen:
-    """The only displacement: its impacts are all there are, on walls of which its kernel knows the places."""
-    return replace(_displacement(system, system.coordinates.rows[0]), names={}, stop="", place=0.0, side=1.0)
+    """The only displacement: its impacts are all there are."""
+    walls = system.of(Barrier)
+    place = walls[0].position if len(walls) == 1 else 0.0  # of several it may be any
+    return replace(_displacement(system, system.coordinates.rows[0]), names={}, stop="", place=place, side=1.0)
 
 
 def _displacement(system: System, row: Floats, **names: str) -> Seen:

@@ -102,8 +102,8 @@ def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
 
 
 def _about_shapes(motion: Motion) -> Iterator[Message]:
-    """Of filters that change the linear response, where there is one mass: it lies where a density begins or ends."""
-    if not motion.system.of(SpectralExcitation) or not motion.system.coordinates.lone:
+    """Of filters that change the linear response, in a potential: it lies where a density begins or ends."""
+    if not motion.system.of(SpectralExcitation) or motion.potential is None:
         return
     from springpot.simulation.lowering.shaping import moments_off, shape_of  # SciPy is slow to import
 
@@ -218,10 +218,10 @@ def _about_change(simulation: Simulation, rows: Floats) -> Iterator[Message]:
 
 def _about_energy(simulation: Simulation, values: Values, errors: Values, rows: Floats) -> Iterator[Message]:
     """Of a balance that fails."""
-    plan, mass = simulation.plan, simulation.parts.mass
+    plan = simulation.plan
     energy = simulation.motion.usual_energy(values)
     residual, error = values.get("energy_residual", 0.0), errors.get("energy_residual", math.nan)
-    supplied = values.get("input_power", 0.0) / mass * (plan.settings.window[1] - plan.settings.window[0])
+    supplied = values.get("input_power", 0.0) * (plan.settings.window[1] - plan.settings.window[0])
     # with a large energy the rounding of single-precision memory shows, and is accepted
     floor = max(0.01, 1e-4 * energy / supplied) if supplied > 0.0 else 0.01
     if math.isfinite(error) and abs(residual) > max(FAR_OFF * error, floor):
