@@ -16,9 +16,7 @@ UNKNOWN = 1.6  # standard errors of that difference that its bias may have, on a
 LEAST_GROWTH, MOST_GROWTH = 1.2, 4.0  # of the numbers of paths and pairs in one round
 FEWEST_PATHS = 128
 MOST_FINER = 3  # halvings from the finer step of the pairs to that of the paths
-# An impact takes as long as so many steps, but all impacts of a path as long as all its steps at most: where many paths
-# strike, vector code finds the impacts.
-STEPS_PER_IMPACT = 70.0
+STEPS_PER_IMPACT = 25.0  # an impact takes as long as so many steps: 18 to 40, of one mass and of two
 UNSEEN = 1e9  # path-steps after which a run ends if a quantity still has no value
 
 
@@ -102,8 +100,7 @@ class Standing:
 
     def path_cost(self, finer: int) -> float:
         """Of a path, in steps."""
-        steps = 2.0 ** (finer + 1) * self.steps
-        return steps + min(STEPS_PER_IMPACT * self.impacts, steps)
+        return 2.0 ** (finer + 1) * self.steps + STEPS_PER_IMPACT * self.impacts
 
     @property
     def pair_cost(self) -> float:

@@ -65,7 +65,7 @@ def _given(K, D, T, lane, side):
 @njit(**INLINE)
 def _time(D, b, t):
     """The time after the middle, of the t of a line."""
-    return math.atan(D[b + 6] * t) / D[b + 6]
+    return math.atan2(D[b + 6] * t, 1.0) / D[b + 6]
 
 
 @njit(**INLINE)

@@ -77,20 +77,21 @@ def pressed(F, b, u, w):
 
 
 @njit(**LINKED)
-def _touches(K, F, T, S, hit, weight, o):
+def _touches(K, F, T, S, hit, span, weight, o):
     """Count the touches of the last flight, which ``hit`` a rigid wall in some lanes; those that end show their peaks.
 
-    The flight ends in the contact, or is out of it again after an impact on the wall behind.
+    The flight ends in the contact, or is out of it again after an impact on the wall behind: it would have been in it
+    after the time ``span`` without the impact.
     """
     for c in range(K[CONTACTS]):
         e, b, to = K[K[CONTACT_AT] + c] * LANES + o, K[CONTACT] + NUMBERS_OF_CONTACT * c, c * LANES + o
         away, place, u = F[b + 1], F[b], load(T.fu, e)
         outside, inside = away * (load(T.touched, to) - place) >= 0.0, away * (u - place) < 0.0
-        new = outside & (
-            inside | (hit & (away * load(T.touched, to + K[CONTACTS] * LANES) < 0.0) & (away * load(T.w, e) > 0.0))
-        )
+        closing = 0.0 - away * load(T.touched, to + K[CONTACTS] * LANES)
+        through = hit & (away * (load(T.touched, to) - place) < closing * span) & (away * load(T.w, e) > 0.0)
+        new = outside & (inside | through)
         if some(new):
-            speed = size(choose(inside, load(T.w, e), load(T.touched, to + K[CONTACTS] * LANES)))
+            speed = size(choose(inside, load(T.w, e), closing))
             one, at = choose(new, weight, 0.0), sum_of(K, HITS, OF_A_WALL * (K[WALLS] + c)) + o
             add(T.sums, at, double(one))
             add(T.sums, at + LANES, double(one * speed))
@@ -156,10 +157,10 @@ def drift_through_contacts(K, F, T, S, j, within, beyond_it, o):
     for s in range(count):
         weight = filled(load(T.v, o), within if 2 * s < count else beyond_it)
         hit = _to(K, F, T, S, j, s * short, 0.5 * short, within, beyond_it, o)
-        _touches(K, F, T, S, hit, weight, o)
+        _touches(K, F, T, S, hit, 0.5 * short, weight, o)
         pushed = _push(K, F, T, S, short, weight, o)
         again = _to(K, F, T, S, j, (s + 0.5) * short, 0.5 * short, within, beyond_it, o)
-        _touches(K, F, T, S, again, weight, o)
+        _touches(K, F, T, S, again, 0.5 * short, weight, o)
         ever = ever | hit | pushed | again
         if 2 * s + 2 == count:  # the observation
             for i in range(K[POINTS]):
