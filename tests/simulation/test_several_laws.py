@@ -274,3 +274,18 @@ def test_a_force_is_on_one_mass_or_between_two() -> None:
     assert lines[0].endswith("= -w(t) + (x_a - x_b) u(t)")
     assert lines[1].endswith("= w(t) + (x_b - x_a) u(t)")
     assert sp.read_system(SHAKEN.to_dict()) == SHAKEN
+
+
+def test_a_wall_that_is_struck_beside_a_contact_is_no_touch_of_it() -> None:
+    """An impact of one mass turns round how its distance to the other changes."""
+    masses = sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b")
+    ends = [("ground", "a"), ("a", "b")]
+    parts = [part for own in ends for part in (sp.Spring(1.0, between=own), sp.Dashpot(0.2, between=own))]
+    noise = [sp.WhiteNoise(0.5, on=point) for point in "ab"]
+    walls = sp.Barrier(-0.3, 0.8, between=("ground", "b")), sp.Contact(-0.4, 30.0, between=ends[1])
+    given: dict[str, Any] = {"paths": 640, "duration": 30.0, "window": (5.0, 30.0), "start": "rest", "step": 0.02}
+    run = sp.simulate(sp.System(*masses, *parts, *noise, *walls), **given, record=640)
+    apart = np.diff(run.record[:, 250:, :, 0], axis=2)[..., 0]
+    seen = (np.diff((apart < -0.4).astype(int), axis=1) > 0).sum() / (640 * 25.0)
+    assert run["barrier_impact_rate"].value > 0.2
+    assert seen < run["contact_impact_rate"].value < 1.05 * seen  # some touches begin and end between two points
