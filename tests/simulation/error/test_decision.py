@@ -51,7 +51,7 @@ def test_the_split_between_paths_and_pairs_is_the_cheapest() -> None:
 def test_behind_a_wall_where_a_step_is_a_small_part_of_the_cost_it_is_shorter() -> None:
     known = replace(QUIET, variance=0.06, difference_variance=0.006, difference=5e-3)
     fresh = replace(START, known=(known,), paths=0, finer=0)
-    free, often = (decide(replace(fresh, impacts=impacts)) for impacts in (0.0, 8.0))
+    free, often = (decide(replace(fresh, impacts=impacts)) for impacts in (0.0, 24.0))
     assert often.finer > free.finer
 
 

@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
 from springpot.memory import ExponentialSum, direct
-from springpot.problem.catalogue import possible_results
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.parts import Barrier, Contact, PoissonImpulses, ThermalNoise
 from springpot.problem.parts.circuits import Circuit
@@ -911,7 +910,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
     noise of dashpots, where the square alone is that of the temperature times S, and for one mass with a dashpot and
     white noise.  ``shaking``: the same of noise that multiplies an elongation, per square of that, by its row.
     """
-    system, at, possible = plan.system, plan.system.coordinates, possible_results(plan.system)
+    system, at = plan.system, plan.system.coordinates
     gauged = dict(zip(at.numbers, parts.gauged, strict=False))
     everywhere = zip(at.beginnings, at.points, at.rows.tolist(), lacking, strict=True)
     for i, (called, point, own, lack) in enumerate(everywhere):
@@ -924,7 +923,7 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
         if parts.sees_v:
             above, lack = {f"v^2 of {of}": 1.0}, 0.0
         yield Reading(f"{called}v_mean_square", above, added=float(lack))
-        if "amplitude_mean_square" in possible and system.stiffness > 0.0:
+        if plan.motion.potential is not None and system.stiffness > 0.0:
             share = system.natural_frequency**-2
             whole = {**squares, **{column: share * factor for column, factor in above.items()}}
             yield Reading("amplitude_mean_square", whole, added=away**2 + share * float(lack))
