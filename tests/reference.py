@@ -388,20 +388,20 @@ def walk(
             book(n, name, each, -0.5 * each * later)
         resting[:] = [name for name, leaves in zip(resting, opened, strict=True) if not leaves]
 
-    def hold_turning(n: int, impulse: Floats, free: float) -> None:
-        """The same of one mass, on which its spring acts in the flight."""
+    def hold_turning(n: int, step_gives: float, moving: float, settled: bool) -> float:
+        """The same of one mass, on which its spring acts in the flight; its speed away from the wall."""
         nonlocal v, given
         (name,) = resting
         wall, row = by_name[name]
-        given = float(impulse[0]) / row.mass / h  # without the answer of springpots and dashpots
-        moving = wall.inwards * free
+        given = wall.inwards * step_gives / h
         leaves = presses(name) < 0.0 and moving > 0.0
         later = 0.5 * moving if leaves else 0.0
         v = v * 0.0 + wall.inwards * later
-        taken = -0.5 * moving if leaves else -wall.inwards * given * h
-        book(n, name, row.mass * taken, 0.0)
-        if presses(name) < 0.0:
-            resting.clear()
+        if settled:
+            book(n, name, row.mass * (-later if leaves else -step_gives), 0.0)
+            if presses(name) < 0.0:
+                resting.clear()
+        return later
 
     def advance(time: float) -> None:
         nonlocal x, v
@@ -506,9 +506,11 @@ def walk(
         for row in rows.values():
             row.increments.append(float(row.g @ (x - before)))
         before = x.copy()
+        pushed = np.zeros(len(v))  # by dampers; friction does not press
         for _, damper, row in dampers:
             rate = float(row.g @ v)
-            v = v + (damper.follow(n, float(row.g @ x), rate, False) - rate) * row.jump
+            more = (damper.follow(n, float(row.g @ x), rate, False) - rate) * row.jump
+            v, pushed = v + more, pushed + more * (not isinstance(damper.part, sp.Friction))
         impulse = constant + impulses(n, x)
         for row in rows.values():
             u, rate = float(row.g @ x), float(row.g @ v)
@@ -516,17 +518,25 @@ def walk(
             impulse = impulse + h * force * row.g
         leant, change = {}, solve @ impulse
         v = v + change
-        if flight:
-            given = float(change[0]) / h
-            if resting:
-                hold_turning(n, impulse, given * h)
+        held = bool(flight and resting)
+        if held:
+            wall, row = by_name[resting[0]]
+            share = 1.0 / (row.mass * float(row.g @ solve @ row.g))  # without the answer of springpots and dashpots
+            moving = wall.inwards * float(v[0])
+            leaving = hold_turning(n, share * moving, moving, not dampers)
         elif resting:
             hold(n)
         for _, damper, row in reversed(dampers):
             rate = float(row.g @ v)
-            v = v + (damper.follow(n, float(row.g @ x), rate, True) - rate) * row.jump
-        if dampers and resting and not flight:
+            more = (damper.follow(n, float(row.g @ x), rate, True) - rate) * row.jump
+            v, pushed = v + more, pushed + more * (not isinstance(damper.part, sp.Friction))
+        if held and dampers:  # all is settled when they have acted after the kick, too
+            own = wall.inwards * float(v[0]) - leaving
+            hold_turning(n, share * moving + own, moving + own, True)
+        elif resting and dampers:
             hold(n)
+        if flight and not held:
+            given = float((change + pushed)[0]) / h
         pressing = constant + smooth(n)
         drift(-0.5 * h, n)
         seen.append((x.copy(), v.copy()))

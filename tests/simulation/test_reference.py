@@ -96,6 +96,8 @@ RESTING: dict[str, tuple[float, tuple[Any, ...]]] = {
         *SINES, sp.PolynomialSpring((1e-9, 0.0, 0.5)), sp.Constant(-4.0), sp.Barrier(-0.5, 0.5, side="above"),
     )),
     "law": (1.0, (*SINES, sp.Barrier(1.0, sp.PowerRestitution(0.5, 1.0), side="above"))),
+    "yielding": (1.0, (*SINES, sp.Jenkins(4.0, 0.4), sp.Barrier(1.0, 0.5, side="above"))),
+    "friction": (1.0, (*SINES, sp.Friction(0.4), sp.Barrier(1.0, 0.5, side="above"))),
 }  # fmt: skip
 
 PRESSED = sp.Constant(-9.81, on="a"), sp.Constant(-4.905, on="b")
@@ -232,7 +234,7 @@ def momenta(by_hand: Path, wall: str) -> float:
 @pytest.mark.filterwarnings("ignore::springpot.SpringpotWarning")
 @pytest.mark.parametrize(
     "name", ["preload", "light losses", "plastic", "gap", "plastic with a gap", "below", "springpot",
-             validation("record"), validation("slot"), validation("weight"), validation("law")]
+             "yielding", "friction", validation("record"), validation("slot"), validation("weight"), validation("law")]
 )  # fmt: skip
 def test_rest_of_one_mass(name: str) -> None:
     """Its place at each step, and the mean force of its walls."""

@@ -191,6 +191,25 @@ def test_memory_and_rare_levels_do_not_see_the_shift() -> None:
         simulated(moved, derivative="riemann-liouville")
 
 
+@pytest.mark.parametrize(
+    ("part", "pressed"),
+    [(sp.Force(lambda t, x, v: -2.0), 6.0), (sp.Force(lambda t, x, v: 3.0), 1.0), (sp.Jenkins(0.9, 0.3), 4.3)],
+)
+def test_forces_that_act_around_the_kick_press_a_mass_on_its_wall(part: Any, pressed: float) -> None:
+    """At x = 1, where the spring presses with 4 N; dashpots take a share of what is given before the kick."""
+    system = sp.System(*DAMPED, part, sp.Barrier(1.0, 0.5, side="above"))
+    run = simulated(system, paths=1, duration=20.0, window=(5.0, 20.0), step=0.02, start="rest", initial_position=1.0)
+    assert run["barrier_force_mean"].value == pytest.approx(pressed, rel=2e-3)
+    assert (run["x_mean"].value, run["v_mean_square"].value) == (1.0, 0.0)
+
+
+def test_a_force_of_the_user_lets_a_mass_rest_where_no_spring_presses() -> None:
+    system = sp.System(*DAMPED, sp.Force(lambda t, x, v: -2.0), sp.Barrier(-0.2, 0.5))
+    run = simulated(system, paths=1, duration=20.0, window=(5.0, 20.0), step=0.02, start="rest", initial_position=0.3)
+    assert run["barrier_force_mean"].value == pytest.approx(1.2, rel=2e-3)
+    assert (run["v_mean_square"].value, run["barrier_power"].value) == (0.0, 0.0)
+
+
 def test_a_profile_of_power_has_what_masses_lose_as_they_come_to_rest() -> None:
     """To the second order of the step: there the power of a single impact is not that of its restitution."""
     system, apart = sp.System(*DAMPED, COLORED, sp.Barrier(1.0, 0.5, side="above")), []

@@ -516,3 +516,11 @@ def test_impulses_between_masses_are_those_of_the_reduced_mass() -> None:
     momentum = run["stop_force_mean"].value / run["stop_impact_rate"].value
     # an impact after which the masses rest on each other is counted, but shown to nobody
     assert run["stop_impulse_mean"].value == pytest.approx(momentum, rel=0.01)
+
+
+def test_a_spring_beside_two_parts_that_yield_has_its_own_force() -> None:
+    parts = sp.Spring(4.0), sp.Dashpot(0.1), sp.Jenkins(0.9, 0.3), sp.BoucWen(0.9, 0.3), sp.WhiteNoise(0.5)
+    given: dict[str, Any] = {"paths": 64, "duration": 20.0, "start": "rest", "forces": ["own_force"]}
+    for more in ((), (sp.Constant(-3.0),)):
+        run = sp.simulate(sp.System(*parts, *more, own=sp.Spring(2.0)), **given)
+        assert run["own_force_mean"].value == pytest.approx(2.0 * run["x_mean"].value, abs=0.02)

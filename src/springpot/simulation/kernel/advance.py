@@ -234,6 +234,8 @@ def _feel(K, S, T, u, j, shown, o):
 @njit(**INLINE)
 def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, one):
     """From one kick to the next; with ``one`` of a coordinate that turns and has no parts with code of their own."""
+    if not one and K[TURNS] > 0 and K[RESTING] > 0:
+        store(T.fx, o, 0.0)
     if not one and K[DAMPERS] > 0:
         damp(K, D, F, T, step, no(), within, o)
     gather(K, F, T, j, o, one)
@@ -246,7 +248,7 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
     weight, later = 1.0 if within else 0.0, 1.0 if next_within else 0.0
     if not one and K[RESTING] > 0:
         if K[TURNS] > 0:
-            hold_turning(K, D, T, weight, o)
+            hold_turning(K, D, T, no(), weight, o)
         else:
             for k in range(K[WALLS]):
                 store(T.leant, k * LANES + o, 0.0)
@@ -260,8 +262,11 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
         _feel(K, S, T, T.u, j, shown_x, o)
     if not one and K[DAMPERS] > 0:
         damp(K, D, F, T, step, yes(), within, o)
-    if not one and K[RESTING] > 0 and K[DAMPERS] > 0 and K[TURNS] == 0:
-        hold(K, D, T, x, v, weight, o, WIDTH)
+    if not one and K[RESTING] > 0 and K[DAMPERS] > 0:
+        if K[TURNS] > 0:
+            hold_turning(K, D, T, yes(), weight, o)
+        else:
+            hold(K, D, T, x, v, weight, o, WIDTH)
         for e in range(K[ROWS]):
             store(T.w, e * LANES + o, stretch(K, F, e, T.v, o, one))
     if one or K[TURNS] > 0:

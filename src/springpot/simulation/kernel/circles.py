@@ -20,6 +20,7 @@ from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, WIDTH, f64,
 from springpot.simulation.kernel.motion import sum_of
 from springpot.simulation.kernel.rest import count_resting, flag, hits_of, lay_down, restitution_of
 from springpot.simulation.kernel.tables import (
+    DAMPERS,
     HEAVY,
     LIMITS,
     PLACE,
@@ -35,7 +36,8 @@ from springpot.simulation.kernel.tables import (
 from springpot.simulation.kernel.vectors import lanes_of, load, some
 from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impact
 
-MOST_EVENTS = 64  # in a drift, after which the mass stays on the wall until its end
+MOST_EVENTS = 64  # at one wall in a drift, after which the mass stays on it until the end; between two walls
+MOST_BETWEEN = 4096
 STILL = 1e-7  # of the speed of a turn there: with which a mass on a wall on which the spring presses lies still
 TINY = 5e-5  # hops on a wall on which the spring presses, over a half step, from which on it does so, too
 
@@ -130,6 +132,7 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
     b, step = K[TURN], D[K[STEP]]
     square, reach, events = D[b + 6] * D[b + 6], D[b + 1] / (1.0 + D[b]), 0
     seen, seen_v, bears, goes_on, just = a, m, True, 0.0, -1
+    most = MOST_EVENTS if K[WALLS] == 1 else MOST_BETWEEN
     while held < 0:
         energy, struck, soonest, speed, up, down = m * m + square * a * a, -1, reach, 0.0, 0.0, 1.0
         for k in range(K[WALLS]):
@@ -167,7 +170,7 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
             velocity = side * (change - speed)
             if weight > 0.0:
                 _count(K, D, T, struck, weight, closing, r, change, lane)
-            if (bent > 0.0 and change - speed < TINY * 0.5 * step * bent) or events == MOST_EVENTS - 1:
+            if (bent > 0.0 and change - speed < TINY * 0.5 * step * bent) or events == most - 1:
                 held, bears = struck, bent > 0.0 and r < 1.0
                 if bears or bent <= 0.0:
                     T.sums[sum_of(K, LIMITS, 0) + lane] += 1.0
@@ -241,18 +244,34 @@ def begin_turning(K, D, T, S, x, v, weight, lane):
     _put_in(T, -1, x[0], end, end, speed, lane)
 
 
+@njit(**INLINE)
+def _leaving(bent, given, moving):
+    """The speed with which a mass leaves its wall; 0 where it is pressed."""
+    return 0.5 * moving if moving > 0.0 and bent < given else 0.0
+
+
 @njit(**LINKED)
-def hold_turning(K, D, T, weight, o):
-    """After a kick: the wall takes what presses on a mass at rest; if nothing does, it leaves with half of the kick."""
+def hold_turning(K, D, T, again, weight, o):
+    """After a kick: the wall takes what presses on a mass at rest; if nothing does, it leaves with half of the kick.
+
+    Nonlinear dampers act after the kick, too: with some, all is settled ``again``, when they have.
+    """
     for lane in range(o, o + WIDTH):
         for k in range(K[WALLS] if T.state[flag(K, K[WALLS], lane)] > 0.0 else 0):
             if T.state[flag(K, k, lane)] > 0.0:
-                side, mass, moving = D[K[SIDE] + k], D[K[REDUCED] + k], D[K[SIDE] + k] * f64(T.v[lane])
-                given = moving * D[K[HEAVY] + k] / mass  # without the answer of springpots and dashpots
-                pressed = D[K[TURN] + 6] ** 2 * side * D[K[PLACE] + k] * D[K[STEP]] >= given
-                later = 0.5 * moving if moving > 0.0 and not pressed else 0.0
-                T.sums[hits_of(K, k, 4, lane)] -= weight * mass * (later if later > 0.0 else given)
-                T.fx[lane], T.v[lane], T.gained[lane] = side * given, side * later, side * later - T.now_v[lane]
-                if not pressed:
-                    T.state[flag(K, k, lane)] = 0.0
-                    count_resting(K, T.state, lane)
+                side, mass, share = D[K[SIDE] + k], D[K[REDUCED] + k], D[K[HEAVY] + k] / D[K[REDUCED] + k]
+                bent = D[K[TURN] + 6] ** 2 * side * D[K[PLACE] + k] * D[K[STEP]]
+                moving = side * f64(T.v[lane])
+                given = moving * share  # without the answer of springpots and dashpots
+                if again:
+                    before = side * f64(T.leaving[lane])
+                    own = moving - _leaving(bent, before, before / share)  # what dampers have given after the kick
+                    given, moving = before + own, before / share + own
+                later = _leaving(bent, given, moving)
+                T.fx[lane] = T.leaving[lane] = side * given
+                T.v[lane], T.gained[lane] = side * later, side * later - T.now_v[lane]
+                if again or K[DAMPERS] == 0:
+                    T.sums[hits_of(K, k, 4, lane)] -= weight * mass * (later if later > 0.0 else given)
+                    if bent < given:
+                        T.state[flag(K, k, lane)] = 0.0
+                        count_resting(K, T.state, lane)

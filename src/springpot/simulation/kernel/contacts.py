@@ -91,7 +91,7 @@ def _touches(K, F, T, S, hit, span, weight, o):
         through = hit & (away * (load(T.touched, to) - place) < closing * span) & (away * load(T.w, e) > 0.0)
         new = outside & (inside | through)
         if some(new):
-            speed = size(choose(inside, load(T.w, e), closing))
+            speed = size(choose(hit, closing, load(T.w, e)))
             one, at = choose(new, weight, 0.0), sum_of(K, HITS, OF_A_WALL * (K[WALLS] + c)) + o
             add(T.sums, at, double(one))
             add(T.sums, at + LANES, double(one * speed))

@@ -273,7 +273,7 @@ def kick(K, F, T, within, o, one):
             add(T.terms, sum_of(K, VV, i) + o, middle * middle)
         if not one and K[RESTING] > 0:
             store(T.leaving, at, v)
-            store(T.fx, at, change)
+            add(T.fx, at, change)
         store(T.v, at, v + change)
         add(T.gained, at, change)
 
@@ -343,6 +343,8 @@ def damp(K, D, F, T, n, after, within, o):
             more, at = F[K[DAMPER_JUMP] + k * K[POINTS] + i] * change, i * LANES + o
             add(T.v, at, more)
             add(T.gained, at, more)
+            if K[RESTING] > 0 and K[K[DAMPER_KIND] + k] != COULOMB:  # which does not press
+                add(T.fx, at, more)
         for r in range(K[ROWS]):
             add(T.w, r * LANES + o, F[K[DAMPER_ALONG] + k * K[ROWS] + r] * change)
 

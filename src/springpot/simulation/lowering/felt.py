@@ -130,10 +130,10 @@ def lowered_felt(
                 term = new_term(e)
                 term[12], term[15:] = -unit * each.shares[n] * contact.inwards, numbers_of(contact)
             for n in (n for n in own if n in yielding):
-                place, impulse = yielding[n]
+                state, impulse = yielding[n]
                 term = new_term(e)
                 term[13] = 2.0 * unit * each.shares[n] * impulse / step
-                term[14] = place + 3
+                term[14] = state + 3
         if each.constant and len(row) > begin[-1]:
             numbers[begin[-1]][0] += each.constant / length
         smooth = {n: share for n, share in each.shares.items() if n in sources and not each.reason}
