@@ -378,3 +378,16 @@ def test_a_quantile_needs_a_probability() -> None:
     with pytest.raises(ValueError, match=r"in \[0, 1\]"):
         sketch.quantile(1.5)
     assert np.isnan(sketch.quantile(0.5)[1])  # one batch says nothing about its error
+
+
+@pytest.mark.parametrize("places", [(0.25, 1.0), (-0.8, -0.2)])
+def test_two_walls_on_one_side_of_0_are_the_extremes(places: tuple[float, float]) -> None:
+    """An impact may be on either, so only what is seen counts."""
+    low, high = places
+    walls = sp.Barrier(low, 0.8, side="above"), sp.Barrier(high, 0.8, side="below")
+    run = sp.simulate(
+        sp.System(sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.5), *walls), paths=64, duration=20.0, step=0.02,
+        window=(1.0, 20.0), start="rest", initial_position=low, distributions=True,
+    )  # fmt: skip
+    for name, wall in (("x_minimum", low), ("x_maximum", high)):
+        assert (np.abs(run.extremes[name] - wall) < 0.4 * (high - low)).all()

@@ -63,7 +63,7 @@ class Observer:
     stop : str
         The wall or contact whose impacts ``on_impacts`` sees; empty for all.
     place : float
-        Of this wall, in m.
+        Of this wall, in m; NaN where it may be one of several.
     per_block : bool
         Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
         blocks matters.

@@ -224,7 +224,7 @@ class Parts:
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
         (length, speed), frequency = self.units.state, self.frequency
-        wall = observer.place / self.units.length
+        wall = 0.0 if math.isnan(observer.place) else observer.place / self.units.length
         if observer.feels:
             frequency, wall = self.felt.scale, self.felt.exceeding(observer.feels[0])
         speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)

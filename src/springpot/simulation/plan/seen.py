@@ -30,7 +30,8 @@ class Seen:
     stop : str or None
         The wall or contact whose impacts belong to it; empty for all, None for none.
     place, side : float
-        Of this wall: its position, and 1 if the displacement stays above it, -1 below.
+        Of this wall: its position, NaN where it may be one of several, and 1 if the displacement stays above it, -1
+        below.
     low, high : float
         Between which rigid walls keep it.
     feels : tuple of int
@@ -113,7 +114,7 @@ def levels_of(system: System) -> dict[str, tuple[str, Seen]]:
 def _alone(system: System) -> Seen:
     """The only displacement: its impacts are all there are."""
     walls = system.of(Barrier)
-    place = walls[0].position if len(walls) == 1 else 0.0  # of several it may be any
+    place = walls[0].position if len(walls) == len(system.stops) == 1 else math.nan  # of several it may be any
     return replace(_displacement(system, system.coordinates.rows[0]), names={}, stop="", place=place, side=1.0)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any, Literal
 
@@ -238,8 +239,8 @@ def _on_fast_impacts() -> Any:
 
 def extremes(seen: Seen) -> Observer:
     """The EXTREMES of a displacement in every path."""
-    initial = np.repeat([math.inf, -math.inf, -math.inf, -math.inf], LANES)
-    return observer_of(seen, *_extreme_parts(), initial)
+    initial = np.append(np.repeat([math.inf, -math.inf, -math.inf, -math.inf], LANES), math.isnan(seen.place))
+    return replace(observer_of(seen, *_extreme_parts(), initial), forgotten=1)
 
 
 def extremes_in(seen: Seen, found: Floats) -> dict[str, Floats]:
@@ -281,8 +282,9 @@ def _extreme_parts() -> tuple[Any, Any]:
     def on_impacts(count, speed, lane, array):
         # the state just before the impact is an extreme of the step
         wall, reached = array[_LENGTH] * array[_WALL], array[_SPEED_UNIT] * speed
-        array[FIRST + lane] = min(array[FIRST + lane], wall)
-        array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)
+        if array[FIRST + 4 * LANES] == 0.0:  # else it is not known which wall was struck
+            array[FIRST + lane] = min(array[FIRST + lane], wall)
+            array[FIRST + LANES + lane] = max(array[FIRST + LANES + lane], wall)
         for at in (FIRST + 2 * LANES + lane, FIRST + 3 * LANES + lane):
             array[at] = max(array[at], reached)
 
