@@ -423,6 +423,17 @@ def test_elastic_hops_on_a_preload_are_counted_not_walked() -> None:
     assert found["impact_speed_mean"].value == pytest.approx(1e-4, rel=1e-6)
 
 
+def test_hundreds_of_impacts_in_a_step_between_two_close_walls() -> None:
+    """At a speed of 1 between walls 1e-4 apart: five hundred in each drift."""
+    walls = sp.Barrier(-0.5, side="above"), sp.Barrier(-0.4999, side="below")
+    found = simulate(
+        sp.System(sp.Spring(4.0), *walls), paths=1, duration=10.0, step=0.05, window=(0.0, 10.0),
+        initial_position=-0.49995, initial_velocity=1.0,
+    )  # fmt: skip
+    assert found["barrier_1_impact_rate"].value == pytest.approx(5000.0, rel=1e-3)
+    assert found["v_mean_square"].value == pytest.approx(1.0, rel=1e-3)
+
+
 def test_the_reference_agrees_with_quadrature() -> None:
     """Joint density exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)): its mean, and the flux p(b) sqrt(q / (4 pi C)) at the wall."""
     exact = truncated_gaussian(0.5, 0.8, 1.3, 2.0)
