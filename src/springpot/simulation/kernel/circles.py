@@ -18,7 +18,7 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, WIDTH, f64, greater, lowest_bit, u64
 from springpot.simulation.kernel.motion import sum_of
-from springpot.simulation.kernel.rest import count_resting, flag, hits_of, lay_down, restitution_of
+from springpot.simulation.kernel.rest import count_in_lane, count_resting, flag, hits_of, lay_down, restitution_of
 from springpot.simulation.kernel.tables import (
     DAMPERS,
     HEAVY,
@@ -36,8 +36,8 @@ from springpot.simulation.kernel.tables import (
 from springpot.simulation.kernel.vectors import lanes_of, load, some
 from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impact
 
-MOST_EVENTS = 64  # at one wall in a drift, after which the mass stays on it until the end; between two walls
-MOST_BETWEEN = 4096
+# impacts in a drift, after which the mass stays on the wall until its end: at one wall, and between several
+MOST_EVENTS, MOST_BETWEEN = 64, 4096
 STILL = 1e-7  # of the speed of a turn there: with which a mass on a wall on which the spring presses lies still
 TINY = 5e-5  # hops on a wall on which the spring presses, over a half step, from which on it does so, too
 
@@ -79,17 +79,6 @@ def _bear(K, D, T, k, since, before, after, lane):
 
 
 @njit(**INLINE)
-def _count(K, D, T, k, weight, speed, r, change, lane):
-    """Add impacts to the sums of a wall: as many as their weight."""
-    mass = weight * D[K[REDUCED] + k]
-    T.sums[hits_of(K, k, 0, lane)] += weight
-    T.sums[hits_of(K, k, 1, lane)] += weight * speed
-    T.sums[hits_of(K, k, 2, lane)] += weight * speed * speed
-    T.sums[hits_of(K, k, 3, lane)] += 0.5 * mass * (1.0 - r * r) * speed * speed
-    T.sums[hits_of(K, k, 4, lane)] += mass * change
-
-
-@njit(**INLINE)
 def _count_hops(K, D, T, S, k, speed, since, before, after, lane):
     """Elastic hops that are left on a wall on which the spring presses: all alike, they are counted in one go."""
     frequency, place = D[K[TURN] + 6], abs(D[K[PLACE] + k])
@@ -98,7 +87,7 @@ def _count_hops(K, D, T, S, k, speed, since, before, after, lane):
     until_end = math.floor((0.5 * D[K[STEP]] - since) / hop) if hop > 0.0 else 0.0
     hops = before * until_middle + after * (until_end - until_middle)
     if hops > 0.0:
-        _count(K, D, T, k, hops, speed, 1.0, 2.0 * speed, lane)
+        count_in_lane(K, D, T, k, hops, speed, 1.0, 2.0 * speed, lane)
         if S[ON_IMPACTS_COUNT] > 0:
             show_impact(S, k, speed, lane, hops)
 
@@ -169,7 +158,7 @@ def _turn(K, D, T, S, a, m, velocity, last, held, before, after, lane):
             m += side * change * down / energy
             velocity = side * (change - speed)
             if weight > 0.0:
-                _count(K, D, T, struck, weight, closing, r, change, lane)
+                count_in_lane(K, D, T, struck, weight, closing, r, change, lane)
             if (bent > 0.0 and change - speed < TINY * 0.5 * step * bent) or events == most - 1:
                 held, bears = struck, bent > 0.0 and r < 1.0
                 if bears or bent <= 0.0:

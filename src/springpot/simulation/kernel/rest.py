@@ -329,6 +329,17 @@ def _given_along(K, D, x, v, struck):
 
 
 @njit(**INLINE)
+def count_in_lane(K, D, T, k, weight, speed, r, change, lane):
+    """Add impacts of one lane to the sums of a wall: as many as their weight."""
+    mass = weight * D[K[REDUCED] + k]
+    T.sums[hits_of(K, k, 0, lane)] += weight
+    T.sums[hits_of(K, k, 1, lane)] += weight * speed
+    T.sums[hits_of(K, k, 2, lane)] += weight * speed * speed
+    T.sums[hits_of(K, k, 3, lane)] += 0.5 * mass * (1.0 - r * r) * speed * speed
+    T.sums[hits_of(K, k, 4, lane)] += mass * change
+
+
+@njit(**INLINE)
 def restitution_of(K, D, k, speed):
     """Of wall k at a speed."""
     kind, b = K[K[WALL_KIND] + k], K[RESTITUTION] + 3 * k
@@ -396,11 +407,7 @@ def _fly(K, D, T, S, x, v, left, since, lane, weight):
                 change = speed + ROUNDING * of_rate
             for i in range(n):
                 v[i] += side * change * D[K[JUMP] + struck * n + i]
-            T.sums[hits_of(K, struck, 0, lane)] += weight
-            T.sums[hits_of(K, struck, 1, lane)] += weight * closing
-            T.sums[hits_of(K, struck, 2, lane)] += weight * closing * closing
-            T.sums[hits_of(K, struck, 3, lane)] += weight * 0.5 * reduced * (1.0 - r * r) * closing * closing
-            T.sums[hits_of(K, struck, 4, lane)] += weight * reduced * change
+            count_in_lane(K, D, T, struck, weight, closing, r, change, lane)
             for k in range(K[WALLS]):
                 if state[flag(K, k, lane)] > 0.0:
                     opens = D[K[SIDE] + k] * row_of(K, D, k, v) > CLOSE * most

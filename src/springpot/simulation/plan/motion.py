@@ -48,7 +48,6 @@ from springpot.simulation.plan.guess import BoltzmannLaw, guessed_law
 from springpot.simulation.plan.loose import Loose, loose_masses
 from springpot.simulation.plan.modes import Modes, is_rough, modes_of
 from springpot.simulation.plan.options import Scheme, SchemeOfRun
-from springpot.simulation.plan.origin import seen_from
 from springpot.simulation.plan.pressed import Pressed
 from springpot.simulation.plan.rest import within_walls
 from springpot.simulation.plan.scales import Scales
@@ -153,7 +152,7 @@ class Motion:
     @cached_property
     def centred(self) -> System:
         """The system as seen from there: scales, guesses and the kernel have its places."""
-        return seen_from(self.system, self.origin)
+        return self.system if self.potential is None else self.potential.system
 
     @property
     def unit(self) -> System:
