@@ -183,7 +183,7 @@ class Core(PathFinder):
 sys.meta_path[sys.meta_path.index(PathFinder)] = Core
 import springpot as sp
 from springpot import cli
-sp.simulate(sp.Oscillator(), paths=64, duration=1.0)
+sp.simulate(sp.Oscillator(), paths=64, duration=4.0)
 assert not {"scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special"} & sys.modules.keys()  # slow to import
 asked_for = (  # by other runs
     "simulation.error.", "simulation.rare.", "simulation.result.load", "simulation.result.save", "simulation.watch.",

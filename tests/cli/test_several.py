@@ -61,7 +61,7 @@ def test_a_long_run_says_so_first(
     monkeypatch.setattr(bar, "LONG_SECONDS", 0.0)
     assert cli.main(["simulate", pair, "--paths", "64", "--duration", "5"]) == 0
     said = capsys.readouterr().err
-    assert "path-steps in all; 64 paths of 317 steps (fewer --paths or a shorter --duration take less)." in said
+    assert "path-steps in all; 64 paths of 961 steps (fewer --paths or a shorter --duration take less)." in said
 
 
 def test_masses_count_in_what_is_recorded() -> None:

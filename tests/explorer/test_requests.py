@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 FEW = sp.System(sp.Spring(1.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
-RUN: dict[str, Any] = {"paths": 64, "seed": 3, "start": "rest"}
+RUN: dict[str, Any] = {"paths": 64, "seed": 3, "start": "rest", "step": 0.01}
 BAND = "frequency_Hz,psd_g2/Hz\n0.01,0.01\n2,0.02\n"
 
 

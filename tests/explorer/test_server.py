@@ -297,7 +297,7 @@ def test_a_refusal_says_why(server: Server) -> None:
     with tab(server) as asking:
         asking.say(kind="problem", numbers={"springpot-order": 2})
         assert "order" in asking.until("refused")["sentence"]
-        asking.say(kind="problem", generation=5, numbers={"springpot-coefficient": 1e-3}, paths=100_000)
+        asking.say(kind="problem", generation=5, numbers={"springpot-coefficient": 1e-4}, paths=100_000)
         assert "paths" in asking.until("trouble", generation=5)["sentence"]
         asking.say(**{**SMALL, "generation": 6})  # and the tab goes on
         asking.until("estimates", complete=True, generation=6)

@@ -13,10 +13,10 @@ import pytest
 import springpot as sp
 from springpot.simulation import simulate
 from springpot.simulation.estimate.samples import samples_of
-from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.struck import slow_impact_order
 from springpot.theory.result import MOMENTS
 
 from ..sizes import validation

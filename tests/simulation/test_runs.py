@@ -18,12 +18,12 @@ from springpot.memory import direct
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.file import read_system
 from springpot.simulation import simulate
-from springpot.simulation.estimate.slow_impacts import missed_impacts
 from springpot.simulation.kernel.motion import NUMBERS_OF_MODE
 from springpot.simulation.kernel.normals import normals
 from springpot.simulation.kernel.tables import MODE_TABLE
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.plan.struck import missed_impacts
 from tests.reference import walk, walk_as_printed
 from tests.signals import in_a_terminal
 from tests.sizes import validation

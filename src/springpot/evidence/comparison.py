@@ -20,6 +20,7 @@ from springpot.simulation.paths.simulation import Progress
 from springpot.simulation.plan.options import own_seed
 from springpot.simulation.plan.plan import check_stationary, plan_of
 from springpot.simulation.plan.settings import checked_seed
+from springpot.simulation.watch.spectrum import step_for
 from springpot.theory import Result, solve_all
 from springpot.theory.result import MOMENTS, names_of_results
 
@@ -240,8 +241,8 @@ def observe(system: System, *, seed: int = 1, threads: int | None = None, progre
     """
     frequency, plan = Dimensionless.of(system).natural_frequency, plan_of(system)
     relaxation = max(plan.motion.scales.relaxation_time, 1.0 / frequency)
-    step = 4.0 * plan.settings.step
     frequencies = np.linspace(SHOWN / 30.0, SHOWN, 117) * frequency
+    step = min(step_for(max(float(frequencies[-1]), plan.motion.scales.fastest_rate)), plan.settings.step)
     window = max(2.0 * math.sqrt(4.0 / 3.0) * math.pi / BLUR * relaxation, 4.001 * math.pi / float(frequencies[0]))
     steps = min(math.ceil(window / step), LONGEST_WINDOW)
     skipped = math.ceil(5.0 * relaxation / step)

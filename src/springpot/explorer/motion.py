@@ -166,7 +166,7 @@ class Player:
     @property
     def ended(self) -> bool:
         """Whether all of the path has been shown."""
-        return self._shown >= self.motion.steps
+        return self._shown > self.motion.steps
 
     def forward(self, radians: float) -> None:
         """Advance the time, in units of 1 / Omega."""

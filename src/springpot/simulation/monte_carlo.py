@@ -29,7 +29,7 @@ from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.paths.simulation import Ensemble, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
 from springpot.simulation.plan.options import DEFAULTS, Options, Progress, Requests
-from springpot.simulation.plan.plan import Plan, plan_of
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
     about_damage,
@@ -40,7 +40,7 @@ from springpot.simulation.result.warnings import (
     about_uncontrolled_impacts,
     doubts,
 )
-from springpot.simulation.watch.requested import Requested, from_the_start, requested
+from springpot.simulation.watch.requested import Requested, from_the_start, plan_for, requested
 
 _SAID_BY = {"no_stationary_state": "starts_from_rest", "transient_in_window": "window_from_rest"}
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
@@ -146,7 +146,7 @@ def planned(system: System, asked: Asked) -> Planned:
     options, wishes = asked.options, asked.wishes
     passed = wishes.get("first_passage")
     over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * (isinstance(passed, Mapping) and bool(passed))
-    plan, moved = from_the_start(plan_of(system, **options), over_time, options.get("window"))
+    plan, moved = from_the_start(plan_for(system, options, wishes), over_time, options.get("window"))
     return Planned(system, plan, requested(plan, **wishes) if wishes else Requested(), options, moved)
 
 

@@ -159,9 +159,8 @@ def check_some(study: Study, most: int) -> int:
     """
     from springpot.simulation.error.reach import checked_quantities
     from springpot.simulation.plan.motions import motion_of
-    from springpot.simulation.plan.plan import plan_of
     from springpot.simulation.rare.exceedance import stated
-    from springpot.simulation.watch.requested import requested  # slow to import
+    from springpot.simulation.watch.requested import plan_for, requested  # slow to import
     from springpot.theory import NoStationaryStateError
 
     how = (SYSTEMS_TRIED, AXES_TRIED) if study.unvaried else (most,)
@@ -181,7 +180,7 @@ def check_some(study: Study, most: int) -> int:
                         raise ValueError(f"quantities must not have {name}, which has no value: {reason}.")
                 checked_quantities(motion, study.quantities)
             if given:
-                plan = plan_of(system, **(explicit or {"start": "stationary"}))
+                plan = plan_for(system, explicit or {"start": "stationary"}, wishes)
             if wishes:
                 requested(plan, **wishes)
             if rare:

@@ -14,12 +14,13 @@ from springpot.simulation.error.budget import combine
 from springpot.simulation.error.levels import levels_of
 from springpot.simulation.error.reach import reach
 from springpot.simulation.estimate.samples import samples_of
-from springpot.simulation.estimate.slow_impacts import extrapolation_step, slow_impact_order
+from springpot.simulation.estimate.slow_impacts import extrapolation_step
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.paths.statistics import controlled, standard_error
 from springpot.simulation.plan.creep_of_paper import missing_variance
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.schemes import Splitting
+from springpot.simulation.plan.struck import slow_impact_order
 from springpot.simulation.plan.transient import shares_missing
 from springpot.theory.result import MOMENTS
 from tests.simulation.problems import oscillator, truncated_gaussian

@@ -14,12 +14,12 @@ from springpot.simulation.error import reach as accuracy
 from springpot.simulation.error.budget import UNCERTAIN_ORDER, combine, orders_of_step
 from springpot.simulation.error.levels import levels_of
 from springpot.simulation.error.reach import checked_quantities, controllable, reach
-from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.schemes import Straight, scheme_of
+from springpot.simulation.plan.struck import slow_impact_order
 from tests.sizes import validation
 
 from ..test_several import A_B, BOLTZMANN, GROUND_A, GROUND_B, chain, linear_pair, masses, thermal_pair, three

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import springpot as sp
-from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
+from springpot.simulation.plan.struck import slow_impact_order
 
 pytestmark = pytest.mark.validation
 

@@ -158,7 +158,7 @@ def test_a_total_error_under_a_harmonic_force_holds(c: float, w: float, coeffici
 def test_a_default_window_has_none_of_the_beat(c: float, w: float, coefficient: float, order: float) -> None:
     """From 10 energy times on it lacked 0.27 % at resonance: 25 standard errors."""
     system, exact = shaken(c, w, coefficient, order)
-    run = simulated(system, paths=500, start="rest")
+    run = simulated(system, paths=500, start="rest", step=0.01)
     assert abs(run["x_mean_square"].value - exact) < 5e-4 * exact
     assert not run.warnings
 

@@ -11,13 +11,11 @@ import springpot as sp
 from springpot.simulation import Run, simulate
 from springpot.simulation.estimate.slow_impacts import (
     density_step_bias,
-    missed_impacts,
     quantile_step_bias,
-    slow_impact_order,
     slow_impacts,
 )
 from springpot.simulation.plan.plan import plan_of
-from springpot.simulation.plan.struck import StruckWalls
+from springpot.simulation.plan.struck import StruckWalls, missed_impacts, slow_impact_order
 from springpot.simulation.result.results import PROBABILITIES
 from springpot.theory.mckean import slow_impact_power
 from tests.simulation.problems import oscillator

@@ -13,11 +13,11 @@ from springpot.simulation.error.decision import Known, bias_range
 from springpot.simulation.error.levels import Levels
 from springpot.simulation.estimate.few_events import errors_of_unseen
 from springpot.simulation.estimate.samples import errors_of_the_start, watched
-from springpot.simulation.estimate.slow_impacts import slow_impact_order
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, controlled, standard_error, without_doubtful
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.parts import beat
+from springpot.simulation.plan.struck import slow_impact_order
 from springpot.simulation.plan.transient import shares_missing
 
 BALANCE = "energy_residual"

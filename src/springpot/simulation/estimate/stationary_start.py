@@ -179,7 +179,7 @@ def _pilot(plan: Plan, most: int) -> Plan:
     """Ten relaxation times at a coarse step of the default scheme; the average is over the last six."""
     motion = plan.motion
     scales = motion.scales
-    step = 8.0 * (Splitting.default_step / scales.fastest_rate)
+    step = 0.8 * Splitting.default_step / scales.fastest_rate
     steps = round(min(10.0 * motion.pilot_time / step, PILOT_PATH_STEPS / FEWEST_PATHS))
     return plan.but(
         paths=int(min(most, max(FEWEST_PATHS, PILOT_PATH_STEPS / steps))),

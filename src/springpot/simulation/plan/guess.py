@@ -61,6 +61,7 @@ _POINTS = 4001
 _LEAST_SHARE = 1e-200
 _CLOSE = {"xtol": 1e-300, "rtol": 1e-14}  # of a root
 _GUESSED = 1.5  # factor on the forgetting time
+OF_HOPS = 0.1  # of the rate that the default step follows on a pressed wall: what longer steps must follow
 _NOT_HELD = "system must have a spring, or a wall on each side: without them nothing holds the mass in place."
 _ROUGH = WhiteNoise, ParametricNoise, ThermalNoise
 """Noise under which a mass on a wall never rests."""
@@ -265,7 +266,8 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     rates = [frequency, math.sqrt(float(np.abs(smooth.curvature(near)).max())), 0.5 * math.sqrt(curved)]
     walls: list[Stop] = [*unit.of(Barrier), *unit.of(SoftStop)]
     rates += [_hops(smooth, law, frequency, wall) for wall in walls]
-    rates.append(rate_on_pressed_walls(unit, law))
+    hops = rate_on_pressed_walls(unit, law)
+    rates.append(OF_HOPS * hops)
     for part in unit.parts:
         match part:
             case Springpot() if part.coefficient > 0.0:
@@ -293,6 +295,7 @@ def guessed_scales(system: System, law: BoltzmannLaw) -> Scales:
     return Scales(
         frequency=law.frequency,
         fastest_rate=max(rates),
+        resolved_rate=hops,
         energy_time=settled,
         creep_time=max([_overdamped_time(unit.dashpots, law.frequency), yielding, *creep]),
         forgetting_time=forgetting,

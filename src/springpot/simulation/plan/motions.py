@@ -19,6 +19,7 @@ from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.creep import Creep, creeping
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import (
+    OF_HOPS,
     guessed_law,
     guessed_scales,
     rate_on_pressed_walls,
@@ -109,9 +110,9 @@ def _with_slow(motion: Motion, stiffness: Floats, free: dict[str, float]) -> Mot
 
 
 def _scales_of(paper: Dimensionless, centred: System) -> Scales:
-    """In closed form, but for the rate of hops on a wall that the spring presses on."""
+    """In closed form, but for the rates of hops on a wall that the spring presses on."""
     scales = closed_form(paper)
     if paper.barrier is None or paper.direction * paper.barrier.position <= 0.0 or paper.restitution == 1.0:
         return scales
     hops = rate_on_pressed_walls(centred.per_unit_mass, guessed_law(centred))
-    return replace(scales, fastest_rate=max(scales.fastest_rate, hops))
+    return replace(scales, fastest_rate=max(scales.fastest_rate, OF_HOPS * hops), resolved_rate=hops)

@@ -248,7 +248,7 @@ def _grid(
             f"{SHORTEST / fastest:.3g} s."
         )
     if step is None:
-        step = min(scheme_of(scheme).default_step / motion.resolved_rate, math.inf if duration is None else duration)
+        step = min(motion.default_step(scheme_of(scheme)), math.inf if duration is None else duration)
     else:
         step = finite_number(step, "step", low=0.0, open_low=True, hint="It is the time step, in s.")
     if duration is None:
@@ -262,7 +262,7 @@ def _grid(
         raise ValueError(
             f"step is {step:g} s, too coarse for a system whose fastest rate is "
             f"{fastest:g} per s: use at most {coarsest / fastest:.3g} s, or about "
-            f"{0.01 / fastest:.3g} s for errors well below 1 %."
+            f"{motion.default_step(scheme_of(scheme)):.3g} s for errors well below 1 %."
         )
     ratio = duration / step
     if ratio > MOST_STEPS:

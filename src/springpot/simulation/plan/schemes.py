@@ -25,7 +25,8 @@ class NumericalScheme(Protocol):
     order : int
         Of stationary moments in the step, without a wall.
     default_step, coarsest_step : float
-        The default step, and the step above which errors of 1 % are expected, in units of the shortest time scale.
+        The default step without walls, and the step above which errors of 1 % are expected, in units of the shortest
+        time scale.
     family : {"average", "grunwald"}
         The memory weights.
     keeps_the_law : bool
@@ -63,11 +64,13 @@ class Splitting(NumericalScheme):
     """The default: exact flight of the bare oscillator, impacts in it, between kicks of memory and noise.
 
     Flights and elastic impacts keep the energy exactly.  With a dashpot, the kick between them, an implicit midpoint
-    rule, keeps the velocity normal with its exact variance q / (2 C) while x does not move.
+    rule, keeps the velocity normal with its exact variance q / (2 C) while x does not move.  At the default step mean
+    squares are off by less than 0.2 %: measured against linear theory for orders from 0.3 to 1 and coefficients from
+    0.1 to 10.
     """
 
     order: ClassVar[int] = 2
-    default_step: ClassVar[float] = 0.01
+    default_step: ClassVar[float] = 0.1
     coarsest_step: ClassVar[float] = 0.1
     family: ClassVar[Family] = "average"
     keeps_the_law: ClassVar[bool] = True
@@ -123,7 +126,6 @@ class Straight(Splitting):
     to 0.4 % where springpots of an order near 0.8 are stronger than all springs and the noise is not matched to them.
     """
 
-    default_step: ClassVar[float] = 0.1
     coarsest_step: ClassVar[float] = 0.2
     keeps_the_law: ClassVar[bool] = False
     impact_bias: ClassVar[float] = 0.12

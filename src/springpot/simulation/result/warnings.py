@@ -18,11 +18,7 @@ from springpot.problem.parts import RecordedExcitation, SpectralExcitation, Spri
 from springpot.problem.parts.records import FEWEST_SAMPLES
 from springpot.simulation.estimate.few_events import Watched, about_few
 from springpot.simulation.estimate.settled import change_in_window, rounded_up
-from springpot.simulation.estimate.slow_impacts import (
-    missed_impacts,
-    quantile_step_bias,
-    slow_impact_order,
-)
+from springpot.simulation.estimate.slow_impacts import quantile_step_bias
 from springpot.simulation.estimate.start_left import left_of_start
 from springpot.simulation.estimate.step_biases import impact_biases, missed_in
 from springpot.simulation.paths.simulation import Simulation
@@ -31,6 +27,7 @@ from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
+from springpot.simulation.plan.struck import missed_impacts, slow_impact_order
 from springpot.simulation.plan.transient import MOST_TRANSIENT
 from springpot.theory.walls import about_each
 
@@ -160,7 +157,8 @@ def _about_contact_tolerance(simulation: Simulation, values: Values) -> Iterator
 
 
 def _about_step(simulation: Simulation) -> Iterator[Message]:
-    settings, fastest = simulation.settings, simulation.motion.resolved_rate
+    settings, motion = simulation.settings, simulation.motion
+    fastest = motion.scales.fastest_rate if motion.pressed else motion.resolved_rate  # of hops a warning of its own
     limit, ratio = settings.numerical_scheme.coarsest_step, settings.step * fastest
     if ratio > limit * (1.0 + 1e-9):
         name = "coarse_step_of_transients" if simulation.plan.keeps_the_law else "coarse_step"

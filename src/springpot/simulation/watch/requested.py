@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -14,13 +16,14 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, shown
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.messages import Message, say
+from springpot.problem.system import System
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.paths.statistics import ratio
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.options import Observable
-from springpot.simulation.plan.plan import MOST_RECORDED, Plan
+from springpot.simulation.plan.plan import MOST_RECORDED, Plan, plan_of
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 
@@ -33,6 +36,9 @@ if TYPE_CHECKING:
     from springpot.simulation.watch.spectrum import Spectrum
 
 # What each observer is made of is loaded where one is asked for: an ordinary run has none.
+
+# over the fastest rate, where the cycles of a force are counted: behind a wall it is as steep as an impact
+_OF_FELT_CYCLES = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,6 +315,33 @@ def requested(
     if settings.scheme == "grunwald" and any(each.feels for each in wanted.observers):
         raise ValueError("forces and accelerations are seen with the default scheme only: leave out scheme.")
     return wanted
+
+
+def plan_for(system: System, options: Mapping[str, Any], wishes: Mapping[str, Any]) -> Plan:
+    """The plan of a run; where its step is not given, it resolves what the run is asked for.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Of `springpot.simulation.plan.plan.plan_of`.  What is wrong with the wishes is not said here.
+    """
+    plan = plan_of(system, **options)
+    if options.get("step") is None and plan.settings.step > (longest := _longest_step(plan.motion, wishes)):
+        plan = plan_of(system, **{**options, "step": longest})
+    return plan
+
+
+def _longest_step(motion: Motion, wishes: Mapping[str, Any]) -> float:
+    fastest, steps = motion.scales.fastest_rate, [math.inf]
+    if "spectrum" in wishes:
+        from springpot.simulation.watch.spectrum import step_for
+
+        with contextlib.suppress(TypeError, ValueError):
+            steps.append(step_for(max(fastest, *map(float, wishes["spectrum"]))))
+    cycles = wishes.get("rainflow")
+    if isinstance(cycles, Mapping) and any(name in motion.felt for name in cycles):
+        steps.append(_OF_FELT_CYCLES / fastest)
+    return min(steps)
 
 
 def _felt(plan: Plan, names: Sequence[str]) -> tuple[Seen, ...]:

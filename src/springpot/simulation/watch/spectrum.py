@@ -76,12 +76,18 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
             f"spectrum goes down to {lowest:g} rad/s, too low for a window of {length:g} s: use a window of at least "
             f"{FEWEST_CYCLES * 2.0 * math.pi / lowest:.3g} s."
         )
-    if (highest := max(float(values.max()), fastest)) * GROUP * settings.step > 2.0 * math.pi / SAMPLES_PER_CYCLE:
+    highest = max(float(values.max()), fastest)
+    if settings.step > (longest := step_for(highest)) * (1.0 + 1e-9):
         raise ValueError(
             f"spectrum has to resolve {highest:g} rad/s, too fast for a step of {settings.step:g} s: use a step of "
-            f"at most {2.0 * math.pi / SAMPLES_PER_CYCLE / GROUP / highest:.2g} s."
+            f"at most {longest:.2g} s."
         )
     return values
+
+
+def step_for(highest: float) -> float:
+    """The longest step that resolves a frequency in rad/s, in s."""
+    return 2.0 * math.pi / (SAMPLES_PER_CYCLE * GROUP * highest)
 
 
 def spectral(seen: Seen, frequencies: Floats, settings: Settings, fastest: float) -> Observer:
