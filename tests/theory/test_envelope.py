@@ -335,6 +335,12 @@ def test_density_of_the_amplitude_on_the_way():
     assert result.amplitude_density(a, time=30.0) == pytest.approx(2.0 * a / mu * np.exp(-a * a / mu), abs=3e-3)
 
 
+def test_impacts_far_beyond_double_precision():
+    """The fastest have no flux that a number could hold; the others follow the exponential law."""
+    rates = [envelope(make(c=1e-3, b=-2.0, r=0.5, q=q)).impact_rate for q in (5e-4, 4e-4, 1e-4)]
+    assert 0.0 < rates[2] < 1e-5 * rates[1] < 1e-5 * rates[0]
+
+
 def test_nothing_dissipates():
     for oscillator in (make(0.5, 0.0), make(0.0, 1.0), make(0.5, 0.0, None)):
         result = envelope(oscillator)

@@ -37,8 +37,9 @@ if TYPE_CHECKING:
 
 # What each observer is made of is loaded where one is asked for: an ordinary run has none.
 
-# over the fastest rate, where the cycles of a force are counted: behind a wall it is as steep as an impact
-_OF_FELT_CYCLES = 0.01
+# over the fastest rate: of cycles of a force, which behind a wall is as steep as an impact, and of laws of the speeds of
+# impacts, of which the slowest lack most
+_FINE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -339,8 +340,9 @@ def _longest_step(motion: Motion, wishes: Mapping[str, Any]) -> float:
         with contextlib.suppress(TypeError, ValueError):
             steps.append(step_for(max(fastest, *map(float, wishes["spectrum"]))))
     cycles = wishes.get("rainflow")
-    if isinstance(cycles, Mapping) and any(name in motion.felt for name in cycles):
-        steps.append(_OF_FELT_CYCLES / fastest)
+    of_forces = isinstance(cycles, Mapping) and any(name in motion.felt for name in cycles)
+    if of_forces or (motion.crowded and "distributions" in wishes):
+        steps.append(_FINE / fastest)
     return min(steps)
 
 
