@@ -482,9 +482,10 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
 
     A system of several masses starts at the stationary means of all where a springpot remembers one of them, otherwise
     in equilibrium, or with thermal noise alone from Boltzmann's law; masses that walls alone hold start in motion
-    between them. Its shortest time scale is that of the highest frequency of its free motions. Its results are those of each mass by its name, ``box_x_mean_square``, in the dataset over the dimension
-    ``point``; ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate,
-    speeds, power and force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
+    between them. Its shortest time scale is that of the highest frequency of its free motions. Its results are those of
+    each mass by its name, ``box_x_mean_square``, in the dataset over the dimension ``point``;
+    ``panel_box_elongation_mean_square`` of each pair of masses with a part between them; impact rate, speeds, power and
+    force of each wall; ``damping_power`` and the balance of energy; and on request ``box_x_density``,
     ``panel_box_elongation_quantile``, ``box_x_spectrum`` and so on. With ``rtol`` the means are not offered that are 0
     by symmetry, and the rate of impacts on a lossy wall has those that are too slow for the step.
 

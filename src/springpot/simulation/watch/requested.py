@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
 # What each observer is made of is loaded where one is asked for: an ordinary run has none.
 
-# over the fastest rate: of cycles of a force, which behind a wall is as steep as an impact, and of laws of the speeds of
-# impacts, of which the slowest lack most
+# Over the fastest rate: of cycles of a force, which behind a wall is as steep as an impact, and of laws of the speeds
+# of impacts, of which the slowest lack most.
 _FINE = 0.01
 
 
