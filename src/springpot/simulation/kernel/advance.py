@@ -11,7 +11,6 @@ import numpy as np
 from numba import njit
 
 from springpot.simulation.kernel.branches import ANY, bear, close_branches, keep, open_branches
-from springpot.simulation.kernel.calling import fixed
 from springpot.simulation.kernel.circles import begin_turning, hold_turning, turn_with_impacts
 from springpot.simulation.kernel.contacts import NUMBERS_OF_CONTACT, drift_through_contacts, is_touched
 from springpot.simulation.kernel.excitations import MOST_SOURCES, supply_sources, wake_sources
@@ -50,6 +49,7 @@ from springpot.simulation.kernel.motion import (
     work,
 )
 from springpot.simulation.kernel.random import draw_for_steps, lane_numbers, number_lanes
+from springpot.simulation.kernel.reading import by_lane, fixed, from_lane, of_lane, shared
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS, begin, drift_beside_rest, elongation, hold
 from springpot.simulation.kernel.striking import bounce, fly, is_behind, land, take_off
 from springpot.simulation.kernel.tables import (
@@ -70,6 +70,7 @@ from springpot.simulation.kernel.tables import (
     HITS,
     MASS,
     MODES,
+    NEIGHBOURS,
     NOISES,
     OF_A_WALL,
     ORIGIN,
@@ -173,8 +174,8 @@ def _drive(K, F, T, t):
     for e in range(K[ROWS]):
         begin, steps = K[K[DRIVE] + e], K[K[DRIVE_STEPS] + e]
         for j in range(GROUP if steps > 0 else 0):
-            force = F[begin + t + j] if t + j < steps else typed(0.0, F[0])
             for lane in range(LANES):
+                force = of_lane(F, lane)[begin + t + j] if t + j < steps else typed(0.0, shared(F, 0))
                 T.h[(GROUP * e + j) * LANES + lane] += force
 
 
@@ -195,16 +196,16 @@ def _see(K, T, o, one):
 
 
 @njit(**INLINE)
-def _show(K, D, T, j, x, v, o):
+def _show(K, D, F, T, j, x, v, o):
     """Write what observers see of step j: x and v of the coordinates, then the elongations and their rates."""
-    n, origin = K[POINTS], D[K[ORIGIN]]
+    n, origin = K[POINTS], from_lane(D, o)[K[ORIGIN]]
     for i in range(n):
         seen = load(T.now_x, i * LANES + o) + load(T.seen, i * LANES + o)
         store(x, (GROUP * i + j) * LANES + o, seen + origin)
         store(v, (GROUP * i + j) * LANES + o, load(T.seen_v, i * LANES + o))
     for e in range(K[ROWS]):
         store(x, (GROUP * (n + e) + j) * LANES + o, double(load(T.seen_u, e * LANES + o)) + origin)
-        store(v, (GROUP * (n + e) + j) * LANES + o, stretch(K, D, e, T.seen_v, o, no()))
+        store(v, (GROUP * (n + e) + j) * LANES + o, stretch(K, F, e, T.seen_v, o, no()))
 
 
 @njit(**LINKED)
@@ -212,11 +213,12 @@ def _mark(K, D, T, x, v, step, low, high, o):
     """Keep state and energy at the ends of the window and of the run."""
     n = K[POINTS]
     for lane in range(o, o + WIDTH):
+        own = of_lane(D, lane)
         for i in range(n):
             x[i] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane])
             v[i] = T.seen_v[i * LANES + lane]
-            T.sums[sum_of(K, X_END, i) + lane], T.sums[sum_of(K, V_END, i) + lane] = x[i] + D[K[ORIGIN]], v[i]
-        energy = energy_of(K, D, x, v)
+            T.sums[sum_of(K, X_END, i) + lane], T.sums[sum_of(K, V_END, i) + lane] = x[i] + own[K[ORIGIN]], v[i]
+        energy = energy_of(K, own, x, v)
         if step == low - 1:
             T.sums[sum_of(K, ENERGY, 0) + lane] = energy
         if step == high - 1:
@@ -283,7 +285,7 @@ def _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, 
             drift_beside_rest(K, D, T, S, j, x, v, weight, later, o, WIDTH)
         elif K[WALLS] > 0 and is_behind(K, F, T, o):
             take_off(K, T, o)
-            ever = fly(K, F, T, S, j, 0.0, F[K[STEP]], weight, later, o)
+            ever = fly(K, F, T, S, j, 0.0, shared(F, K[STEP]), weight, later, o)
             land(K, F, T, j, ever, o)
     if one and felt:  # nothing has changed what it looks at, and the compiler knows more of the step without it
         _feel(K, S, T, T.u0, j, shown_x, o)
@@ -295,13 +297,36 @@ def _record(K, D, T, record, recorded, width, points, place, o):
     for lane in range(o, min(o + WIDTH, recorded)):
         for i in range(K[POINTS]):
             at = ((lane * points + place) * width + i) * 2
-            record[at] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane]) + D[K[ORIGIN]]
+            record[at] = T.now_x[i * LANES + lane] + f64(T.seen[i * LANES + lane]) + of_lane(D, lane)[K[ORIGIN]]
             record[at + 1] = T.seen_v[i * LANES + lane]
 
 
 def advance(
     integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record,
     recorded, width, every, points_in_time, stop, out,
+):  # fmt: skip
+    """As `_advance` says, of systems whose numbers all lanes of a block have in common."""
+    _advance(
+        fixed(integers), fixed(numbers), fixed(doubles), start, starts, first, blocks, steps, low, high, k0, k1, stream,
+        halved, fixed(seen), B, record, recorded, width, every, points_in_time, stop, out,
+    )  # fmt: skip
+
+
+def advance_by_lane(
+    integers, numbers, doubles, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, seen, B, record,
+    recorded, width, every, points_in_time, stop, out,
+):  # fmt: skip
+    """The same of systems in neighbouring lanes: each lane has numbers of its own."""
+    _advance(
+        fixed(integers), by_lane(numbers), by_lane(doubles), start, starts, first, blocks, steps, low, high, k0, k1,
+        stream, halved, fixed(seen), B, record, recorded, width, every, points_in_time, stop, out,
+    )  # fmt: skip
+
+
+@njit(**LINKED)
+def _advance(
+    K, F_all, D_all, start, starts, first, blocks, steps, low, high, k0, k1, stream, halved, S, B, record, recorded,
+    width, every, points_in_time, stop, out,
 ):  # fmt: skip
     """Advance the paths from ``first`` on by ``steps`` steps: ``blocks`` times LANES of them, one block after another.
 
@@ -314,8 +339,7 @@ def advance(
     ``recorded`` paths after every ``every`` steps, (paths, points in time, ``width``, 2); and ``out``, a row of the
     SUMS of each path.  A block ends early when ``stop[0]`` is not 0.
     """
-    K, S, D_all, F_all = fixed(integers), fixed(seen), fixed(doubles), fixed(numbers)
-    zero = F_all[0] * typed(0.0, F_all[0])
+    zero = typed(0.0, shared(F_all, 0))
     n, m = K[POINTS], K[ROWS]
     T = Lanes(
         _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero), _of_points(zero),
@@ -335,7 +359,7 @@ def advance(
         row, births, t_0 = number * LANES, steps, 0
         system = number // K[BLOCKS] if K[BLOCKS] > 0 else 0
         F, D = beyond(F_all, system * K[STRIDE]), beyond(D_all, system * K[STRIDE_IN_DOUBLE])
-        number_lanes(first + row - system * K[BLOCKS] * LANES, who)
+        number_lanes(first + row - system * K[BLOCKS] * LANES, K[NEIGHBOURS], who)
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)
         _fill(T.sums, K[COLUMNS], 0.0)
@@ -347,24 +371,25 @@ def advance(
         _fill(T.peaks, K[CONTACTS], 0.0)
         _fill(T.leant, K[WALLS], 0.0)
         for lane in range(LANES):
-            path = (row + lane) % starts
+            path, own = (row + lane) % starts, of_lane(D, lane)
             for i in range(n):
                 x[i], v[i] = start[2 * n * path + i], start[2 * n * path + n + i]
                 T.now_x[i * LANES + lane], T.now_v[i * LANES + lane] = x[i], v[i]
                 T.sums[sum_of(K, X_END, i) + lane] = T.sums[sum_of(K, V_END, i) + lane] = np.nan
-            energy = energy_of(K, D, x, v)
+            energy = energy_of(K, own, x, v)
             T.sums[sum_of(K, ENERGY, 0) + lane] = T.sums[sum_of(K, ENERGY, 1) + lane] = energy
             weight = 1.0 if low == 0 < high else 0.0
             if K[TURNS] > 0:
-                begin_turning(K, D, T, S, x, v, weight, lane)
+                begin_turning(K, own, T, S, x, v, weight, lane)
             elif K[PAPER] == 0:
-                begin(K, D, T, S, start, path, x, v, lane, weight)
+                begin(K, own, T, S, start, path, x, v, lane, weight)
         for i in range(n * LANES):
-            T.now_x[i] += D[K[EARLY] + i // LANES]
+            T.now_x[i] += of_lane(D, i % LANES)[K[EARLY] + i // LANES]
         for e in range(m):
             for lane in range(LANES):
+                own = of_lane(D, lane)
                 for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
-                    T.d[((GROUP + 2) * e + 1) * LANES + lane] += D[K[ROW] + p] * D[K[EARLY] + K[K[ROW_AT] + p]]
+                    T.d[((GROUP + 2) * e + 1) * LANES + lane] += own[K[ROW] + p] * own[K[EARLY] + K[K[ROW_AT] + p]]
         begins = True
         wake_sources(K, who, stream, k0, k1, F, T.state, fine)
         _drive(K, F, T, 0)
@@ -387,6 +412,7 @@ def advance(
             ends = t // GROUP % SUMMED == SUMMED - 1 or t + GROUP == middle(low, high) or t + GROUP >= min(high, steps)
             felt = (watched or recorded > 0) and S[FEELS] > 0
             for o in range(0, LANES, WIDTH):
+                F_o, D_o = from_lane(F, o), from_lane(D, o)
                 for i in range(n):
                     at = i * LANES + o
                     store(T.x0, at, load(T.now_x, at))
@@ -394,18 +420,18 @@ def advance(
                     store(T.moved, at, zero)
                     store(T.gained, at, zero)
                 for e in range(m):
-                    store(T.u, e * LANES + o, stretch(K, D, e, T.now_x, o, no()))
-                    store(T.w, e * LANES + o, stretch(K, D, e, T.now_v, o, no()))
+                    store(T.u, e * LANES + o, stretch(K, D_o, e, T.now_x, o, no()))
+                    store(T.w, e * LANES + o, stretch(K, D_o, e, T.now_v, o, no()))
                 _clear(T, summed if begins else 0, o)
                 for j in range(GROUP):
                     step = t + j
                     within, next_within = low <= step < high, low <= step + 1 < high
                     if plain:  # the same with a constant that the compiler knows
-                        _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, yes())
+                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, felt, o, yes())
                     else:
-                        _one_step(K, D, F, T, S, x, v, shown_x, j, step, within, next_within, felt, o, no())
+                        _one_step(K, D, F_o, T, S, x, v, shown_x, j, step, within, next_within, felt, o, no())
                     if watched:
-                        _show(K, D, T, j, shown_x, shown_v, o)
+                        _show(K, D, F_o, T, j, shown_x, shown_v, o)
                     if within:
                         _see(K, T, o, plain)
                     if step == low - 1 or step == high - 1 or step == steps - 1:
@@ -415,7 +441,7 @@ def advance(
                 for i in range(n):
                     add(T.now_x, i * LANES + o, double(load(T.moved, i * LANES + o)))
                     add(T.now_v, i * LANES + o, double(load(T.gained, i * LANES + o)))
-                remember(K, F, T, o)
+                remember(K, F_o, T, o)
                 _gather_sums(T, summed if ends else 0, o)
                 for k in range(K[TAPS] if low <= t + GROUP - 1 < high else 0):
                     mode = double(load(T.z, K[K[TAPPED] + k] * LANES + o))
@@ -432,7 +458,7 @@ def advance(
                 for i in range((works + 1) * LANES):
                     whole = f64(T.terms[begun * LANES + i])
                     shown_v[at + i], told[i] = whole - told[i], 0.0 if ends else whole
-                show_steps(S, shown_x, shown_v, D[K[STEP]], t, low, high)
+                show_steps(S, shown_x, shown_v, shared(D, K[STEP]), t, low, high)
             if B[ANY] > 0:
                 keep(K, B, T, t + GROUP, no(), row, steps, risen, last)
         if B[ANY] > 0:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import operator
 from typing import Any
 
 import llvmlite.ir as ir
 from numba import types
-from numba.core.typing.templates import AbstractTemplate, infer_global
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import intrinsic
 
 _numbers = types.CPointer(types.float64)
 FORCE = types.void(types.float64, _numbers, _numbers, _numbers, _numbers, types.int64)
@@ -62,48 +60,3 @@ def pointer_like(typing_context, address, pointer):
     return pointer(types.int64, pointer), lambda context, builder, signature, args: builder.inttoptr(
         args[0], context.get_value_type(signature.return_type)
     )
-
-
-class Fixed(types.Type):  # type: ignore[misc]
-    """A pointer to numbers that do not change while the kernel runs, whatever is written elsewhere.
-
-    A compiler that is told so reads them once.
-    """
-
-    def __init__(self, dtype: Any) -> None:
-        self.dtype = dtype
-        super().__init__(name=f"Fixed({dtype})")
-
-
-@register_model(Fixed)
-class _Model(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, kind: Fixed) -> None:
-        super().__init__(manager, kind, manager.lookup(kind.dtype).get_data_type().as_pointer())
-
-
-@infer_global(operator.getitem)
-class _Item(AbstractTemplate):  # type: ignore[misc]
-    def generic(self, arguments: Any, keywords: Any) -> Any:
-        table, index = arguments
-        if isinstance(table, Fixed) and isinstance(index, types.Integer):
-            return table.dtype(table, types.intp)
-        return None
-
-
-@lower_builtin(operator.getitem, Fixed, types.Integer)
-def _item(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-    loaded = builder.load(builder.gep(args[0], [args[1]]))
-    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
-    return loaded
-
-
-@intrinsic
-def fixed(typing_context, pointer):
-    """The same numbers, which do not change."""
-    return Fixed(pointer.dtype)(pointer), lambda context, builder, signature, args: args[0]
-
-
-@intrinsic
-def plain(typing_context, table):
-    """Such numbers as an ordinary pointer, for calls of addresses."""
-    return types.CPointer(table.dtype)(table), lambda context, builder, signature, args: args[0]

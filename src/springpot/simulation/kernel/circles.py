@@ -18,6 +18,7 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED, WIDTH, f64, greater, lowest_bit, u64
 from springpot.simulation.kernel.motion import sum_of
+from springpot.simulation.kernel.reading import of_lane, shared
 from springpot.simulation.kernel.rest import count_in_lane, count_resting, flag, hits_of, lay_down, restitution_of
 from springpot.simulation.kernel.tables import (
     DAMPERS,
@@ -33,7 +34,7 @@ from springpot.simulation.kernel.tables import (
     TURN,
     WALLS,
 )
-from springpot.simulation.kernel.vectors import lanes_of, load, some
+from springpot.simulation.kernel.vectors import lanes_of, larger, load, size, some
 from springpot.simulation.kernel.watching import ON_IMPACTS_COUNT, show_impact
 
 # impacts in a drift, after which the mass stays on the wall until its end: at one wall, and between several
@@ -49,10 +50,11 @@ def _near(K, F, T, j, o):
     With a gap the spring pulls away from the wall, and a path may go below the lower of the two ends in between: by at
     most (acceleration at the wall) (half step)^2 / 8.
     """
-    found, turned, end = load(T.v, o) < load(T.v, o), F[K[TURN] + 6] * F[K[STEP]], load(T.u, o)
+    found, turned, end = load(T.v, o) < load(T.v, o), F[K[TURN] + 6] * shared(F, K[STEP]), load(T.u, o)
     for k in range(K[WALLS]):
         side, place = F[K[SIDE] + k], F[K[PLACE] + k]
-        dip = abs(place) * ((turned * turned * (1.01 / 32.0) if side * place < 0.0 else 0.0) + 1e-6)
+        gap = larger(0.0 - side * place, 0.0)
+        dip = gap * turned * turned * (1.01 / 32.0) + 1e-6 * size(place)
         for u in (end - load(T.d, (2 + j) * LANES + o), load(T.seen_u, o), end):
             found = found | (side * u <= side * place + dip)
     return found
@@ -217,7 +219,8 @@ def turn_with_impacts(K, D, F, T, S, j, before, after, o):
     if some(near):
         lanes = lanes_of(near)
         while lanes != u64(0):
-            _turn_again(K, D, T, S, j, before, after, o + lowest_bit(lanes))
+            lane = o + lowest_bit(lanes)
+            _turn_again(K, of_lane(D, lane), T, S, j, before, after, lane)
             lanes &= lanes - u64(1)
 
 
@@ -248,14 +251,15 @@ def hold_turning(K, D, T, again, weight, o):
     for lane in range(o, o + WIDTH):
         for k in range(K[WALLS] if T.state[flag(K, K[WALLS], lane)] > 0.0 else 0):
             if T.state[flag(K, k, lane)] > 0.0:
-                side, mass, share = D[K[SIDE] + k], D[K[REDUCED] + k], D[K[HEAVY] + k] / D[K[REDUCED] + k]
-                bent = D[K[TURN] + 6] ** 2 * side * D[K[PLACE] + k] * D[K[STEP]]
+                own = of_lane(D, lane)
+                side, mass, share = own[K[SIDE] + k], own[K[REDUCED] + k], own[K[HEAVY] + k] / own[K[REDUCED] + k]
+                bent = own[K[TURN] + 6] ** 2 * side * own[K[PLACE] + k] * own[K[STEP]]
                 moving = side * f64(T.v[lane])
                 given = moving * share  # without the answer of springpots and dashpots
                 if again:
                     before = side * f64(T.leaving[lane])
-                    own = moving - _leaving(bent, before, before / share)  # what dampers have given after the kick
-                    given, moving = before + own, before / share + own
+                    more = moving - _leaving(bent, before, before / share)  # what dampers have given after the kick
+                    given, moving = before + more, before / share + more
                 later = _leaving(bent, given, moving)
                 T.fx[lane] = T.leaving[lane] = side * given
                 T.v[lane], T.gained[lane] = side * later, side * later - T.now_v[lane]

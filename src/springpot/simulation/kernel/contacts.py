@@ -11,6 +11,7 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import INLINE, LANES, LINKED
 from springpot.simulation.kernel.motion import add, sum_of
+from springpot.simulation.kernel.reading import shared
 from springpot.simulation.kernel.striking import advance, fly, land, push_all, take_off
 from springpot.simulation.kernel.tables import (
     CONTACT,
@@ -62,11 +63,12 @@ def is_touched(K, F, T, o):
 def elastic(F, b, u):
     """The depth of a contact, and its elastic force."""
     depth = larger(F[b + 1] * (F[b] - u), 0.0)
-    if F[b + 3] == 1.0:
+    exponent = shared(F, b + 3)
+    if exponent == 1.0:
         return depth, F[b + 2] * depth
-    if F[b + 3] == 1.5:
+    if exponent == 1.5:
         return depth, F[b + 2] * depth * root(depth)
-    return depth, F[b + 2] * choose(depth > 0.0, power(depth, filled(depth, F[b + 3])), 0.0)
+    return depth, F[b + 2] * choose(depth > 0.0, power(depth, filled(depth, exponent)), 0.0)
 
 
 @njit(**INLINE)
@@ -149,7 +151,7 @@ def _to(K, F, T, S, j, begin, span, within, beyond_it, o):
 def drift_through_contacts(K, F, T, S, j, within, beyond_it, o):
     """The drift again, in short steps."""
     count = 2 * K[SUBSTEPS]
-    short = F[K[STEP]] / count
+    short = shared(F, K[STEP]) / count
     take_off(K, T, o)
     for c in range(K[CONTACTS]):
         store(T.touched, c * LANES + o, load(T.fu, K[K[CONTACT_AT] + c] * LANES + o))

@@ -10,17 +10,20 @@ FILL_NORMALS = Entry(
 )
 
 
-def _kernel(kind: str) -> Entry:
+def _kernel(kind: str, function: str) -> Entry:
+    words = "the kernel" if function == "advance" else "the kernel of systems in neighbouring lanes"
     return Entry(
-        "springpot.simulation.kernel.advance:advance",
+        f"springpot.simulation.kernel.advance:{function}",
         ("int64*", f"{kind}*", "float64*", "float64*", *("int64",) * 6, "uint32", "uint32", "int64", "int64", "int64*",
          "int64*", "float64*", *("int64",) * 4, "uint8*", "float64*"),
-        "the kernel" if kind == "float32" else "the kernel in double precision", f"advance-{kind}",
+        words if kind == "float32" else f"{words} in double precision", f"{function}-{kind}",
     )  # fmt: skip
 
 
-KERNELS = {kind: _kernel(kind) for kind in ("float32", "float64")}
-"""`springpot.simulation.kernel.advance.advance` by the precision of its sweep."""
+KERNELS, KERNELS_BY_LANE = (
+    {kind: _kernel(kind, function) for kind in ("float32", "float64")} for function in ("advance", "advance_by_lane")
+)
+"""The functions of `springpot.simulation.kernel.advance` by the precision of their sweep."""
 
-ENTRIES = (FILL_NORMALS, *KERNELS.values())
+ENTRIES = (FILL_NORMALS, *KERNELS.values(), *KERNELS_BY_LANE.values())
 """All of them: what a release makes for each target."""

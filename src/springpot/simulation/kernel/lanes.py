@@ -94,7 +94,12 @@ def stack_array(count: int) -> Any:
 @intrinsic
 def beyond(typing_context, pointer, count):
     """The array that begins ``count`` numbers later."""
-    return pointer(pointer, count), lambda context, builder, signature, args: builder.gep(args[0], [args[1]])
+
+    def codegen(context, builder, signature, args):
+        apart = getattr(signature.args[0], "apart", 1)
+        return builder.gep(args[0], [args[1] if apart == 1 else builder.mul(args[1], ir.IntType(64)(apart))])
+
+    return pointer(pointer, types.int64), codegen
 
 
 @intrinsic

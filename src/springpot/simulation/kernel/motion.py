@@ -13,8 +13,8 @@ import llvmlite.ir as ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from springpot.simulation.kernel.calling import call_force, plain
-from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, no
+from springpot.simulation.kernel.calling import call_force
+from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, no, stack_array
 from springpot.simulation.kernel.laws import (
     ANY,
     COULOMB,
@@ -26,6 +26,7 @@ from springpot.simulation.kernel.laws import (
     van_der_pol,
     yielding,
 )
+from springpot.simulation.kernel.reading import alike, of_lane, plain, shared
 from springpot.simulation.kernel.tables import (
     ANSWER,
     AT,
@@ -83,6 +84,8 @@ from springpot.simulation.kernel.vectors import filled, load, root, store
 
 NO_SPRING, LINEAR, CUBIC, NINTH = range(4)  # kinds of springs
 NUMBERS_OF_MODE, NUMBERS_OF_TURN = 8, 20
+
+_of_a_damper = stack_array(NUMBERS_OF_DAMPER)
 
 
 class Lanes(NamedTuple):
@@ -227,7 +230,7 @@ def shake(K, F, T, j, step, within, o):
 @njit(**INLINE)
 def pull(K, F, T, j, o, one):
     """The impulses of springs, dampers and memory on the coordinates."""
-    step = F[K[STEP]]
+    step = shared(F, K[STEP])
     for e in range(1 if one else K[ROWS]):
         u = load(T.u, e * LANES + o)
         force = F[K[DAMPING] + e] * load(T.w, e * LANES + o)
@@ -319,12 +322,19 @@ def _change(K, D, F, T, k, n, after, o):
     if kind == VAN_DER_POL:
         return van_der_pol(F[b], F[b + 1], u, w)
     if kind <= ANY:
-        return yielding(kind, F[b], F[b + 1], F[b + 2], F[b + 3], F[K[STEP]], u, w, state, o, after)
+        exponent, step = shared(F, b + 3), shared(F, K[STEP])
+        return yielding(kind, F[b], F[b + 1], F[b + 2], exponent, step, u, w, state, o, after)
     own = T.own  # of the user: always in double precision
     store(own, 0, u)
     store(own, WIDTH, w)
-    time, change = D[K[STEP]] * (n + 0.5), beyond(own, 2 * WIDTH)
-    call_force(kind, (time, plain(beyond(D, b)), own, beyond(own, WIDTH), change, WIDTH))
+    time, change = shared(D, K[STEP]) * (n + 0.5), beyond(own, 2 * WIDTH)
+    if alike(D):
+        call_force(kind, (time, plain(beyond(D, b)), own, beyond(own, WIDTH), change, WIDTH))
+    for lane in range(0 if alike(D) else WIDTH):
+        numbers = _of_a_damper(0.0)
+        for i in range(NUMBERS_OF_DAMPER):
+            numbers[i] = of_lane(D, o + lane)[b + i]
+        call_force(kind, (time, numbers, beyond(own, lane), beyond(own, WIDTH + lane), beyond(change, lane), 1))
     return filled(u, load(own, 2 * WIDTH))
 
 
@@ -352,7 +362,7 @@ def damp(K, D, F, T, n, after, within, o):
 @njit(**INLINE)
 def drift(K, F, T, j, o):
     """Straight; the paper's scheme sees its end."""
-    step = F[K[STEP]]
+    step = shared(F, K[STEP])
     half = step if K[PAPER] > 0 else 0.5 * step
     for i in range(K[POINTS]):
         at = i * LANES + o
@@ -400,7 +410,7 @@ def remember(K, F, T, o):
             t, b = K[K[MODE_TABLE] + e], K[K[MODE_BEGIN] + e] * LANES + o
             for k in range(count):  # a^4 - 1 is stored, not a^4: for slow modes a^4 rounds to 1
                 y = load(T.z, b + k * LANES)
-                y = y + (F[t + 3] * y + F[t + 2] * e0 + F[t + 1] * e1 + F[t] * e2 + e3)
+                y = y + (shared(F, t + 3) * y + shared(F, t + 2) * e0 + shared(F, t + 1) * e1 + shared(F, t) * e2 + e3)
                 store(T.z, b + k * LANES, y)
                 h0 = h0 + F[t + 4] * y
                 h1 = h1 + F[t + 5] * y

@@ -15,6 +15,7 @@ from numba import njit
 from springpot.simulation.kernel.calling import call_share
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, f64, greater, stack_array
 from springpot.simulation.kernel.motion import NO_SPRING, sum_of
+from springpot.simulation.kernel.reading import of_lane
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import (
     ALONG,
@@ -262,7 +263,7 @@ def hold(K, D, T, x, v, weight, o, width):
     """
     for lane in range(o, o + width):
         if T.state[flag(K, K[WALLS], lane)] > 0.0:
-            _hold_lane(K, D, T, x, v, lane, weight)
+            _hold_lane(K, of_lane(D, lane), T, x, v, lane, weight)
 
 
 @njit(**INLINE)
@@ -491,8 +492,8 @@ def _is_clear(K, D, T, lane):
 def drift_beside_rest(K, D, T, S, j, x, v, before, after, o, width):
     """The drift of lanes that may have struck a wall again, where rows can rest."""
     for lane in range(o, o + width):
-        if not _is_clear(K, D, T, lane):
-            _repair(K, D, T, S, j, x, v, lane, before, after)
+        if not _is_clear(K, of_lane(D, lane), T, lane):
+            _repair(K, of_lane(D, lane), T, S, j, x, v, lane, before, after)
 
 
 @njit(**LINKED)

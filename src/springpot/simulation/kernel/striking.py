@@ -11,6 +11,7 @@ from numba import njit
 from springpot.simulation.kernel.calling import call_share
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, WIDTH, beyond, f64
 from springpot.simulation.kernel.motion import NO_SPRING, add, springs, sum_of
+from springpot.simulation.kernel.reading import alike, of_lane, shared
 from springpot.simulation.kernel.tables import (
     ALONG,
     CONSTANT,
@@ -71,7 +72,7 @@ def restitution(K, F, k, speed, where, room):
     store(room, 0, choose(where, double(speed), -1.0))
     for lane in range(WIDTH):
         if room[lane] >= 0.0:
-            call_share(kind, (F[b] * f64(room[lane]), beyond(room, WIDTH + lane)))
+            call_share(kind, (of_lane(F, lane)[b] * f64(room[lane]), beyond(room, WIDTH + lane)))
     return choose(where, filled(speed, load(room, WIDTH)), 0.0)
 
 
@@ -102,14 +103,14 @@ def _given_along(K, F, T, k, j, o):
     for i in range(n):
         given = given + F[K[CONSTANT] + i] * F[K[JUMP] + k * n + i]
     for r in range(K[SOURCES]):
-        if F[K[SMOOTH] + r] > 0.0:
+        if shared(F, K[SMOOTH] + r) > 0.0:
             impulse = load(T.given, (GROUP * r + j) * LANES + o)
             for p in range(K[K[SOURCE_BEGIN] + r], K[K[SOURCE_BEGIN] + r + 1]):
                 given = given + F[K[SOURCE_ROW] + p] * F[K[JUMP] + k * n + K[K[SOURCE_AT] + p]] * impulse
     for e in range(m):
-        kind, along = K[K[SPRING_KIND] + e], F[K[ALONG] + k * m + e]
-        if kind != NO_SPRING and along != 0.0:
-            given = given - springs(F, kind, K[SPRING] + 10 * e, load(T.fu, e * LANES + o)) * along
+        kind, along = K[K[SPRING_KIND] + e], K[ALONG] + k * m + e
+        if kind != NO_SPRING and not (alike(F) and shared(F, along) == 0.0):
+            given = given - springs(F, kind, K[SPRING] + 10 * e, load(T.fu, e * LANES + o)) * F[along]
     return given
 
 
@@ -170,7 +171,7 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
     after which the masses would not part in spite of the restitution, no faster than what presses on them makes them
     within a step, is their rest on each other: the sums have it, observers do not see it.
     """
-    step, n, m = F[K[STEP]], K[POINTS], K[ROWS]
+    step, n, m = shared(F, K[STEP]), K[POINTS], K[ROWS]
     left = filled(load(T.fx, o), span)
     ever = left < 0.0
     hit, late = ever, left
@@ -210,7 +211,7 @@ def fly(K, F, T, S, j, begin, span, within, beyond_it, o):
             rate = filled(closing, 0.0)  # nothing still closes, nor by rounding: that would be struck again and again
             for p in range(K[K[ROW_BEGIN] + e], K[K[ROW_BEGIN] + e + 1]):
                 rate = rate + size(F[K[ROW] + p] * load(T.v, K[K[ROW_AT] + p] * LANES + o))
-            change = larger(change, speed + F[K[ROUNDING]] * rate)
+            change = larger(change, speed + shared(F, K[ROUNDING]) * rate)
             count_impacts(K, F, T, k, here, weight, closing, o)
             count_taken(K, F, T, k, here, weight, closing, r, change, o)
             show_impacts(S, k, here & (weight > 0.0) & opposite(rests), closing, o, T.own)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arrays import Floats
+from springpot.simulation.kernel.sizes import LANES
 
 COUNTS = (
     "points",  # coordinates
@@ -36,10 +37,13 @@ COUNTS = (
     "paper",  # 1: the scheme as the paper prints it
     "parts",  # of a step: with 2 the impulses are sums of two of a run with half the step
     "substeps",  # of half a drift in which a contact is touched
-    "blocks",  # of each of several systems in a call, which have the same path numbers; 0: all are of one system
+    # of each of several systems in a call, which have the same path numbers; 0: all are of one system, or each block
+    # has numbers of its own
+    "blocks",
     # from the numbers of a system to those of the next, in the sweep's precision and in double
     "stride",
     "stride_in_double",
+    "neighbours",  # lanes of each of several systems in a block, which have the same path numbers; 0: it is of one
     "columns",  # numbers of a row of results
 )
 """Of the header, in this order; the lists follow."""
@@ -99,7 +103,7 @@ SUMS = (  # "soft" is of contacts together: time in touch, and the largest depth
 
 _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" for name in NUMBERS)))}
 (POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES,
- TURNS, PAPER, PARTS, SUBSTEPS, BLOCKS, STRIDE, STRIDE_IN_DOUBLE, COLUMNS,
+ TURNS, PAPER, PARTS, SUBSTEPS, BLOCKS, STRIDE, STRIDE_IN_DOUBLE, NEIGHBOURS, COLUMNS,
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
@@ -123,11 +127,14 @@ class Tables:
         Without the long lists behind them.
     sweep : ndarray of float32 or float64
         The same numbers in the precision of the sweep, and behind them the long lists.
+    by_lane : bool
+        Whether each lane has numbers of its own: each number stands LANES times, once for each lane.
     """
 
     integers: npt.NDArray[np.int64]
     numbers: Floats
     sweep: npt.NDArray[np.floating]
+    by_lane: bool = False
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.integers, self.numbers, self.sweep))
@@ -189,14 +196,49 @@ def packed(
 
 def stacked(systems: Sequence[Tables], blocks: int) -> Tables:
     """The tables of several systems with the same integers, each of which has so many ``blocks`` of a call."""
-    one = systems[0]
-    integers = one.integers.copy()
-    own = {"blocks": blocks, "stride": one.sweep.size, "stride_in_double": one.numbers.size}
-    for name, number in own.items():
-        integers[_WHERE[name]] = number
     return Tables(
-        integers, np.concatenate([each.numbers for each in systems]), np.concatenate([each.sweep for each in systems])
-    )
+        _with(systems[0], blocks=blocks), np.concatenate([each.numbers for each in systems]),
+        np.concatenate([each.sweep for each in systems]),
+    )  # fmt: skip
+
+
+def side_by_side(systems: Sequence[Tables], neighbours: int) -> Tables:
+    """The tables of several systems with the same `common` numbers, each in so many ``neighbours`` lanes.
+
+    As many as fit share a block, which has numbers of its own; the last block is filled with the last system.
+    """
+    one, many = systems[0], LANES // neighbours
+    own = [systems[min(n, len(systems) - 1)] for n in range(-(-len(systems) // many) * many)]
+
+    def apart(numbers: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+        blocks = np.stack(numbers).reshape(-1, many, numbers[0].size)
+        return np.repeat(blocks.transpose(0, 2, 1), neighbours, axis=2).ravel()
+
+    return Tables(
+        _with(one, blocks=1, neighbours=neighbours), apart([each.numbers for each in own]),
+        apart([each.sweep for each in own]), by_lane=True,
+    )  # fmt: skip
+
+
+def common(tables: Tables) -> bytes:
+    """What systems in neighbouring lanes must have in common: all integers, and numbers that the kernel reads once.
+
+    These are the step, the exponents of laws, and the powers of the modes of memories, which depend on the order and
+    the step; their weights need not be alike.
+    """
+    at, numbers = tables.integers, tables.numbers
+    modes = numbers[at[MODE] : at[TURN_OF_MODES]].reshape(-1, 8)[:, :4]
+    laws = (numbers[at[begin] + 3 : at[end] : 6] for begin, end in ((DAMPER, DAMPER_JUMP), (CONTACT, CONTACT_JUMP)))
+    alike = (numbers[at[STEP] : at[ROUNDING] + 1], numbers[at[SMOOTH] : at[CONSTANT]], modes, *laws)
+    return b"".join([at.tobytes(), *(each.tobytes() for each in alike)])
+
+
+def _with(tables: Tables, **counts: int) -> npt.NDArray[np.int64]:
+    """The integers of one of several systems in a call."""
+    integers = tables.integers.copy()
+    for name, number in {**counts, "stride": tables.sweep.size, "stride_in_double": tables.numbers.size}.items():
+        integers[_WHERE[name]] = number
+    return integers
 
 
 def begins_of_sums(counts: Mapping[str, int]) -> npt.NDArray[np.int64]:

@@ -59,17 +59,18 @@ def _common(*kinds: Any) -> Any:
 
 
 def _of_numbers(make: Callable[..., Any], result: Vector | None = None) -> Any:
-    """An intrinsic of two numbers, at least one of them a vector; ``make(builder, a, b)`` has vectors of one type."""
+    """An intrinsic of two vectors or numbers; ``make(builder, a, b)`` has both of one type."""
 
     @intrinsic
     def apply(typing_context, a, b):
-        to = _common(a, b)
+        to = _common(a, b) or typing_context.unify_types(a, b)
 
         def codegen(context, builder, signature, args):
             both = zip(args, signature.args, strict=True)
-            return make(builder, *(_spread(context, builder, *each, to) for each in both))
+            spread = _spread if isinstance(to, Vector) else type(context).cast
+            return make(builder, *(spread(context, builder, *each, to) for each in both))
 
-        return None if to is None else ((result or to)(a, b), codegen)
+        return (result or to)(a, b), codegen
 
     return apply
 
@@ -216,13 +217,15 @@ def double(typing_context, a):
 
 
 def _function(name: str, count: int) -> Any:
-    """An intrinsic of LLVM, lane by lane; llvmlite does not know its name for vectors."""
+    """An intrinsic of LLVM, of a number or lane by lane; llvmlite does not know its name for vectors."""
 
     def call(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         kind = signature.return_type
-        suffix = f".v{WIDTH}f64" if kind is v64 else f".v{WIDTH}f32"
-        of = ir.FunctionType(kind.llvm, [kind.llvm] * count)
-        values = [_spread(context, builder, *both, kind) for both in zip(args, signature.args, strict=True)]
+        lanes = f"v{WIDTH}" if isinstance(kind, Vector) else ""
+        suffix = f".{lanes}{'f64' if kind in (v64, types.float64) else 'f32'}"
+        own, spread = context.get_value_type(kind), _spread if lanes else type(context).cast
+        of = ir.FunctionType(own, [own] * count)
+        values = [spread(context, builder, *both, kind) for both in zip(args, signature.args, strict=True)]
         return builder.call(cgutils.get_or_insert_function(builder.module, of, "llvm." + name + suffix), values)
 
     if count == 1:

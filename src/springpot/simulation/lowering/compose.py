@@ -24,7 +24,7 @@ from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
 from springpot.simulation.kernel import excitations, laws, watching
 from springpot.simulation.kernel.branches import MARKS, Kept, table_of
-from springpot.simulation.kernel.entries import KERNELS
+from springpot.simulation.kernel.entries import KERNELS, KERNELS_BY_LANE
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
@@ -268,8 +268,8 @@ class Parts:
 
     def kernel(self) -> Callable[..., None]:
         """The kernel, with all arguments that are the same for all blocks."""
-
-        advance, (integers, double, sweep) = KERNELS[str(self.tables.sweep.dtype)], self.tables
+        kernels, (integers, double, sweep) = KERNELS_BY_LANE if self.tables.by_lane else KERNELS, self.tables
+        advance = kernels[str(sweep.dtype)]
 
         def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
             k0, k1, stream, halved, observers, record, stop, rows, *branches = given

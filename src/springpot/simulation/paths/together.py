@@ -1,11 +1,13 @@
 """Several simulations at once: those of one structure share the calls of the kernel, and all share the threads.
 
 A system of few paths has few blocks, so that alone it keeps few threads busy.  In a call of several systems each has
-blocks with numbers of its own in the kernel's tables.  Its paths have the numbers and so the bits that it has alone.
+blocks with numbers of its own in the kernel's tables.  With at most half a block of paths, several systems share a
+block, in which each lane has numbers of its own.  All paths have the numbers and so the bits that they have alone.
 """
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,8 +19,10 @@ from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.normals import key_words
-from springpot.simulation.kernel.tables import stacked
+from springpot.simulation.kernel.tables import common, side_by_side, stacked
 from springpot.simulation.paths.simulation import Ensemble, Progress, Simulation, addresses_of, blocks_of_a_call
+
+_MOST_BY_LANE = 100_000  # numbers of a system, each of which stands LANES times in the tables of a block
 
 
 def advance_together(simulations: Sequence[Simulation], progress: Progress | None = None) -> list[Ensemble]:
@@ -35,9 +39,8 @@ def advance_together(simulations: Sequence[Simulation], progress: Progress | Non
         nonlocal done
         while not stop[0] and (call := next(waiting, None)) is not None:
             own = [simulations[member] for member in call.members]
-            rows = _advance(own, call.begin, call.blocks, stop).reshape(len(own), call.blocks * LANES, -1)
-            for member, found in zip(call.members, rows, strict=True):
-                rooms[member][call.begin * LANES : (call.begin + call.blocks) * LANES] = found
+            for member, found in zip(call.members, _advance(own, call, stop), strict=True):
+                rooms[member][call.begin * LANES :][: len(found)] = found
             with telling:
                 done += sum(_path_steps(each) * call.blocks / _blocks(each) for each in own)
                 if progress is not None and not stop[0]:
@@ -53,11 +56,12 @@ def advance_together(simulations: Sequence[Simulation], progress: Progress | Non
 
 @dataclass(frozen=True)
 class _Call:
-    """Blocks of one system, from one on, or all blocks of several."""
+    """Blocks of one system, from one on, or all blocks of several; or systems of ``neighbours`` lanes of a block."""
 
     members: Sequence[int]
     begin: int
     blocks: int
+    neighbours: int = 0
 
 
 def _calls(simulations: Sequence[Simulation]) -> Iterator[_Call]:
@@ -66,7 +70,13 @@ def _calls(simulations: Sequence[Simulation]) -> Iterator[_Call]:
         alike.setdefault(_structure(simulation), []).append(number)
     for members in alike.values():
         one = simulations[members[0]]
-        blocks = _blocks(one)
+        blocks, neighbours = _blocks(one), _neighbours(one)
+        if neighbours and len(members) > 1:
+            size = max(1, blocks_of_a_call(one.settings, -(-len(members) * neighbours // LANES))) * LANES // neighbours
+            yield from (
+                _Call(members[first : first + size], 0, 1, neighbours) for first in range(0, len(members), size)
+            )
+            continue
         most = blocks_of_a_call(one.settings, blocks * len(members))
         size = max(1, most // blocks)
         for first in range(0, len(members), size):
@@ -78,24 +88,35 @@ def _structure(simulation: Simulation) -> Hashable:
     """What the simulations in a call have in common."""
     tables, settings = simulation.parts.tables, simulation.settings
     return (
-        tables.integers.tobytes(), tables.numbers.size, tables.sweep.size, tables.sweep.dtype.str,
+        common(tables) if _neighbours(simulation) else tables.integers.tobytes(), tables.numbers.size, tables.sweep.size, tables.sweep.dtype.str,
         settings.paths, settings.steps, settings.window_steps, settings.seed,
     )  # fmt: skip
 
 
-def _advance(simulations: Sequence[Simulation], begin: int, blocks: int, stop: npt.NDArray[np.uint8]) -> Floats:
-    """The rows of these blocks of each system, in the kernel's units."""
-    one = simulations[0]
-    parts = replace(one.parts, tables=stacked([each.parts.tables for each in simulations], blocks))
-    starts = [each.parts.states(each.settings, begin * LANES, blocks * LANES, 0) for each in simulations]
-    starts = [np.broadcast_to(states, (blocks * LANES, states.shape[1])) for states in starts]
-    rows = np.empty((len(simulations) * blocks * LANES, len(parts.columns)))
+def _neighbours(simulation: Simulation) -> int:
+    """The lanes of a block that a system takes if others share it; 0 where it needs a block, or has long lists."""
+    lanes = max(8, 2 ** math.ceil(math.log2(simulation.settings.paths)))
+    return lanes if lanes < LANES and simulation.parts.tables.sweep.size <= _MOST_BY_LANE else 0
+
+
+def _advance(simulations: Sequence[Simulation], call: _Call, stop: npt.NDArray[np.uint8]) -> Floats:
+    """The rows of each system in the kernel's units, shape (systems, paths, columns)."""
+    one, tables = simulations[0], [each.parts.tables for each in simulations]
+    parts = replace(
+        one.parts, tables=side_by_side(tables, call.neighbours) if call.neighbours else stacked(tables, call.blocks)
+    )
+    paths = call.neighbours or call.blocks * LANES
+    starts = [each.parts.states(each.settings, call.begin * LANES, call.blocks * LANES, 0) for each in simulations]
+    starts = [np.broadcast_to(states, (call.blocks * LANES, states.shape[1]))[:paths] for states in starts]
+    blocks = -(-len(simulations) * paths // LANES)
+    starts += [starts[-1]] * (blocks * LANES // paths - len(starts))  # of lanes that are left over
+    rows = np.empty((blocks * LANES, len(parts.columns)))
     keys, observers = key_words(one.settings.seed), addresses_of((), (), parts)
     parts.kernel()(
-        np.concatenate(starts), begin * LANES, len(simulations) * blocks, one.settings, *keys, 0, False, observers,
-        _no_record(one), stop, rows,
+        np.concatenate(starts), call.begin * LANES, blocks, one.settings, *keys, 0, False, observers, _no_record(one),
+        stop, rows,
     )  # fmt: skip
-    return rows
+    return rows.reshape(-1, paths, rows.shape[1])[: len(simulations)]
 
 
 def _ensemble(simulation: Simulation, rows: Floats) -> Ensemble:
