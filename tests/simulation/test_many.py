@@ -87,18 +87,59 @@ def ready(system: sp.System, **given: Any) -> Simulation:
     return simulation_of(plan_of(system, start="rest", duration=1.0, step=0.005, threads=2, **given))
 
 
+def smooth(n: int, *parts: Any) -> sp.System:
+    """Without white noise, so that masses can rest on the wall."""
+    return sp.System(sp.Mass(0.2), sp.Spring(80.0 + n), sp.Springpot(0.5, 1.2), *parts, stop=sp.Barrier(-1e-4, 0.6))
+
+
+ALIKE: dict[str, Any] = {
+    "walls": lambda n: device(0.2 + 0.002 * n, gap=0.002 + 1e-4 * n, restitution=0.5 + 0.01 * n),
+    "record": lambda n: device(0.2, sp.RecordedExcitation(TIMES, (1.0 + 0.1 * n) * QUAKE)),
+    "noises": lambda n: device(0.2, sp.ColoredNoise(2.0 + n, 1e-3), sp.ParametricNoise(1e-3 * (1 + n))),
+    "contact": lambda n: device(0.2, sp.Contact(0.003, 500.0 + n, side="below"), sp.Friction(1e-3 * n + 1e-3)),
+    "two masses": lambda n: pair(0.01 + 1e-3 * n),
+    "rest": lambda n: smooth(n, sp.ColoredNoise(2.0 + n, 1e-3), sp.Constant(-0.05 * n)),
+    "waves and shots": lambda n: smooth(
+        n, sp.Harmonic(0.02 + 1e-3 * n, 15.0 + n), sp.PoissonImpulses(20.0 + n, 1e-3 + 1e-4 * n)
+    ),
+    "yields": lambda n: smooth(
+        n, sp.BoucWen(20.0 + n, 1e-2), sp.Jenkins(10.0 + n, 1e-2), sp.WhiteNoise(1e-3),
+        sp.VanDerPol(0.1 + 0.01 * n, 0.01), sp.PolynomialDashpot((0.1, 0.2, 0.3 + n)),
+    ),
+    "laws": lambda n: device(
+        0.2, sp.PolynomialSpring((0.0, 0.0, 1e5 + n)), restitution=sp.PowerRestitution(0.5 + 0.01 * n, speed=0.1)
+    ),
+    "envelope": lambda n: sp.System(
+        sp.Mass(0.2), sp.Spring(80.0), sp.Springpot(0.5, 1.2 + 0.1 * n), sp.Dashpot(0.1),
+        sp.WhiteNoise(1e-3, envelope=sp.ExponentialEnvelope(0.5 + 0.1 * n, 10.0)),
+        sp.KanaiTajimiNoise(12.0 + n, 0.6, 1e-3),
+    ),
+    "own": lambda n: device(0.2 + 0.01 * n, sp.Force(_pull), restitution=_bounce),
+    "circuits": lambda n: sp.System(
+        sp.Mass(0.2), sp.Spring(80.0), sp.Dashpot(0.2), sp.WhiteNoise(1e-3),
+        sp.PiezoelectricCircuit(1e-3, 1e5, 1e-8 * (20 + n)), sp.ResonantCircuit(1e-3, 1e3, 1e-7, 1e4 * (1.0 + 0.1 * n)),
+    ),
+    "masses at rest and in touch": lambda n: sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(2.0 + 0.1 * n, at="b"), sp.Spring(100.0, between=("ground", "a")),
+        sp.Spring(80.0, between=("a", "b")), sp.Dashpot(0.5, between=("ground", "a")),
+        sp.ColoredNoise(2.0, 0.1, on="b"), sp.Constant(-1.0, on="a"),
+        floor=sp.Barrier(-0.001 * n, 0.5, between=("ground", "a"), side="above"),
+        pad=sp.Contact(0.002, 1e4, exponent=1.5, dissipation=0.5, between=("a", "b"), side="below"),
+    ),
+}  # fmt: skip
+FEW_KINDS = ("walls", "record", "noises", "contact", "two masses")
+
+
+def _pull(t: float, x: float, v: float) -> float:
+    return -3.0 * x**3 - 0.1 * v + 0.01 * t
+
+
+def _bounce(v: float) -> float:
+    return 0.5 + 0.4 / (1.0 + v)
+
+
 @pytest.mark.parametrize("paths", [40, 130])
-@pytest.mark.parametrize(
-    "alike",
-    [
-        lambda n: device(0.2 + 0.002 * n, gap=0.002 + 1e-4 * n, restitution=0.5 + 0.01 * n),
-        lambda n: device(0.2, sp.RecordedExcitation(TIMES, (1.0 + 0.1 * n) * QUAKE)),
-        lambda n: device(0.2, sp.ColoredNoise(2.0 + n, 1e-3), sp.ParametricNoise(1e-3 * (1 + n))),
-        lambda n: device(0.2, sp.Contact(0.003, 500.0 + n, side="below"), sp.Friction(1e-3 * n + 1e-3)),
-        lambda n: pair(0.01 + 1e-3 * n),
-    ],
-    ids=["walls", "record", "noises", "contact", "two masses"],
-)
+@pytest.mark.parametrize("alike", [ALIKE[name] for name in FEW_KINDS], ids=FEW_KINDS)
 def test_systems_of_one_structure_share_calls(alike: Any, paths: int) -> None:
     """Each has numbers of its own, in both precisions and in long lists, and the bits that it has alone."""
     simulations = [ready(alike(n), paths=paths) for n in range(32)]
@@ -106,6 +147,21 @@ def test_systems_of_one_structure_share_calls(alike: Any, paths: int) -> None:
     assert sum(len(call.members) for call in shared) > 28
     for found, simulation in zip(advance_together(simulations), simulations, strict=True):
         np.testing.assert_array_equal(found.rows, simulation.advance().rows)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("paths", [5, 20])
+@pytest.mark.parametrize("kind", ALIKE)
+def test_systems_of_few_paths_share_blocks(kind: str, paths: int) -> None:
+    """Each lane has numbers of its own; what is compiled for that rounds otherwise."""
+    simulations = [ready(ALIKE[kind](n), paths=paths) for n in range(20)]
+    shared = [call.neighbours > 0 for call in _calls(simulations, by_lane=True)]
+    assert any(shared) == (kind != "circuits")  # whose modes have rates of their own
+    for found, simulation in zip(advance_together(simulations, by_lane=True), simulations, strict=True):
+        alone = simulation.advance().rows
+        size = np.abs(alone).max(axis=0) + 1e-300
+        np.testing.assert_allclose(found.rows / size, alone / size, atol=1e-3, equal_nan=True)
+        assert np.median(np.abs(found.rows - alone) / size) < 1e-6
 
 
 def test_calls_of_long_runs_are_of_some_blocks() -> None:

@@ -83,7 +83,7 @@ def _read(builder: Any, table: Any, kind: Any, at: Any, item: Any) -> Any:
 @lower_builtin(operator.getitem, Table, types.Integer)
 def _item(context: Any, builder: Any, signature: Any, args: Any) -> Any:
     kind = signature.args[0]
-    return _read(builder, *args[:1], kind, args[1], kind.item)
+    return _read(builder, args[0], kind, args[1], kind.item)
 
 
 def _as(kind_of: Any) -> Any:

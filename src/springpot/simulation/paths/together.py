@@ -1,8 +1,10 @@
 """Several simulations at once: those of one structure share the calls of the kernel, and all share the threads.
 
 A system of few paths has few blocks, so that alone it keeps few threads busy.  In a call of several systems each has
-blocks with numbers of its own in the kernel's tables.  With at most half a block of paths, several systems share a
-block, in which each lane has numbers of its own.  All paths have the numbers and so the bits that they have alone.
+blocks with numbers of its own in the kernel's tables.  Its paths have the numbers and so the bits that it has alone.
+
+Systems of few paths can also share a block, in which each lane has numbers of its own.  A path-step takes half as long
+again then, but no lane is empty.  Their paths are those of each alone to rounding.
 """
 
 from __future__ import annotations
@@ -25,13 +27,15 @@ from springpot.simulation.paths.simulation import Ensemble, Progress, Simulation
 _MOST_BY_LANE = 100_000  # numbers of a system, each of which stands LANES times in the tables of a block
 
 
-def advance_together(simulations: Sequence[Simulation], progress: Progress | None = None) -> list[Ensemble]:
-    """As `Simulation.advance` of each, without a record and observers, with the same bits.
+def advance_together(
+    simulations: Sequence[Simulation], progress: Progress | None = None, *, by_lane: bool = False
+) -> list[Ensemble]:
+    """As `Simulation.advance` of each, without a record and observers, with the same bits; ``by_lane`` to rounding.
 
     They may have any structure and settings, but the number of threads.
     """
     rooms = [np.empty((_blocks(each) * LANES, len(each.parts.columns))) for each in simulations]
-    waiting = iter(list(_calls(simulations)))
+    waiting = iter(list(_calls(simulations, by_lane)))
     whole, done = sum(map(_path_steps, simulations)), 0.0
     stop, telling = np.zeros(1, np.uint8), threading.Lock()
 
@@ -64,13 +68,13 @@ class _Call:
     neighbours: int = 0
 
 
-def _calls(simulations: Sequence[Simulation]) -> Iterator[_Call]:
+def _calls(simulations: Sequence[Simulation], by_lane: bool = False) -> Iterator[_Call]:
     alike = dict[Hashable, list[int]]()
     for number, simulation in enumerate(simulations):
-        alike.setdefault(_structure(simulation), []).append(number)
+        alike.setdefault(_structure(simulation, by_lane), []).append(number)
     for members in alike.values():
         one = simulations[members[0]]
-        blocks, neighbours = _blocks(one), _neighbours(one)
+        blocks, neighbours = _blocks(one), _neighbours(one) if by_lane else 0
         if neighbours and len(members) > 1:
             size = max(1, blocks_of_a_call(one.settings, -(-len(members) * neighbours // LANES))) * LANES // neighbours
             yield from (
@@ -84,12 +88,13 @@ def _calls(simulations: Sequence[Simulation]) -> Iterator[_Call]:
                 yield _Call(members[first : first + size], begin, min(most, blocks - begin))
 
 
-def _structure(simulation: Simulation) -> Hashable:
+def _structure(simulation: Simulation, by_lane: bool) -> Hashable:
     """What the simulations in a call have in common."""
     tables, settings = simulation.parts.tables, simulation.settings
+    alike = common(tables) if by_lane else tables.integers.tobytes()
     return (
-        common(tables) if _neighbours(simulation) else tables.integers.tobytes(), tables.numbers.size, tables.sweep.size, tables.sweep.dtype.str,
-        settings.paths, settings.steps, settings.window_steps, settings.seed,
+        alike, tables.numbers.size, tables.sweep.size, tables.sweep.dtype.str, settings.paths, settings.steps,
+        settings.window_steps, settings.seed,
     )  # fmt: skip
 
 
