@@ -70,7 +70,7 @@ def test_the_systems_of_the_shelf_have_all_that_the_page_shows(place: str) -> No
 def test_numbers_and_densities_of_an_ensemble_are_those_of_the_run() -> None:
     system = chain()
     ours = gathered(system, paths=192, seed=4, **SHORT)
-    run = sp.simulate(system, paths=192, seed=4, distributions=True, **SHORT)
+    run = sp.simulate(system, paths=192, seed=4, distributions=True, step=ours.simulation.settings.step, **SHORT)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, {name: run[name].value for name in run})
     np.testing.assert_equal(errors, {name: run[name].error for name in run})
