@@ -10,6 +10,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
+from springpot.problem.catalogue import asked_for
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.file import read_system
@@ -93,17 +94,18 @@ def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
     >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
-    row, rows = _rows(data, of)
-    signs = {name: float(np.sign(row @ own)) for name, own in rows.items() if np.array_equal(np.abs(own), np.abs(row))}
+    at, row = _seen(data, of)
+    parts = json.loads(data.attrs["system"])["parts"]
+    stops = ((part, at.row(part.get("between"))) for part in parts if part["kind"] in ("barrier", "contact"))
     return tuple(
         Wall(sign * part["position"], sign * (1.0 if part["side"] == "above" else -1.0), part["kind"] == "barrier")
-        for part in json.loads(data.attrs["system"])["parts"]
-        if part["kind"] in ("barrier", "contact") and (sign := signs.get(part["name"], 0.0))
+        for part, own in stops
+        if np.array_equal(np.abs(own), np.abs(row)) and (sign := float(np.sign(row @ own)))
     )
 
 
-def _rows(data: xarray.Dataset, of: str) -> tuple[Floats, dict[str, Floats]]:
-    """The row of numbers by which a displacement is made of those of all masses, and the rows of all parts with ends.
+def _seen(data: xarray.Dataset, of: str) -> tuple[Coordinates, Floats]:
+    """The points of the paths as coordinates, and the row of numbers by which a displacement is made of theirs.
 
     Raises
     ------
@@ -112,14 +114,11 @@ def _rows(data: xarray.Dataset, of: str) -> tuple[Floats, dict[str, Floats]]:
     """
     parts = json.loads(data.attrs["system"])["parts"]
     masses, others = (tuple(p["at"] for p in parts if p["kind"] == kind and p.get("at")) for kind in ("mass", "point"))
-    at = Coordinates.of_masses(points := (*(masses or ("mass",)), *others))  # paths have every point
-    single = len(points) == 1
-    rows = {part["name"]: at.row(part.get("between")) for part in parts if single or "between" in part}
-    if of in points or (not of and single):
-        return at.push(of or points[0]), rows
-    if of in rows and not single:
-        return rows[of], rows
-    known = points if single else [*points, *rows]
+    at = Coordinates.of_masses((*(masses or ("mass",)), *others))  # paths have every point
+    elongations = {part["name"]: at.row(part["between"]) for part in parts if part.get("between")}
+    if of in (rows := {**elongations, **at.called}):
+        return at, rows[of]
+    known = [*at.points, *elongations]
     said = f", not {shown(of)}" if of else " where there are several masses"
     raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}{said}.")
 
@@ -142,7 +141,7 @@ def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, Floats, Floats, 
     if "x" not in dataset:
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
-    row, _ = _rows(dataset, of)
+    _, row = _seen(dataset, of)
     if len(row) > 1:
         x, v = x @ row, v @ row
     return dataset, np.asarray(dataset["time"], dtype=float), x, v
@@ -173,21 +172,17 @@ def result_of(data: xarray.Dataset, quantity: str, of: str = "") -> str:
     >>> result_of(data, "v", "box"), result_of(data, "x", "mount")
     ('box_v', 'panel_box_elongation')
     """
-    _rows(data, of)  # else it says what there is
+    _seen(data, of)  # else it says what there is
     system = read_system(json.loads(data.attrs["system"]))
-    if len(system.points) == 1:
-        return quantity
-    at = system.coordinates
-    row = at.elongations[of] if of in at.elongations else at.rows[at.points.index(of)]
-    points = [point for point, own in zip(at.points, at.rows, strict=True) if np.array_equal(own, row)]
-    pairs = [pair for pair, own in at.pairs.items() if np.array_equal(own, row)]
-    if quantity == "impact_speed" and of in system.stops:
-        return f"{of}_impact_speed"
-    if quantity in ("x", "v") and points:
-        return f"{points[0]}_{quantity}"
-    if quantity == "x" and pairs:
-        return f"{pairs[0]}_elongation"
-    raise ValueError(f"data holds no {quantity} of {of}.")
+    at, known = system.coordinates, {name for name, _ in asked_for(system)}
+    row = {**at.elongations, **at.called}[of]
+    alike = {f"{own}{quantity}": own_row for own, own_row in at.beginnings.items()}
+    alike |= {f"{pair}_elongation": own_row for pair, own_row in at.pairs.items() if quantity == "x"}
+    names = f"{of}_{quantity}", *(name for name, own_row in alike.items() if np.array_equal(own_row, row))
+    found = next((name for name in names if name in known), "")
+    if not found:
+        raise ValueError(f"data holds no {quantity}{f' of {of}' if of else ''}.")
+    return found
 
 
 def error_of_mean(values: Floats) -> Floats:
@@ -222,8 +217,8 @@ def results(theory: Theory) -> tuple[Result, ...]:
     TypeError
         If there is anything else among them.
     """
-    several = (theory,) if isinstance(theory, Result) else tuple(theory)
-    for each in several:
+    given = (theory,) if isinstance(theory, Result) else tuple(theory)
+    for each in given:
         if not isinstance(each, Result):
             raise TypeError(f"theory must be a result such as springpot.theory.envelope(system), not {shown(each)}.")
-    return several
+    return given
