@@ -141,8 +141,9 @@ def growth(
         return whole
     for begin, name in names.items():
         for method, answer in answers.items():
-            with suppress(AttributeError, *_UNKNOWN):
-                whole[begin][method] = plain(getattr(answer, f"{name}_at")(times))
+            if curve := getattr(answer, f"{name}_at", None):
+                with suppress(*_UNKNOWN):
+                    whole[begin][method] = plain(curve(times))
     for method in AVERAGING * len(papers):
         with suppress(NotCoveredError):
             growing: Any = METHODS[method].solve(system)

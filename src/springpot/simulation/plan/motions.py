@@ -15,7 +15,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import CANONICAL, Dimensionless
 from springpot.problem.parts import ParametricNoise
-from springpot.problem.system import System, check_single, checked_system
+from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.creep import Creep, creeping
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.guess import (
@@ -50,9 +50,7 @@ def motion_of(system: System) -> Motion:
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
-    try:
-        check_single(checked_system(system))
-    except NotCoveredError:
+    if not checked_system(system).coordinates.lone:
         return _by_modes(system)
     origin = origin_of(system)
     centred = seen_from(system, origin)
