@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
-from springpot.problem.catalogue import asked_for
 from springpot.problem.coordinates import Coordinates
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.file import read_system
@@ -95,13 +95,21 @@ def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
     [-1.0, 2.0]
     """
     at, row = _seen(data, of)
-    parts = json.loads(data.attrs["system"])["parts"]
-    stops = ((part, at.row(part.get("between"))) for part in parts if part["kind"] in ("barrier", "contact"))
+    stops = ((part, at.row(part.get("between"))) for part in _stops(data).values())
     return tuple(
         Wall(sign * part["position"], sign * (1.0 if part["side"] == "above" else -1.0), part["kind"] == "barrier")
         for part, own in stops
         if np.array_equal(np.abs(own), np.abs(row)) and (sign := float(np.sign(row @ own)))
     )
+
+
+def _parts(data: xarray.Dataset) -> list[dict[str, Any]]:
+    """As the system is stated, which may have functions that cannot be read."""
+    return cast(list[dict[str, Any]], json.loads(data.attrs["system"])["parts"])
+
+
+def _stops(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
+    return {part["name"]: part for part in _parts(data) if part["kind"] in ("barrier", "contact")}
 
 
 def _seen(data: xarray.Dataset, of: str) -> tuple[Coordinates, Floats]:
@@ -112,13 +120,13 @@ def _seen(data: xarray.Dataset, of: str) -> tuple[Coordinates, Floats]:
     ValueError
         If there is neither a mass nor such a part of this name.
     """
-    parts = json.loads(data.attrs["system"])["parts"]
+    parts = _parts(data)
     masses, others = (tuple(p["at"] for p in parts if p["kind"] == kind and p.get("at")) for kind in ("mass", "point"))
-    at = Coordinates.of_masses((*(masses or ("mass",)), *others))  # paths have every point
-    elongations = {part["name"]: at.row(part["between"]) for part in parts if part.get("between")}
-    if of in (rows := {**elongations, **at.called}):
+    ends = {part["name"]: tuple(part["between"]) for part in parts if part.get("between")}
+    at = replace(Coordinates.of_masses((*(masses or ("mass",)), *others)), ends=ends)  # paths have every point
+    if of in (rows := {name: at.row(pair) for name, pair in ends.items()} | at.called):
         return at, rows[of]
-    known = [*at.points, *elongations]
+    known = [*at.points, *ends]
     said = f", not {shown(of)}" if of else " where there are several masses"
     raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}{said}.")
 
@@ -172,17 +180,15 @@ def result_of(data: xarray.Dataset, quantity: str, of: str = "") -> str:
     >>> result_of(data, "v", "box"), result_of(data, "x", "mount")
     ('box_v', 'panel_box_elongation')
     """
-    _seen(data, of)  # else it says what there is
-    system = read_system(json.loads(data.attrs["system"]))
-    at, known = system.coordinates, {name for name, _ in asked_for(system)}
-    row = {**at.elongations, **at.called}[of]
-    alike = {f"{own}{quantity}": own_row for own, own_row in at.beginnings.items()}
-    alike |= {f"{pair}_elongation": own_row for pair, own_row in at.pairs.items() if quantity == "x"}
-    names = f"{of}_{quantity}", *(name for name, own_row in alike.items() if np.array_equal(own_row, row))
-    found = next((name for name in names if name in known), "")
-    if not found:
-        raise ValueError(f"data holds no {quantity}{f' of {of}' if of else ''}.")
-    return found
+    at, row = _seen(data, of)
+    of_points = {own: each for own, each in at.beginnings.items() if quantity in ("x", "v") or not own}
+    rows = {f"{own}{quantity}": each for own, each in of_points.items()}
+    rows |= {f"{pair}_elongation": each for pair, each in at.pairs.items() if quantity == "x"}
+    if found := [name for name, each in rows.items() if np.array_equal(each, row)]:
+        return found[0]
+    if quantity == "impact_speed" and of in _stops(data):
+        return f"{of}_impact_speed"
+    raise ValueError(f"data holds no {quantity} of {of}.")
 
 
 def error_of_mean(values: Floats) -> Floats:
