@@ -42,7 +42,7 @@ def test_first_passages_have_the_names_of_points_and_pairs(pair: str, capsys: py
     assert cli.main(["simulate", pair, *few, "old_new_distance", "0.001", "--json"]) == 0
     assert "old_new_distance_first_passage_survival" in json.loads(capsys.readouterr().out)
     assert cli.main(["simulate", pair, *few, "x", "0.001"]) == 2
-    assert "--first-passage has 'x', which is nothing that can pass a level; there are" in capsys.readouterr().err
+    assert "--first-passage must be one of old_x, old_v, old_distance, old_speed, new_x, " in capsys.readouterr().err
     assert cli.main(["simulate", *few, "distanc", "1"]) == 2
     assert "--first-passage must be one of x, distance, v, speed, amplitude, energy, not" in capsys.readouterr().err
 

@@ -51,7 +51,7 @@ def test_the_grown_ensemble_is_the_run(system: sp.System, start: str) -> None:
     """Whatever the blocks: the same numbers to the last bit, with the same errors, warnings and counts."""
     given = {"paths": 300, "seed": 11, "start": start}
     ours = gathered(system, **given)
-    run = sp.simulate(system, distributions=True, **given)
+    run = sp.simulate(system, distributions=True, step=ours.simulation.settings.step, **given)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, {name: run[name].value for name in run})
     np.testing.assert_equal(errors, {name: run[name].error for name in run})

@@ -117,7 +117,8 @@ def test_messages_of_a_system() -> None:
 def test_the_grown_ensemble_of_a_system_is_the_run() -> None:
     """Numbers, errors, warnings and counts, to the last bit."""
     system = sp.read_system(USUAL)
-    ours, run = gathered(system, paths=192, seed=4), sp.simulate(system, paths=192, seed=4, distributions=True)
+    ours = gathered(system, paths=192, seed=4)
+    run = sp.simulate(system, paths=192, seed=4, distributions=True, step=ours.simulation.settings.step)
     values, errors = ours.estimates()
     np.testing.assert_equal(values, {name: run[name].value for name in run})
     np.testing.assert_equal(errors, {name: run[name].error for name in run})

@@ -80,3 +80,10 @@ def test_a_path_of_several_masses_is_that_of_a_mass_or_of_a_part() -> None:
         figures.plot_path(run(), of="wall")
     with pytest.raises(NotCoveredError, match="one mass is needed"):
         figures.plot_transient(shaken)
+
+
+def test_a_run_with_a_function_of_the_user_is_drawn() -> None:
+    wall = sp.Barrier(-0.3, lambda speed: 0.8 / (1.0 + speed))
+    lossy = sp.System(sp.Spring(8.0), sp.Dashpot(0.4), sp.WhiteNoise(1.0), wall)
+    run = sp.simulate(lossy, paths=64, duration=20.0, distributions=True)
+    assert sp.figures.plot_density(run, "impact_speed").get_ylabel() == "density (s/m)"

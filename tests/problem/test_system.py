@@ -357,7 +357,7 @@ def test_explain_has_every_part_and_every_method() -> None:
     assert first.startswith(
         "0.2 x'' + 80 x + 0.1 x^2 + 400000 x^3 + 0.4 x' + 1.2 D^0.5 x + 2 x'|x'| + 0.1 (x^2 - 0.25) x'"
     )
-    assert " = w(t) - m u(t) + y(t) - m z(t) - 1 + a(t) + b(t) + x c(t)" in first
+    assert " = w(t) - 0.2 u(t) + y(t) - 0.2 z(t) - 1 + a(t) + b(t) + x c(t)" in first
     for name, part in EVERYTHING.named():
         if isinstance(part, sp.Barrier | sp.WhiteNoise | sp.ColoredNoise | sp.Harmonic | sp.PiezoelectricCircuit):
             assert f"({name})" in words

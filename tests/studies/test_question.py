@@ -66,8 +66,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
         {"quantities": ["x_mean", "impact_rat"]},
         "quantities, number 2: must be 'amplitude_mean_square', 'x_mean', 'x_mean_square', 'v_mean_square', "
         "'impact_rate', 'impact_speed_mean', 'impact_speed_mean_square', 'barrier_impact_rate', "
-        "'barrier_impact_speed_mean', 'damping_force_mean', 'damping_power', 'damping_virial', 'input_power', "
-        "'barrier_power', 'barrier_force_mean', 'energy_residual', 'x_mean_end', 'x_mean_square_end', "
+        "'barrier_impact_speed_mean', 'barrier_force_mean', 'damping_force_mean', 'damping_power', 'damping_virial', "
+        "'input_power', 'barrier_power', 'energy_residual', 'x_mean_end', 'x_mean_square_end', "
         "'v_mean_square_end' or 'amplitude_mean_square_end', not 'impact_rat'; did you mean impact_rate?",
     ),
     ({"seed": 16**5000}, "seed: must be less than or equal to 9223372036854775807, not a very long number."),

@@ -293,7 +293,7 @@ def test_sentences_that_do_not_fit_are_shortened(tmp_path: Path) -> None:
 
 def test_numbers_keep_every_bit(tmp_path: Path) -> None:
     store, task = open_store(tmp_path / "study.zarr", STUDY), next(tasks(STUDY))
-    numbers = (0.1, -0.0, 5e-324, math.inf, math.nan, 1 / 3, 1.7e308, 1e-300, -2.5)
+    numbers = (0.1, -0.0, 5e-324, math.inf, math.nan, 1 / 3, 1.7e308, 1e-300, -2.5, 7.0)
     store.write(task, Answer(numbers, "", ()))
     found = store.read(task)
     assert found is not None

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
+import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.oscillator import Barrier, Oscillator, Springpot, WhiteNoise
@@ -369,3 +370,13 @@ def test_always_finite(alpha, coefficient, omega, q):
     assert all(math.isfinite(value) and value > 0 for value in (result.x_mean_square, result.v_mean_square))
     # v feels the spring and the springpot, x not less than the spring: Omega^2 <x^2> <= <v^2>
     assert omega**2 * result.x_mean_square <= result.v_mean_square * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("method", ["exact", "averaging", "envelope"])
+def test_an_elastic_wall_bears_the_mean_force_of_the_spring(method: str) -> None:
+    """Of the dashpot and the noise the mean force is 0."""
+    system = sp.System(sp.Mass(2.0), sp.Spring(8.0), sp.Dashpot(0.1), stop=sp.Barrier(0.0), noise=sp.WhiteNoise(1.0))
+    found = getattr(sp.theory, method)(system)
+    assert found.stop_force_mean == pytest.approx(8.0 * abs(found.x_mean), rel=1e-3)
+    lossy = sp.System(*system.parts[:3], stop=sp.Barrier(0.0, 0.9), noise=sp.WhiteNoise(1.0))
+    assert math.isnan(sp.theory.envelope(lossy).stop_force_mean)

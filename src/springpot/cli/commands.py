@@ -318,16 +318,16 @@ def _exit_code(diagnostics: Mapping[str, Any]) -> int:
 
 
 def _levels(problem: System, asked: Sequence[tuple[str, Sequence[float]]]) -> dict[str, Any]:
-    """The level or interval of each name, or a list if it is given more than once; an error if none of one mass has it.
+    """The level or interval of each name, or a list if it is given more than once; an error if nothing has it.
 
     In Python another name is that of a function.
     """
-    from springpot.problem.catalogue import LEVELS
     from springpot.problem.felt import felt_in
+    from springpot.simulation.plan.seen import levels_of
 
-    for name, _ in asked if len(problem.points) == 1 else ():
+    for name, _ in asked:
         if name not in felt_in(problem):
-            known_word(name, LEVELS, "--first-passage")
+            known_word(name, levels_of(problem), "--first-passage")
     return _one_or_many((name, each[0] if len(each) == 1 else (*each,)) for name, each in asked)
 
 

@@ -17,12 +17,14 @@ from springpot.problem.system import System, checked_system
 from springpot.simulation import Budget, Run
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import own_seed
-from springpot.simulation.plan.plan import check_stationary, plan_of
+from springpot.simulation.plan.plan import check_motion, plan_of
 from springpot.simulation.plan.settings import checked_seed
 from springpot.simulation.watch.spectrum import step_for
 from springpot.theory import Result, solve_all
-from springpot.theory.result import MOMENTS, names_of_results
+from springpot.theory.result import names_of_results
 
 __all__ = ["Comparison", "Gap", "compare", "observe"]
 
@@ -79,8 +81,7 @@ class Comparison:
     @property
     def moments(self) -> tuple[str, ...]:
         """The moments that theory and Monte Carlo both have, by name."""
-        own = (*MOMENTS, "harvested_power") if len(self.system.points) == 1 else names_of_results(self.system)
-        return tuple(name for name in own if name in self._budgets)
+        return tuple(name for name in names_of_results(self.system) if name in self._budgets)
 
     @property
     def _budgets(self) -> dict[str, Budget]:
@@ -105,7 +106,7 @@ class Comparison:
         >>> from springpot import Springpot
         >>> comparison = compare(sp.Oscillator(springpot=sp.Springpot(order=1.0, coefficient=1.0)), rtol=0.1)
         >>> sorted(comparison.gaps("exact"))[:2]
-        ['amplitude_mean_square', 'impact_rate']
+        ['amplitude_mean_square', 'barrier_force_mean']
         """
         moments = self.answers[method].moments
         gaps = {}
@@ -164,9 +165,8 @@ def compare(
     rtol : float
         Total relative error of the Monte Carlo, in [1e-4, 0.5].
     quantities : sequence of str
-        What must be known so well; if left out, <A^2> and, where it is not near 0, the mean displacement.  A system
-        without a linear spring has no <A^2>; <v^2> takes its place.  Of several masses it is what `springpot.simulate`
-        takes.
+        What must be known so well; if left out, what `springpot.simulate` takes, which is <A^2> of one mass with a
+        linear spring, and each mean displacement that is not near 0.
     max_time, threads, progress
         As in `springpot.simulate`.
     seed : int
@@ -193,14 +193,13 @@ def compare(
     """
     system = checked_system(system)
     answers, statements = solve_all(system)
-    check_stationary(system, "compare")
+    motion = motion_of(system)
+    check_motion(motion, "compare")
     best = recommended(system, answers)
-    if quantities is None and len(system.points) == 1:
-        quantities = _usual_quantities(system, best)
     simulation = simulated(
         system,
         rtol=rtol,
-        quantities=None if quantities is None else tuple(quantities),
+        quantities=_usual_quantities(motion, best) if quantities is None else tuple(quantities),
         max_time=max_time,
         seed=own_seed(checked_seed(seed), system.to_dict()),
         threads=threads,
@@ -209,12 +208,13 @@ def compare(
     return Comparison(system, answers, statements, best.method, simulation)
 
 
-def _usual_quantities(system: System, best: Recommendation) -> tuple[str, ...]:
-    energy = "amplitude_mean_square" if system.natural_frequency > 0.0 else "v_mean_square"
-    guess = best.answers.get(best.guess)
+def _usual_quantities(motion: Motion, best: Recommendation) -> tuple[str, ...]:
+    found, usual = best.answers[best.guess].moments if best.guess else None, motion.usual_quantities
+    if found is None:
+        return usual
     # of a mean that is small against the spread a relative error makes no sense
-    has_mean = guess is not None and abs(guess.moments.x_mean) > 0.1 * math.sqrt(guess.moments.x_mean_square)
-    return (energy, "x_mean") if has_mean else (energy,)
+    large = (name for name in motion.mean_names if abs(found[name]) > 0.1 * math.sqrt(found[f"{name}_square"]))
+    return (*usual, *large)
 
 
 def observe(system: System, *, seed: int = 1, threads: int | None = None, progress: Progress | None = None) -> Run:

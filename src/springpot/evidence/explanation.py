@@ -68,9 +68,9 @@ def equation(system: System) -> Iterator[str]:
     yield "in SI units: x in m, t in s, forces in N" if system.has_mass else "per unit mass: x in m, t in s"
     for _, symbol, words in excitations:
         if words:
-            yield f"{symbol.removeprefix('-').removeprefix('m ').removeprefix('x ')}: {words}"
+            yield f"{symbol.removeprefix('x ')}: {words}"
     for name, part in system.named():
-        preload = _preload(system, part) if isinstance(part, Stop) and len(system.points) == 1 else ""
+        preload = _preload(system, part) if isinstance(part, Stop) else ""
         if count := system.counts.get(name):
             yield f"{name}: {count} equal ones, written as one part"
         if line := part.line(name) or (preload and f"{part.said} ({name})"):
@@ -79,7 +79,7 @@ def equation(system: System) -> Iterator[str]:
 
 def _inertia(system: System, place: int, point: str) -> str:
     mass = f"{system.coordinates.masses[place]:.6g} " if system.has_mass else ""
-    return f"{mass}x''" if len(system.points) == 1 else f"{mass}x_{point}''"
+    return f"{mass}{system.coordinates.symbol(point)}''"
 
 
 def _push(system: System, name: str, symbol: str, place: int) -> str:
@@ -88,11 +88,10 @@ def _push(system: System, name: str, symbol: str, place: int) -> str:
     row = at.elongations.get(name, at.forces.get(name))
     if row is not None and symbol.startswith("x "):  # noise that multiplies the elongation
         symbol, row = _with_ends(symbol, _elongation(system, name, -1 if row[place] < 0.0 else 1)), abs(row)
-    if row is None or len(system.points) == 1:
+    if row is None:
         return symbol
-    whole = {1.0: "", -1.0: "-"} if name in at.elongations else {1.0: ""}
-    before = whole.get(float(share := f"{row[place]:.6g}"), f"{share} ")
-    return f"{before}{symbol.removeprefix('-m ')}" if row[place] else ""
+    before = {1.0: "", -1.0: "-"}.get(float(share := f"{row[place]:.6g}"), f"{share} ")
+    return f"{before}{symbol}" if row[place] else ""
 
 
 def _term(system: System, name: str, part: Part, place: int) -> str:
@@ -118,9 +117,10 @@ def _term(system: System, name: str, part: Part, place: int) -> str:
 
 def _elongation(system: System, name: str, sign: int = 1) -> str:
     """The symbol of what a part sees of the motion."""
-    if name not in system.coordinates.ends or len(system.points) == 1:
+    at = system.coordinates
+    if name not in at.ends:
         return "x"
-    first, second = (f"x_{end}" if end != "ground" else "" for end in system.coordinates.ends[name][::sign])
+    first, second = (at.symbol(end) if end != "ground" else "" for end in at.ends[name][::sign])
     return f"{second} - {first}" if first and second else second or f"-{first}"
 
 
@@ -136,7 +136,10 @@ def _with_ends(text: str, x: str) -> str:
 
 def _preload(system: System, wall: Stop) -> str:
     """The words of what presses the mass against a wall at the place of the wall; empty where a gap is left."""
-    alone = replace(system.potential, contacts=())
+    try:
+        alone = replace(system.potential, contacts=())
+    except NotCoveredError:  # the springs of several masses press none of them alone
+        return ""
     pressed = system.inertia * float(alone.force(wall.position)) * wall.inwards
     unit = "N" if system.has_mass else "m/s^2"
     return f"; preload: the mass is pressed against it with {pressed:.6g} {unit}" if pressed > 0.0 else ""
@@ -158,7 +161,7 @@ def _excitations(system: System) -> Iterator[tuple[str, str, str]]:
         if words := part.words(name, partial(_unit, system, part)):
             ground = ", acceleration of the ground" if part.of_ground else ""
             said = _with_ends(words, _elongation(system, name)) + ground
-            yield name, f"{part.factor(system.has_mass)}{next(symbols)}(t)", said
+            yield name, f"{part.factor}{next(symbols)}(t)", said
         else:
             yield name, part.term(), ""
 
@@ -169,20 +172,19 @@ def _unit(system: System, part: Part, number: str) -> str:
 
 
 def _scales(system: System) -> Iterator[str]:
-    if len(system.points) > 1:
+    try:
+        unit, omega = system.per_unit_mass, system.natural_frequency
+    except NotCoveredError:
         frequencies = few([f"{w:.6g}" for w in modes(system).frequencies])
         yield f"natural frequencies {frequencies} rad/s"
         return
-    omega = system.natural_frequency
     if math.isfinite(omega):
         period = 2.0 * math.pi / omega
         yield f"natural frequency {omega:.6g} rad/s, {1.0 / period:.6g} Hz; period {period:.6g} s"
         found, own = system.resonance, dict(system.named())
         if found > _STIFFENED * omega:
             yield f"resonance with all that has memory: {found:.6g} rad/s, {0.5 * found / math.pi:.6g} Hz"
-        yield from filter(
-            None, (part.measure(name, omega, found, own[name]) for name, part in system.per_unit_mass.named())
-        )
+        yield from filter(None, (part.measure(name, omega, found, own[name]) for name, part in unit.named()))
     if system.of(Yielding) and not system.potential.holds():
         yield "it drifts without end: only parts that yield hold the mass, and x has no stationary state"
 

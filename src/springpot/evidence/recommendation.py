@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from springpot.evidence.reliability import place_of, read_map, trust, warnings_of
+from springpot.evidence.reliability import FAR, place_of, read_map, trust, warnings_of
 from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.system import System, checked_system
 from springpot.theory.registry import METHODS
@@ -60,8 +60,8 @@ class Recommendation:
         if not self.guess:
             raise NotCoveredError(self.why_none)
         found: Result = self.answers[self.guess]
-        doubts = (*warnings_of(found), *([self.why_none] if self.why_none else []))
-        return replace(found, warnings=doubts)
+        doubts = (*(doubt for doubt in warnings_of(found) if doubt != FAR), self.why_none)  # which says that it is far
+        return replace(found, warnings=tuple(filter(None, doubts)))
 
     def __str__(self) -> str:
         return self.method or self.why_none
@@ -112,8 +112,7 @@ def recommended(system: System, answers: Mapping[str, Any] | None = None) -> Rec
     is_strong = here is not None and here["c"] > float(read_map(atlas.file)["c"].max())
     guesses = (name for name in _PREFERRED if name in answers and not (is_strong and name in _LIGHT_ONLY))
     guess = next(guesses, "")
-    several = len(system.points) > 1
-    why = "there is no validity map of several masses" if several else "the validity map has no cell near this system"
+    why = "the validity map has no cell near this system"
     if any(trust(system, name).mapped for name in atlas.methods):
         why = "the Monte Carlo of the validity map is too uncertain to judge them"
     hint = f"The best guess is {guess}: compare" if guess else "Compare"

@@ -180,7 +180,7 @@ def trust(system: System, method: str) -> Trust:
     columns = read_map(atlas.file)
     weights = np.zeros(0) if here is None or not known else _near(atlas, columns, here)
     if here is None or not (near := weights > 0.0).any():
-        far = (_OF_SEVERAL if len(system.points) > 1 else _FAR,) if known and applies else ()
+        far = (FAR,) if known and applies else ()
         return Trust(dict.fromkeys(atlas.good, math.inf), mapped=False, limits=limits, warnings=far)
     names = [name for name in atlas.good if exists(name, here)]
     gaps = {name: np.abs(columns[f"{method}:{name}"][near]) for name in names}
@@ -190,8 +190,7 @@ def trust(system: System, method: str) -> Trust:
     return Trust(expected, mapped=True, unjudged=unjudged, limits=limits, warnings=warnings)
 
 
-_OF_SEVERAL = "There is no validity map of several masses: compare with Monte Carlo before you trust them."
-_FAR = "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
+FAR = "The validity map has no cell near these numbers: compare with Monte Carlo before you trust them."
 
 
 def _sentences(atlas: Map, gaps: Mapping[str, float], unjudged: tuple[str, ...]) -> Iterator[str]:
@@ -311,6 +310,6 @@ def warnings_of(result: Result) -> tuple[str, ...]:
     >>> warnings_of(sp.theory.averaging(sp.Oscillator()))[0][:60]
     'Near here the validity map has gaps to Monte Carlo of up to:'
     """
-    if result.is_exact or isinstance(result.stationary, str) or len(result.system.points) > 1:
-        return result.warnings  # of several masses there is no map
+    if result.is_exact or isinstance(result.stationary, str):
+        return result.warnings
     return (*result.warnings, *trust(result.system, result.method).warnings)

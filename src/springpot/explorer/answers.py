@@ -22,6 +22,7 @@ from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import ColoredNoise, Constant, KanaiTajimiNoise, Springpot, ThermalNoise, WhiteNoise
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
+from springpot.simulation.plan.seen import seen_of
 from springpot.theory import NoConvergenceError, NoStationaryStateError, NotCoveredError
 from springpot.theory.distributions import normal
 from springpot.theory.registry import METHODS
@@ -78,32 +79,24 @@ def table(system: System, answers: Mapping[str, Any], statements: Mapping[str, s
 
 def _places(system: System, answer: Any) -> dict[str, Floats]:
     """The arguments at which the densities are drawn: of x, v and impact speed, and A of the paper's problem."""
-    if len(system.points) > 1:
-        return dict(_places_of_points(system, answer))
-    mean, potential = answer.x_mean, system.potential
-    spread = math.sqrt(max(answer.x_mean_square - mean**2, 1e-12 * answer.x_mean_square))
-    fastest = 4.0 * math.sqrt(answer.v_mean_square)
-    low, high = max(mean - 4.5 * spread, potential.low), min(mean + 4.5 * spread, potential.high)
-    if not (low < high and fastest > 0.0):
-        return {}
-    places = {"x": np.linspace(low, high, POINTS), "v": np.linspace(-fastest, fastest, POINTS)}
-    for paper in papers_of(system):
+    found, places = answer.numbers, dict[str, Floats]()
+    for own, seen in zip(system.coordinates.beginnings, seen_of(system), strict=False):
+        mean, square = found[f"{own}x_mean"], found[f"{own}x_mean_square"]
+        spread = math.sqrt(max(square - mean**2, 1e-12 * square))
+        low, high = max(mean - 4.5 * spread, seen.low), min(mean + 4.5 * spread, seen.high)
+        fastest = 4.0 * math.sqrt(found[f"{own}v_mean_square"])
+        if low < high and fastest > 0.0:
+            places[f"{own}x"] = np.linspace(low, high, POINTS)
+            places[f"{own}v"] = np.linspace(-fastest, fastest, POINTS)
+    for paper in papers_of(system) if places else ():
         # with a preload A is at least the wall's distance, and A^2 minus its square varies
         least = 0.0 if paper.barrier is None else max(paper.direction * paper.barrier.position, 0.0)
         above = max(answer.amplitude_mean_square - least**2, 1e-6 * answer.amplitude_mean_square)
         places["amplitude"] = np.linspace(least, math.sqrt(least**2 + 9.0 * above), POINTS)
-    one_wall = len(system.stops) == 1  # of several, methods have a law for each
-    if one_wall and answer.impact_rate > 0.0 and answer.impact_speed_mean_square > 0.0:
-        places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(answer.impact_speed_mean_square), POINTS)
+    fast = found.get("impact_speed_mean_square", math.nan)
+    if places and len(system.stops) == 1 and fast > 0.0:  # of several walls, methods have a law for each
+        places["impact_speed"] = np.linspace(0.0, 3.0 * math.sqrt(fast), POINTS)
     return places
-
-
-def _places_of_points(system: System, answer: Any) -> Iterator[tuple[str, Floats]]:
-    found = answer.numbers
-    for point in system.points:
-        mean, square = found[f"{point}_x_mean"], found[f"{point}_x_mean_square"]
-        if (spread := math.sqrt(max(square - mean**2, 0.0))) > 0.0:
-            yield f"{point}_x", np.linspace(mean - 4.5 * spread, mean + 4.5 * spread, POINTS)
 
 
 def _densities(answer: Any, places: Mapping[str, Floats]) -> dict[str, list[float | None]]:
@@ -144,17 +137,17 @@ def growth(
         begin: {method: [plain_number(answer.numbers[name])] * times.size for method, answer in answers.items()}
         for begin, name in names.items()
     }
-    if len(system.points) > 1 or not from_rest:
+    if not from_rest:
         return whole
-    curves = whole[""]
-    for name, answer in answers.items():
-        if hasattr(answer, f"{moment}_at"):
-            with suppress(*_UNKNOWN):
-                curves[name] = plain(getattr(answer, f"{moment}_at")(times))
-    for name in AVERAGING * len(papers):
+    for begin, name in names.items():
+        for method, answer in answers.items():
+            if curve := getattr(answer, f"{name}_at", None):
+                with suppress(*_UNKNOWN):
+                    whole[begin][method] = plain(curve(times))
+    for method in AVERAGING * len(papers):
         with suppress(NotCoveredError):
-            growing: Any = METHODS[name].solve(system)
-            curves[name] = plain(growing.mean_square(times))
+            growing: Any = METHODS[method].solve(system)
+            whole[""][method] = plain(growing.mean_square(times))
     return whole
 
 

@@ -58,7 +58,9 @@ def python_of(system: System, file: str, asked: Problem) -> str:
         written = "\n".join(f"    {name}={part!r}," for name, part in system.stated())
         parts = re.sub(r"\b([A-Z][A-Za-z]+|free)\(", r"sp.\1(", written)  # parts of a part too
         made = f"system = sp.System(\n{parts}\n)"
-    said = "<x^2> = {answer.x_mean_square:.5g} m2" if len(system.points) == 1 else "{answer.numbers}"
+    at = system.coordinates
+    symbols = zip(at.beginnings, map(at.symbol, at.points), strict=True)
+    said = ", ".join(f"<{x}^2> = {{answer.{own}x_mean_square:.5g}} m2" for own, x in symbols)
     return f"""\
 import springpot as sp
 

@@ -51,13 +51,9 @@ def followed(system: System) -> Iterator[dict[str, Any]]:
 
     ``name`` is how the names of its results begin, ``row`` what it takes of the displacement of each point.
     """
-    points = system.points
-    if len(points) == 1:
-        yield {"name": "", "title": "", "row": [1.0], "pair": False}
-        return
-    at = Coordinates.of_masses(points)
-    for point in points:
-        yield {"name": f"{point}_", "title": titled(point), "row": at.push(point).tolist(), "pair": False}
+    at = Coordinates.of_masses(system.points)
+    for own, row in at.beginnings.items():
+        yield {"name": own, "title": titled(own[:-1]), "row": row.tolist(), "pair": False}
     for pair in system.coordinates.linked:
         name, title = f"{'_'.join(pair)}_elongation_", " to ".join(map(titled, pair))
         yield {"name": name, "title": title, "row": at.row(pair).tolist(), "pair": True}

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from springpot.explorer.ends import ends_of
 from springpot.machine.arguments import Free
 from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
@@ -188,7 +190,7 @@ def _is_the_spring(system: System, part: Part, place: int) -> bool:
 
 def _natural(system: System, part: Part, number: Number, place: int, size: Mapping[str, float]) -> float:
     """How large a number that is 0 would have to be for its part to matter: that of its unit of the whole motion."""
-    mass = system.inertia if len(system.points) == 1 else float(system.coordinates.masses.mean())
+    mass = float(np.diag(system.coordinates.mass).mean())
     force = (1.0 if part.of_ground else mass) * size["frequency"] ** 2 * size["length"]
     units = {"N": force, "m": size["length"], "s": 1.0 / size["frequency"]}
     words = powers_of(number.unit_of(True, place), part)
@@ -270,7 +272,7 @@ def described_parts(system: System) -> list[dict[str, Any]]:
 
 
 def _note(system: System, name: str, part: Part) -> str:
-    kind, several = kind_of(part), len(system.points) > 1
+    kind = kind_of(part)
     words = [part.said] if not name.startswith(kind) or part.said != kind.replace("_", " ") else []
     if count := system.counts.get(name):
         words.append(f"{count} of them")
@@ -278,10 +280,10 @@ def _note(system: System, name: str, part: Part) -> str:
         words.append(f"of {group}")
     if isinstance(part, Stop):
         words.append("x ≥ b" if part.side == "above" else "x ≤ b")
-    if several and (between := getattr(part, "between", None)):
+    if between := getattr(part, "between", None):
         words.append(" to ".join(between))
     if part.of_ground:
         words.append("of the ground")
-    elif several and (point := getattr(part, "on", "") or getattr(part, "at", "")):
+    elif f"{(point := getattr(part, 'on', '') or getattr(part, 'at', ''))}_" in system.coordinates.beginnings:
         words.append(f"on {point}" if hasattr(part, "on") else point)
     return ", ".join(words)

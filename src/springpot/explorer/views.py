@@ -15,9 +15,9 @@ from springpot.explorer.question import Opened, papers_of
 from springpot.explorer.requests import offered
 from springpot.explorer.sliders import described_parts, sliders, written
 from springpot.machine.faults import listed
-from springpot.problem.catalogue import unit_of_result
-from springpot.problem.parts.circuits import Circuit
+from springpot.problem.catalogue import stated_in, unit_of_result
 from springpot.problem.system import System
+from springpot.theory.result import names_of_results
 
 _DEVIATIONS = 4.5  # of x and v that are seen at first
 
@@ -137,10 +137,8 @@ def sizes(system: System) -> dict[str, Any]:
 
 def densities_of(system: System) -> Iterator[str]:
     """The quantities whose densities are drawn, in the order in which they are sent."""
-    if len(system.points) == 1:
-        yield from ("x", "v", "amplitude", "impact_speed")
-    else:
-        yield from (f"{point}_x" for point in system.points)
+    names = "x", "v", "amplitude", "impact_speed", *(f"{point}_x" for point in system.points)
+    return (name for name in names if stated_in(system, [f"{name}_density"]))
 
 
 def _groups(system: System) -> Iterator[dict[str, Any]]:
@@ -159,19 +157,15 @@ def _groups(system: System) -> Iterator[dict[str, Any]]:
 
 
 def _quantities(system: System) -> Iterator[tuple[str, str]]:
-    """The columns of the table of methods."""
-    if len(system.points) > 1:
-        yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_rms", "v rms"))
-        return
+    """The columns of the table of methods: of walls and circuits those that belong to a row."""
+    own, known = next(iter(system.coordinates.beginnings)), names_of_results(system)
     yield from (("amplitude_mean_square", "⟨A²⟩") for _ in papers_of(system))
     yield from (("x_rms", "x rms"), ("x_mean", "⟨x⟩"), ("v_mean_square", "⟨v²⟩"))
     walls = [*system.stops]
-    if walls:
-        yield from (("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed"))
-    if len(walls) > 1:
-        yield from ((f"{name}_impact_rate", f"rate, {titled(name)}") for name in walls)
-    if system.of(Circuit):
-        yield "harvested_power", "harvested"
+    columns = [("impact_rate", "impact rate"), ("impact_speed_mean", "impact speed")] if walls else []
+    columns += [(f"{name}_impact_rate", f"rate, {titled(name)}") for name in walls if len(walls) > 1]
+    columns += [("harvested_power", "harvested")]
+    yield from (column for column in columns if f"{own}{column[0]}" in known)
 
 
 _ALL = {"input_power": "fed in by all excitations", "harvested_power": "delivered by the circuits"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -93,33 +94,39 @@ def walls_of(data: xarray.Dataset, of: str = "") -> tuple[Wall, ...]:
     >>> [wall.position for wall in walls_of(as_dataset(sp.simulate(slot, paths=1, duration=1.0, start="rest")))]
     [-1.0, 2.0]
     """
-    row, rows = _rows(data, of)
-    signs = {name: float(np.sign(row @ own)) for name, own in rows.items() if np.array_equal(np.abs(own), np.abs(row))}
+    at, row = _seen(data, of)
+    stops = ((part, at.row(part.get("between"))) for part in _stops(data).values())
     return tuple(
         Wall(sign * part["position"], sign * (1.0 if part["side"] == "above" else -1.0), part["kind"] == "barrier")
-        for part in json.loads(data.attrs["system"])["parts"]
-        if part["kind"] in ("barrier", "contact") and (sign := signs.get(part["name"], 0.0))
+        for part, own in stops
+        if np.array_equal(np.abs(own), np.abs(row)) and (sign := float(np.sign(row @ own)))
     )
 
 
-def _rows(data: xarray.Dataset, of: str) -> tuple[Floats, dict[str, Floats]]:
-    """The row of numbers by which a displacement is made of those of all masses, and the rows of all parts with ends.
+def _parts(data: xarray.Dataset) -> list[dict[str, Any]]:
+    """As the system is stated, which may have functions that cannot be read."""
+    return cast(list[dict[str, Any]], json.loads(data.attrs["system"])["parts"])
+
+
+def _stops(data: xarray.Dataset) -> dict[str, dict[str, Any]]:
+    return {part["name"]: part for part in _parts(data) if part["kind"] in ("barrier", "contact")}
+
+
+def _seen(data: xarray.Dataset, of: str) -> tuple[Coordinates, Floats]:
+    """The points of the paths as coordinates, and the row of numbers by which a displacement is made of theirs.
 
     Raises
     ------
     ValueError
         If there is neither a mass nor such a part of this name.
     """
-    parts = json.loads(data.attrs["system"])["parts"]
+    parts = _parts(data)
     masses, others = (tuple(p["at"] for p in parts if p["kind"] == kind and p.get("at")) for kind in ("mass", "point"))
-    at = Coordinates.of_masses(points := (*(masses or ("mass",)), *others))  # paths have every point
-    single = len(points) == 1
-    rows = {part["name"]: at.row(part.get("between")) for part in parts if single or "between" in part}
-    if of in points or (not of and single):
-        return at.push(of or points[0]), rows
-    if of in rows and not single:
-        return rows[of], rows
-    known = points if single else [*points, *rows]
+    ends = {part["name"]: tuple(part["between"]) for part in parts if part.get("between")}
+    at = replace(Coordinates.of_masses((*(masses or ("mass",)), *others)), ends=ends)  # paths have every point
+    if of in (rows := {name: at.row(pair) for name, pair in ends.items()} | at.called):
+        return at, rows[of]
+    known = [*at.points, *ends]
     said = f", not {shown(of)}" if of else " where there are several masses"
     raise ValueError(f"of must be {'one of ' if len(known) > 1 else ''}{listed([*known], 'or')}{said}.")
 
@@ -142,7 +149,7 @@ def recorded(data: Data, of: str = "") -> tuple[xarray.Dataset, Floats, Floats, 
     if "x" not in dataset:
         raise ValueError("data must hold recorded paths: simulate with record= a number of paths.")
     x, v = (np.asarray(dataset[name], dtype=float) for name in ("x", "v"))
-    row, _ = _rows(dataset, of)
+    _, row = _seen(dataset, of)
     if len(row) > 1:
         x, v = x @ row, v @ row
     return dataset, np.asarray(dataset["time"], dtype=float), x, v
@@ -173,20 +180,14 @@ def result_of(data: xarray.Dataset, quantity: str, of: str = "") -> str:
     >>> result_of(data, "v", "box"), result_of(data, "x", "mount")
     ('box_v', 'panel_box_elongation')
     """
-    _rows(data, of)  # else it says what there is
-    system = read_system(json.loads(data.attrs["system"]))
-    if len(system.points) == 1:
-        return quantity
-    at = system.coordinates
-    row = at.elongations[of] if of in at.elongations else at.rows[at.points.index(of)]
-    points = [point for point, own in zip(at.points, at.rows, strict=True) if np.array_equal(own, row)]
-    pairs = [pair for pair, own in at.pairs.items() if np.array_equal(own, row)]
-    if quantity == "impact_speed" and of in system.stops:
+    at, row = _seen(data, of)
+    of_points = {own: each for own, each in at.beginnings.items() if quantity in ("x", "v") or not own}
+    rows = {f"{own}{quantity}": each for own, each in of_points.items()}
+    rows |= {f"{pair}_elongation": each for pair, each in at.pairs.items() if quantity == "x"}
+    if found := [name for name, each in rows.items() if np.array_equal(each, row)]:
+        return found[0]
+    if quantity == "impact_speed" and of in _stops(data):
         return f"{of}_impact_speed"
-    if quantity in ("x", "v") and points:
-        return f"{points[0]}_{quantity}"
-    if quantity == "x" and pairs:
-        return f"{pairs[0]}_elongation"
     raise ValueError(f"data holds no {quantity} of {of}.")
 
 
@@ -222,8 +223,8 @@ def results(theory: Theory) -> tuple[Result, ...]:
     TypeError
         If there is anything else among them.
     """
-    several = (theory,) if isinstance(theory, Result) else tuple(theory)
-    for each in several:
+    given = (theory,) if isinstance(theory, Result) else tuple(theory)
+    for each in given:
         if not isinstance(each, Result):
             raise TypeError(f"theory must be a result such as springpot.theory.envelope(system), not {shown(each)}.")
-    return several
+    return given

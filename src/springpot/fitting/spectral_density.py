@@ -131,12 +131,10 @@ def row_of(system: System, point: str | None, name: str = "at") -> Floats:
     >>> row_of(System(Spring(1.0)), None).tolist()
     [1.0]
     """
-    points = system.points
-    if len(points) == 1 and point in (None, "mass"):
-        return np.ones(1)
-    if point in points:
-        return system.coordinates.row(("ground", point))
-    known = listed([repr(each) for each in points], "or")
+    rows = system.coordinates.called
+    if (point or "") in rows:
+        return rows[point or ""]
+    known = listed([repr(each) for each in system.points], "or")
     raise ValueError(f"{name} of the data must be {known}, not {point!r}.")
 
 

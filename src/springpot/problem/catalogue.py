@@ -550,6 +550,20 @@ def possible_results(system: System) -> tuple[str, ...]:
     return _names(system, lambda entry: not entry.option)
 
 
+def stated_in(system: System, names: Iterable[str]) -> tuple[str, ...]:
+    """Those of some names that results of such masses have, whatever the parts on them are.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> from springpot.problem.system import System
+    >>> stated_in(System(Spring(1.0)), ["x_mean", "mass_x_mean"])
+    ('x_mean',)
+    """
+    entries = ((name, _entry(name)) for name in names)
+    return tuple(name for name, entry in entries if entry is not None and entry.where(system))
+
+
 def results_on_request(system: System) -> tuple[str, ...]:
     """Names of all results of a run of such a system that need an argument of their own.
 

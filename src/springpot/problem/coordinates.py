@@ -103,6 +103,37 @@ class Coordinates:
         """
         return {"" if self.lone else f"{point}_": row for point, row in zip(self.points, self.rows, strict=True)}
 
+    @property
+    def called(self) -> dict[str, Floats]:
+        """The row of each point by what it may be called: one alone needs no name, and may be called mass.
+
+        Examples
+        --------
+        >>> [*Coordinates.of_masses("ab").called], [*Coordinates.of_masses(["box"]).called]
+        (['a', 'b'], ['', 'mass', 'box'])
+        """
+        return {name: self._axis(name) for name in ("", "mass") * self.lone + self.points}
+
+    def symbol(self, point: str) -> str:
+        """Of its displacement in equations.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("ab").symbol("b"), Coordinates.of_masses("a").symbol("a")
+        ('x_b', 'x')
+        """
+        return "x" if self.lone else f"x_{point}"
+
+    def said(self, points: Sequence[str]) -> str:
+        """Some points in a sentence.
+
+        Examples
+        --------
+        >>> Coordinates.of_masses("abc").said(["a", "c"]), Coordinates.of_masses("a").said(["a"])
+        ('a and c', 'the mass')
+        """
+        return "the mass" if self.lone else listed(points)
+
     def as_given(self, places: Floats) -> Any:
         """Places, or velocities, of all masses as users state them: by their names, or the number of one alone.
 

@@ -24,6 +24,7 @@ from pydantic import (
 
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
+from springpot.problem.catalogue import stated_in
 from springpot.problem.file import read_system
 from springpot.problem.numbers import ROOT, check_number, label_of, numbers_of, with_numbers
 from springpot.problem.oscillator import Oscillator
@@ -336,8 +337,7 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
         system = _read_system(content["system"], folder, title)
-        usual = {} if len(system.points) == 1 else {"quantities": [f"{system.points[0]}_x_mean_square"]}
-        content = {**usual, **content, "system": system}
+        content = {"quantities": [_usual_quantity(system)], **content, "system": system}
     try:
         content = _in_one_form(content)
         _check_keys(content)
@@ -350,6 +350,12 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
 
 def _only_exceedance(methods: object) -> bool:
     return isinstance(methods, list) and methods == ["exceedance"]
+
+
+def _usual_quantity(system: System) -> str:
+    """<A^2>, or <v^2> where there is no frequency and so no amplitude; of several masses <x^2> of the first."""
+    amplitude = ["amplitude_mean_square"] if system.stiffness > 0.0 else []
+    return stated_in(system, (*amplitude, "v_mean_square", f"{system.points[0]}_x_mean_square"))[0]
 
 
 def _read_system(given: object, folder: Path, title: str) -> System:
@@ -367,15 +373,13 @@ def _read_system(given: object, folder: Path, title: str) -> System:
 
 
 def _in_one_form(content: dict[str, Any]) -> dict[str, Any]:
-    """The content with one name for each axis, and with its quantities."""
+    """The content with one name for each axis."""
     axes, zipped = content.get("axes"), content.get("zipped")
     if isinstance(axes, Mapping):
         content = {**content, "axes": flattened(axes)}
     if isinstance(zipped, Mapping):
         names = {name: flattened(part) if isinstance(part, Mapping) else part for name, part in zipped.items()}
         content = {**content, "zipped": names}
-    if "system" in content and "quantities" not in content and not content["system"].stiffness > 0.0:
-        content = {**content, "quantities": ["v_mean_square"]}  # there is no amplitude without a frequency
     return content
 
 

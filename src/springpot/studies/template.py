@@ -102,7 +102,7 @@ def of_system(device: System, place: str) -> dict[str, str]:
         chosen = ["x_mean_square", "impact_rate"]
     return {
         "kind": "systems",
-        "level": "x" if len(device.points) == 1 else f"{device.points[0]}_x",
+        "level": f"{next(iter(device.coordinates.beginnings))}x",
         "takes": "",
         "system": f"system = {json.dumps(place, ensure_ascii=False)}    # its place, from this file\n",
         "fixed": "",

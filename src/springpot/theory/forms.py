@@ -1,4 +1,4 @@
-"""A method with two forms: one of the paper's problem, in its dimensionless numbers, and one of all other systems."""
+"""A method with forms: of the paper's problem in its dimensionless numbers, of other motions of one x, of all."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ Answer = TypeVar("Answer")
 
 
 def form_of(
-    system: System, paper: Callable[[System], Answer], others: Callable[[System], Answer]
+    system: System, paper: Callable[[System], Answer], *others: Callable[[System], Answer]
 ) -> Callable[[System], Answer]:
-    """One of two functions.  Theory decides here, and nowhere else, whether a system is the paper's problem.
+    """One of the functions: of the paper's problem, of other motions per unit mass, and the last of all systems.
+
+    Theory decides here, and nowhere else, whether a system is the paper's problem.
 
     Raises
     ------
@@ -23,7 +25,11 @@ def form_of(
         If it is not a System.
     """
     try:
-        Dimensionless.of(checked_system(system))
+        _ = checked_system(system).per_unit_mass
     except NotCoveredError:
-        return others
+        return others[-1]
+    try:
+        Dimensionless.of(system)
+    except NotCoveredError:
+        return others[0]
     return paper

@@ -281,12 +281,9 @@ def _rates_at(
 
 def _asked(system: System, name: object, argument: str = "levels") -> tuple[str, bool]:
     """The point or part, and whether both sides count; ``argument`` asks for it."""
-    many, at = len(system.points) > 1, system.coordinates
-    before = [f"{point}_" for point in system.points] if many else [""]
-    known = {f"{point}{what}": (point[:-1], what != "x") for point in before for what in ("x", "distance")}
-    if many:
-        ends = ("elongation", "distance")
-        known |= {f"{part}_{what}": (part, what == "distance") for part in at.elongations for what in ends}
+    at = system.coordinates
+    known = {f"{own}{what}": (own[:-1], what != "x") for own in at.beginnings for what in ("x", "distance")}
+    known |= {f"{part}_{what}": (part, what == "distance") for part in at.ends for what in ("elongation", "distance")}
     return known[known_word(name, known, argument, "must be of")]
 
 

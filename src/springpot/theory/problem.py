@@ -98,7 +98,7 @@ class Units:
         length, speed, (rate, mean, square) = self.length, self.speed, hit
         hits = [(rate * self.frequency, mean * speed, square * speed**2)]
         x = self.side * x_mean * length + 0.0
-        return moments_of(system, x, x_mean_square * length**2, v_mean_square * speed**2, hits)
+        return moments_of(system, [(x, x_mean_square * length**2, v_mean_square * speed**2)], hits=hits)
 
 
 def problem_and_units(paper: Dimensionless, *, order_0_is_spring: bool = False) -> tuple[Problem, Units]:
@@ -184,7 +184,7 @@ def at_rest(system: System, paper: Dimensionless) -> Moments:
     """
     wall, side = paper.barrier, paper.direction
     place = 0.0 if wall is None else side * max(side * wall.position, 0.0) + 0.0
-    return moments_of(system, place, place**2, 0.0, [NEVER_STRUCK])
+    return moments_of(system, [(place, place**2, 0.0)], hits=[NEVER_STRUCK])
 
 
 def free_mean_squares(paper: Dimensionless) -> tuple[float, float] | str:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from springpot.problem.catalogue import stated_in
+from springpot.problem.parts import Barrier
 from springpot.problem.parts.checks import put
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.system import System
@@ -25,11 +27,10 @@ MOMENTS = (
 )
 """Names of the stationary moments, the same in every method, in the simulation and in files."""
 OF_A_POINT = ("x_mean", "x_mean_square", "v_mean_square")
-"""What there is of each of several masses, after its name."""
+"""What there is of each point, after how its names begin."""
 OF_ENDS = ("elongation_mean", "elongation_mean_square")
 """What there is of each pair of masses with a part between them."""
-OF_A_WALL = ("impact_rate", "impact_speed_mean")
-OF_A_WALL_OF_SEVERAL = (*OF_A_WALL, "impact_speed_mean_square", "force_mean")
+OF_A_WALL = ("impact_rate", "impact_speed_mean", "impact_speed_mean_square", "force_mean")
 NEVER_STRUCK = 0.0, math.nan, math.nan
 """Rate, mean and mean square speed of the impacts on a wall without any."""
 
@@ -58,9 +59,11 @@ class Moments:
     impact_speed_mean, impact_speed_mean_square : float
         Of the speed just before an impact, in m/s and m^2 s^-2; NaN without impacts.
     of_parts : dict
-        ``<wall>_impact_rate`` and ``<wall>_impact_speed_mean`` of each wall and contact, by its name in the system;
-        ``harvested_power``, the mean power in the resistors of the circuits, in W (per kg without a `Mass`).  Of
-        several masses all moments are here, by the names of points and parts, and those above are NaN.
+        ``<wall>_impact_rate``, ``<wall>_impact_speed_mean``, ``<wall>_impact_speed_mean_square`` and
+        ``<wall>_force_mean`` of each wall and contact, by its name in the system, the last in N (per kg without a
+        `Mass`), of elastic walls and, by exact laws, of contacts; ``harvested_power``, the mean power in the resistors
+        of the circuits, in W (per kg too).  Of several masses all moments are here, by the names of points and parts,
+        and those above are NaN.
     """
 
     amplitude_mean_square: float
@@ -91,80 +94,77 @@ def names_of_results(system: System) -> tuple[str, ...]:
     Examples
     --------
     >>> from springpot.problem.parts import Barrier
-    >>> names_of_results(System(stop=Barrier(0.0)))[-2:]
-    ('stop_impact_rate', 'stop_impact_speed_mean')
+    >>> names_of_results(System(stop=Barrier(0.0)))[-3:]
+    ('stop_impact_rate', 'stop_impact_speed_mean', 'stop_force_mean')
     """
-    of_a_wall = OF_A_WALL if len(system.points) == 1 else OF_A_WALL_OF_SEVERAL
-    of_walls = (f"{wall}_{what}" for wall in system.stops for what in of_a_wall)
+    of_walls = stated_in(system, (f"{wall}_{what}" for wall in system.stops for what in OF_A_WALL))
     return (*names_of_moments(system), *of_walls, *(["harvested_power"] if system.of(Circuit) else []))
 
 
 def names_of_moments(system: System) -> Sequence[str]:
-    """Names of the moments of the one mass, or of each of several and of the pairs with parts between them."""
-    if len(system.points) == 1:
-        return MOMENTS
-    of_points = [f"{point}_{what}" for point in system.points for what in OF_A_POINT]
-    of_pairs = [f"{pair}_{what}" for pair in system.coordinates.pairs for what in OF_ENDS]
-    return [*of_points, *of_pairs]
+    """Names of the moments of all that moves: the points, the pairs with parts between them, and the one mass."""
+    of_points = (f"{point}_{what}" for point in system.points for what in OF_A_POINT)
+    of_pairs = (f"{pair}_{what}" for pair in system.coordinates.pairs for what in OF_ENDS)
+    return stated_in(system, (*MOMENTS, *of_points, *of_pairs))
 
 
 def moments_of(
     system: System,
-    x_mean: float,
-    x_mean_square: float,
-    v_mean_square: float,
-    hits: Sequence[tuple[float, float, float]] = (),
+    points: Iterable[Sequence[float]],
+    pairs: Iterable[Sequence[float]] = (),
+    hits: Sequence[Sequence[float]] = (),
     harvested: float | None = None,
 ) -> Moments:
-    """The moments of a system from those of x and v, and rate, mean speed and mean square speed at each wall.
+    """The moments of a system from those of its points, its pairs and its walls, each in their order.
 
-    Where a rate is NaN, that of all walls is.
+    Of a point <x>, <x^2> and <v^2>, of a pair those of the elongation.  Of a wall the rate of impacts, their mean and
+    mean square speed, and its mean force, which may be left out; where a rate is NaN, that of all walls is.
 
     Examples
     --------
-    >>> from springpot.problem.parts import Barrier
+    >>> from springpot.problem.parts import Barrier, Mass, Spring
     >>> walls = System(near=Barrier(-1.0), far=Barrier(2.0, side="below"))
-    >>> moments_of(walls, 0.0, 1.0, 1.0, [(1.0, 2.0, 5.0), (3.0, 4.0, 17.0)]).impact_speed_mean
+    >>> moments_of(walls, [(0.0, 1.0, 1.0)], hits=[(1.0, 2.0, 5.0), (3.0, 4.0, 17.0)]).impact_speed_mean
     3.5
-    """
-    known = (hit if hit[0] > 0.0 else (hit[0], *NEVER_STRUCK[1:]) for hit in hits)
-    walls = dict(zip(system.stops, known, strict=False))
-    total = math.fsum(rate for rate, _, _ in walls.values())  # NaN with a NaN
-    struck = [hit for hit in walls.values() if hit[0] > 0.0]
-    power = {} if harvested is None else {"harvested_power": harvested}
-    return Moments(
-        amplitude_mean_square=x_mean_square + v_mean_square / system.natural_frequency**2,
-        x_mean=x_mean,
-        x_mean_square=x_mean_square,
-        v_mean_square=v_mean_square,
-        impact_rate=total,
-        impact_speed_mean=sum(r * s for r, s, _ in struck) / total if total > 0.0 else math.nan,
-        impact_speed_mean_square=sum(r * q for r, _, q in struck) / total if total > 0.0 else math.nan,
-        of_parts={f"{wall}_{what}": hit[i] for i, what in enumerate(OF_A_WALL) for wall, hit in walls.items()} | power,
-    )
-
-
-def moments_of_points(
-    system: System,
-    points: Iterable[Sequence[float]],
-    pairs: Iterable[Sequence[float]],
-    of_parts: Mapping[str, float],
-) -> Moments:
-    """The moments of several masses, from those of points and of pairs, in their order, and those of parts by name.
-
-    Examples
-    --------
-    >>> from springpot.problem.parts import Mass, Spring
     >>> pair = System(Mass(1.0, at="a"), Mass(1.0, at="b"), Spring(1.0, between=("a", "b")))
-    >>> moments_of_points(pair, [(2.0, 5.0, 1.0), (0.0, 1.0, 1.0)], [(-2.0, 6.0)], {})["a_b_elongation_mean"]
+    >>> moments_of(pair, [(2.0, 5.0, 1.0), (0.0, 1.0, 1.0)], [(-2.0, 6.0)])["a_b_elongation_mean"]
     -2.0
     """
-    found = dict[str, float]()
-    named = (system.points, points, OF_A_POINT), (system.coordinates.pairs, pairs, OF_ENDS)
-    for names, moments, words in named:
-        for name, numbers in zip(names, moments, strict=True):
-            found |= {f"{name}_{what}": float(number) for what, number in zip(words, numbers, strict=False)}
-    return Moments(**dict.fromkeys(MOMENTS, math.nan), of_parts={**found, **of_parts})
+    at, found = system.coordinates, dict[str, float]()
+    for begins, moments, words in (
+        (at.beginnings, points, OF_A_POINT),
+        ([f"{pair}_" for pair in at.pairs], pairs, OF_ENDS),
+    ):
+        for begin, numbers in zip(begins, moments, strict=True):
+            found |= {f"{begin}{what}": float(number) for what, number in zip(words, numbers, strict=False)}
+    struck = {wall: _struck(system, wall, *hit) for wall, hit in zip(system.stops, hits, strict=False)}
+    found |= {f"{wall}_{what}": hit[i] for i, what in enumerate(OF_A_WALL) for wall, hit in struck.items()}
+    found |= {} if harvested is None else {"harvested_power": harvested}
+    if "x_mean_square" in found:
+        found |= _of_the_whole(system, found, [hit for hit in struck.values() if hit[0] != 0.0])
+    return Moments(**{name: found.pop(name, math.nan) for name in MOMENTS}, of_parts=found)
+
+
+def _struck(system: System, name: str, rate: float, mean: float, square: float, *force: float) -> tuple[float, ...]:
+    """The numbers of a wall, with no speeds where there are no impacts, and with the mean force of its impulses."""
+    wall, at = system.stops[name], system.coordinates
+    if not rate > 0.0:
+        _, mean, square = NEVER_STRUCK
+    if not force and isinstance(wall, Barrier) and wall.is_elastic:  # on others a mass may rest
+        force = (2.0 * at.reduced(at.elongations[name]) * rate * mean,)
+    return rate, mean, square, *(force or (math.nan,))
+
+
+def _of_the_whole(system: System, found: Mapping[str, float], struck: Sequence[Sequence[float]]) -> dict[str, float]:
+    """A^2 = x^2 + v^2 / Omega^2 of the one mass, and the impacts on all walls that are struck."""
+    total = math.fsum(hit[0] for hit in struck)  # NaN with a NaN
+    mean, square = (sum(hit[0] * hit[i] for hit in struck) / total if total > 0.0 else math.nan for i in (1, 2))
+    return {
+        "amplitude_mean_square": found["x_mean_square"] + found["v_mean_square"] / system.natural_frequency**2,
+        "impact_rate": total,
+        "impact_speed_mean": mean,
+        "impact_speed_mean_square": square,
+    }
 
 
 @dataclass(frozen=True)

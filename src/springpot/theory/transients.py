@@ -243,12 +243,9 @@ class _Beyond:
 def _rows(system: System, states: States) -> dict[str, Floats]:
     """The state's rows of all results, by name."""
     at, found = system.coordinates, dict[str, Floats]()
-    for point, row in zip(at.points, at.rows, strict=True):
-        name = f"{point}_" if len(system.points) > 1 else ""
-        found |= {f"{name}x_mean_square": states.x(row), f"{name}v_mean_square": states.v(row)}
-    if len(system.points) > 1:
-        found |= {f"{pair}_elongation_mean_square": states.x(row) for pair, row in at.pairs.items()}
-    return found
+    for own, row in at.beginnings.items():
+        found |= {f"{own}x_mean_square": states.x(row), f"{own}v_mean_square": states.v(row)}
+    return found | {f"{pair}_elongation_mean_square": states.x(row) for pair, row in at.pairs.items()}
 
 
 def _steps(states: States, asked: Floats, most: float = math.inf) -> Iterator[tuple[float, float, bool]]:

@@ -196,7 +196,7 @@ def atlas(system: System) -> AtlasAnswer:
     scales = _scales(paper)
     values = {name: numbers[name] * scales[name] for name in MOMENTS}
     errors = {name: NORMAL * own[name] * abs(scales[name]) for name in MOMENTS}
-    of_wall = {f"{wall}_{what}": values[what] for wall in system.stops for what in OF_A_WALL}
+    of_wall = {f"{wall}_{what}": values[what] for wall in system.stops for what in OF_A_WALL if what in values}
     return AtlasAnswer(
         method="atlas",
         system=system,

@@ -61,6 +61,7 @@ class Excitation(Part, abstract=True):
 
     is_linear, remembers, dissipates, is_thermal, is_odd = True, False, False, True, True  # where a kind says no other
     envelope = cast(Any, None)  # a field of the noises that can have one
+    factor = ""  # what stands before its symbol in the equation
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -98,10 +99,6 @@ class Excitation(Part, abstract=True):
     def square_at(self, time: Any) -> Any:
         """The square of its envelope at times in s; 1 without one."""
         return 1.0 if self.envelope is None else self.envelope.at(time) ** 2
-
-    def factor(self, heavy: bool) -> str:
-        """What stands before its symbol in the equation, with a mass or per unit mass."""
-        return ("-m " if heavy else "-") if self.of_ground else ""
 
 
 @dataclass(frozen=True)
@@ -977,16 +974,12 @@ class ParametricNoise(Element, Excitation):
     """
 
     said, glyph, powers = "parametric noise", "rough", ("input",)
-    is_linear = False
+    is_linear, factor = False, "x "
 
     intensity: Annotated[
         float, Number("q", "intensity", "N2 s m-2", "positive", "It is that of the noise that multiplies x.")
     ]
     envelope: Over = field(default=None, repr=False, kw_only=True)
-
-    def factor(self, heavy: bool) -> str:
-        """It multiplies x."""
-        return "x "
 
     def words(self, name: str, unit: Units) -> str:
         """What it is."""

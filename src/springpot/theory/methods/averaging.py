@@ -318,7 +318,8 @@ def _stationary(system: System, paper: Dimensionless, beta: float, frequency: fl
         return at_rest(system, paper)
     v_square = paper.excitation.intensity / (4.0 * beta)
     hit = frequency / math.pi, frequency * math.sqrt(math.pi * mu) / 2.0, 2.0 * v_square
-    return moments_of(system, paper.direction * math.sqrt(mu / math.pi) + 0.0, mu / 2.0, v_square, [hit])
+    x_mean = paper.direction * math.sqrt(mu / math.pi) + 0.0
+    return moments_of(system, [(x_mean, mu / 2.0, v_square)], hits=[hit])
 
 
 def _assumptions(paper: Dimensionless, form: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from springpot.machine.arguments import real_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
-from springpot.problem.system import System, checked_system
+from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.forms import form_of
@@ -247,8 +247,9 @@ def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
     """
-    others = exact_of_points if len(checked_system(system).points) > 1 else exact_law
-    solve: Callable[[System], Exact | ExactLaw | ExactOfPoints] = form_of(system, exact_of_paper, others)
+    solve: Callable[[System], Exact | ExactLaw | ExactOfPoints] = form_of(
+        system, exact_of_paper, exact_law, exact_of_points
+    )
     return solve(system)
 
 
@@ -269,8 +270,7 @@ def exact_of_paper(system: System) -> Exact:
 
 def check_covered(system: System) -> None:
     """Raise `NotCoveredError` for what is not covered."""
-    others = check_points_covered if len(system.points) > 1 else check_law_covered
-    check: Callable[[System], object] = form_of(system, _paper_covered, others)
+    check: Callable[[System], object] = form_of(system, _paper_covered, check_law_covered, check_points_covered)
     check(system)
 
 

@@ -433,7 +433,8 @@ def _moments(system: System, law: _Law) -> Moments:
     struck = (
         (rate, law.average(hits * np.sqrt(2.0 * cycles.energy)) / rate, law.average(hits * 2.0 * cycles.energy) / rate),
     )
-    return moments_of(system, side * law.average(cycles.x_mean) + 0.0, x_square, v_square, struck if side else ())
+    x_mean = side * law.average(cycles.x_mean) + 0.0
+    return moments_of(system, [(x_mean, x_square, v_square)], hits=struck if side else ())
 
 
 def _warnings(problem: _Problem, law: _Law) -> Iterator[str]:

@@ -35,14 +35,7 @@ from springpot.problem.system import System, checked_system
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
-from springpot.theory.result import (
-    NEVER_STRUCK,
-    OF_A_WALL_OF_SEVERAL,
-    Moments,
-    NoStationaryStateError,
-    Result,
-    moments_of_points,
-)
+from springpot.theory.result import Moments, NoStationaryStateError, Result, moments_of
 
 _REACH = (
     "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with "
@@ -358,7 +351,7 @@ def _moments(system: System, temperatures: Floats) -> Moments:
     )
     v_spread = np.linalg.inv(at.mass) * temperatures
     mean, covariance = np.zeros(len(rows)), np.zeros((len(rows), len(rows)))
-    found: dict[str, float] = {}
+    hits: dict[str, tuple[float, ...]] = {}
     for own in _groups(whole.joined):
         here = [(name, part, row[own]) for name, part, row in seen if row[own].any()]
         if len(own) > _MOST:
@@ -373,14 +366,16 @@ def _moments(system: System, temperatures: Floats) -> Moments:
         pushes = dict(zip(soft, solved.means.tolist(), strict=True))
         for name, part, row in stops:
             density, speed = _density(law, solved, row, part.position), hot[name] / at.reduced(at.elongations[name])
-            found |= _hits(name, speed, density, pushes.get(name, hot[name] * density))
+            rate, mean_speed = density * math.sqrt(speed / (2.0 * math.pi)), math.sqrt(0.5 * math.pi * speed)
+            hits[name] = rate, mean_speed, 2.0 * speed, pushes.get(name, hot[name] * density)
     x_mean = ways @ mean + rest @ spread @ (rest.T @ force)
     x_spread = ways @ covariance @ ways.T + rest @ spread @ rest.T
 
     def seen_by(row: Floats) -> tuple[Any, ...]:
         return row @ x_mean, row @ x_spread @ row + (row @ x_mean) ** 2, row @ v_spread @ row
 
-    return moments_of_points(system, map(seen_by, at.rows), map(seen_by, at.pairs.values()), found)
+    of_walls = [hits[name] for name in system.stops]
+    return moments_of(system, map(seen_by, at.rows), map(seen_by, at.pairs.values()), of_walls)
 
 
 def _curve(part: Any, hot: float) -> Potential:
@@ -439,10 +434,3 @@ def _density(law: _Law, solved: _Solved, row: Floats, place: float) -> float:
         return math.exp(_solved(there).logarithm - raised - solved.logarithm) / float(np.linalg.norm(row))
     except NoStationaryStateError:  # walls bar it
         return 0.0
-
-
-def _hits(wall: str, speed_square: float, density: float, force: float) -> dict[str, float]:
-    """Impacts on a wall or contact, from the mean square speed and the density of its elongation, and the force."""
-    rate = density * math.sqrt(speed_square / (2.0 * math.pi))
-    hit = (rate, math.sqrt(0.5 * math.pi * speed_square), 2.0 * speed_square) if rate > 0.0 else NEVER_STRUCK
-    return {f"{wall}_{what}": value for what, value in zip(OF_A_WALL_OF_SEVERAL, (*hit, force), strict=True)}

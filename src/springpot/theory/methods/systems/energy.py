@@ -403,12 +403,14 @@ def _moments(system: System, law: _EnergyLaw) -> Moments:
     shift, square = float(at @ law.places), float(at @ (law.places * law.places))
     x_mean, x_square = law.origin + shift, law.origin * (law.origin + 2.0 * shift) + square
     v_square = float(2.0 * weights @ law.speed_integral(2, u)) / law.total
-    hits = []
-    for there in law.walls:
+    hits: list[tuple[float, ...]] = []
+    for there, wall in zip(law.walls, system.stops.values(), strict=True):
         flux, first, second = (float(law.speed_integral(power, there)[0]) for power in (1, 2, 3))
         speeds = (first / flux, second / flux) if flux > 0.0 else (math.nan, math.nan)
-        hits.append((flux / law.total, *speeds))
-    return moments_of(system, x_mean, x_square, v_square, hits)
+        depth = np.maximum(wall.inwards * (wall.position - law.origin - law.places), 0.0)
+        force = [float(at @ (wall.stiffness * depth**wall.exponent))] if isinstance(wall, Contact) else []
+        hits.append((flux / law.total, *speeds, *force))
+    return moments_of(system, [(x_mean, x_square, v_square)], hits=hits)
 
 
 def _turning_points(potential: Potential) -> list[float]:

@@ -474,7 +474,7 @@ def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
     harvests = problem.circuits and not problem.unit.of(ThermalNoise)
     power = law.average(rates.electric) * system.inertia if harvests else None
-    return moments_of(system, problem.origin + spread.mean, x_square, spread.v_square, hits, power)
+    return moments_of(system, [(problem.origin + spread.mean, x_square, spread.v_square)], (), hits, power)
 
 
 def _is_exact(problem: Problem) -> bool:

@@ -312,7 +312,7 @@ def _moments(system: System, chain: Chain, scales: _Scales) -> Moments:
         if math.isnan(found.rate):  # struck too rarely for the chain: in the rate of all walls it counts nothing
             far[f"{name}_impact_rate"] = math.nan
         hits.append((0.0 if math.isnan(found.rate) else found.rate * scales.frequency, *speeds))
-    moments = moments_of(system, x, x_square, v_square, hits)
+    moments = moments_of(system, [(x, x_square, v_square)], hits=hits)
     return replace(moments, of_parts={**moments.of_parts, **far})
 
 

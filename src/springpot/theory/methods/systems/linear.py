@@ -49,7 +49,7 @@ from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.methods.systems.felt import felt_mean, felt_mean_square, felt_spectrum
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.frequencies import integrals, resonances
-from springpot.theory.result import Moments, Result, moments_of, moments_of_points
+from springpot.theory.result import Moments, Result, moments_of
 
 Density = Callable[[float], float]
 
@@ -617,13 +617,13 @@ class LinearResponse(Result):
         """
         one_of(of, "of", ("x", "v"))
         moments, points = self.moments, self.system.points
-        names = ["x_mean", f"{of}_mean_square"]
-        both = [[moments[name if len(points) == 1 else f"{point}_{name}"] for name in names] for point in points]
+        at = self.system.coordinates
+        both = [[moments[f"{own}{name}"] for name in ("x_mean", f"{of}_mean_square")] for own in at.beginnings]
         means, squares = np.array(both).T
         squares = squares - means**2 * (of == "x")
         found, size = np.diag(squares), np.sqrt(squares)
         pairs = [each for each in itertools.combinations(range(len(points)), 2) if size[[*each]].all()]
-        shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ self.system.coordinates.rows
+        shares = np.diag(0.5 / np.where(size > 0.0, size, 1.0)) @ at.rows
         rows = np.array([shares[one] + shares[other] for one, other in pairs])  # mean squares: (1 + correlation) / 2
         motions = _Seen(self.companion).motions(rows, (1e-16, 1e-16), of == "v") if pairs else []
         for (one, other), (mean, x_square, v_square) in zip(pairs, motions, strict=True):
@@ -633,18 +633,16 @@ class LinearResponse(Result):
 
     def _row(self, of: str, *felt: str) -> Floats:
         """The row of a displacement or an elongation; ``felt``: what else the caller takes."""
-        coordinates, known = self.system.coordinates, self.system.points
-        if text(of, "of") in known or (not of and len(known) == 1):
-            return coordinates.push(of or known[0])
-        if of in coordinates.elongations:
-            return coordinates.elongations[of]
-        raise ValueError(f"of must be one of {listed([*known, *coordinates.elongations, *felt], 'or')}{_not_one(of)}.")
+        at = self.system.coordinates
+        if text(of, "of") in (known := {**at.elongations, **at.called}):
+            return known[of]
+        raise ValueError(f"of must be one of {listed([*at.points, *at.elongations, *felt], 'or')}{_not_one(of)}.")
 
     def _push(self, on: str) -> Floats:
-        known = self.system.points
-        if text(on, "on") in (*known, "ground") or (not on and len(known) == 1):
-            return self.system.coordinates.push(on or known[0])
-        raise ValueError(f"on must be one of {listed([*known, 'ground'], 'or')}{_not_one(on)}.")
+        at = self.system.coordinates
+        if text(on, "on") in (*at.called, "ground"):
+            return at.push(on)
+        raise ValueError(f"on must be one of {listed([*at.points, 'ground'], 'or')}{_not_one(on)}.")
 
 
 def _not_one(given: str) -> str:
@@ -765,11 +763,10 @@ def linear_moments(system: System, companion: Companion) -> Moments | str:
     for force in companion.harmonics:
         power += seen.power_of_harmonic(force)
     harvested = power if companion.circuits and companion.temperature == 0.0 else None
-    if len(system.points) > 1:
-        at, of_parts = system.coordinates, {} if harvested is None else {"harvested_power": harvested}
-        rows = np.array([*at.pairs.values()]).reshape(-1, len(at.masses))
-        return moments_of_points(system, seen.motions(at.rows), seen.motions_within(rows, velocity=False), of_parts)
-    return moments_of(system, *seen.motions(np.ones((1, 1)))[0], harvested=harvested)
+    at = system.coordinates
+    rows = np.array([*at.pairs.values()]).reshape(-1, len(at.masses))
+    pairs = seen.motions_within(rows, velocity=False)
+    return moments_of(system, seen.motions(at.rows), pairs, harvested=harvested)
 
 
 def _settled(companion: Companion) -> Companion | str:
@@ -851,7 +848,7 @@ def _wanders(companion: Companion) -> str:
     """Why motions that no spring holds have no stationary state; empty where springpots keep them near their place."""
     free = companion.free
     if left := _moved(companion.coordinates, free @ _unseen([companion.row(each) for each in companion.holding], free)):
-        words = "the mass" if len(companion.coordinates.points) == 1 else listed(left)
+        words = companion.coordinates.said(left)
         fate = "it wanders" if len(left) == 1 else "they wander"
         pots = any(order_at_rest(each) < 1.0 for each in companion.elements)
         weak = ", and a springpot alone does so below order 1/2 only" if pots else ""

@@ -394,7 +394,7 @@ def _moments(system: System, problem: _Problem, law: _Law) -> Moments:
             rate = math.nan if not wall.is_elastic else max(rate, 0.0)
             mean, square = (first / rate, second / rate) if rate > 1e-12 else (math.nan, math.nan)
         hits.append((rate, mean, square))
-    return moments_of(system, law.mean, x_square, v_square, hits)
+    return moments_of(system, [(law.mean, x_square, v_square)], hits=hits)
 
 
 def _warnings(unit: System, found: Moments) -> Iterator[str]:
