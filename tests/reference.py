@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations
 from typing import Any
 
@@ -163,9 +163,13 @@ class Row:
     def push(self, u: float) -> float:
         """The force of its springs."""
         force = 0.0
-        for k in self.springs[::-1].tolist():
+        for k in self._highest_first:
             force = force * u + k
         return -force
+
+    @cached_property
+    def _highest_first(self) -> list[float]:
+        return np.trim_zeros(self.springs, "b")[::-1].tolist()
 
 
 # ------------------------------------------------------------------------------------------------ nonlinear dampers
