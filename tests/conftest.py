@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import linecache
 import os
 
 from springpot.machine.one_thread import ONE_THREAD
@@ -9,3 +11,13 @@ from springpot.machine.one_thread import ONE_THREAD
 # NumPy reads them when it is loaded, which none of the plugins named in pyproject.toml does
 for name, number in ONE_THREAD.items():
     os.environ.setdefault(name, number)
+
+gc.disable()  # until the tests are collected, which makes much and drops little
+
+
+def pytest_collection_finish() -> None:
+    """What was collected stays to the end: the garbage collector need not look through it again and again."""
+    linecache.clearcache()  # else each doctest asks the disk for all that imports looked at
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
+    gc.enable()

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 from itertools import combinations
 from typing import Any
 
@@ -51,13 +52,16 @@ def normal_pair(radius: int, angle: int) -> tuple[float, float]:
     return (size * along, size * across) if (angle >> 30) & 1 else (size * across, size * along)
 
 
+@cache
 def normals(seed: int, path: int, steps: int, word: int) -> Floats:
     """One for each step; four steps share a counter."""
     found: list[float] = []
     for group in range(-(-steps // 4)):
         a, b, c, d = philox(seed, path, group, word)
         found += [*normal_pair(a, b), *normal_pair(c, d)]
-    return np.array(found[:steps])
+    drawn = np.array(found[:steps])
+    drawn.flags.writeable = False
+    return drawn
 
 
 # -------------------------------------------------------------------------------------------------------- memory
@@ -94,6 +98,21 @@ def memory_of(part: Any, h: float, count: int) -> tuple[Floats, float, float]:
     return means, answer, moment
 
 
+class Increments:
+    """Of an elongation in each step, newest first."""
+
+    def __init__(self, most: int) -> None:
+        self._all, self._newest = np.zeros(most), most
+
+    def add(self, increment: float) -> None:
+        self._newest -= 1
+        self._all[self._newest] = increment
+
+    def weighed(self, weights: Floats) -> float:
+        known = self._all[self._newest :]
+        return float(weights[: known.size] @ known)
+
+
 @dataclass
 class Row:
     """Everything that lies on one elongation g.x."""
@@ -107,7 +126,7 @@ class Row:
     memories: list[Any] = field(default_factory=list)
     dampers: list[tuple[str, Damper]] = field(default_factory=list)
     contacts: list[tuple[str, sp.Contact]] = field(default_factory=list)
-    increments: list[float] = field(default_factory=list)
+    increments: Increments = field(default_factory=lambda: Increments(0))
     drive: Floats = field(default_factory=lambda: np.zeros(0))  # forces of a jump before time 0
 
     def remember(self, part: Any, h: float, steps: int) -> None:
@@ -120,6 +139,7 @@ class Row:
         last = (moment - answer) / h
         means[:2] += last - 2.0 * answer / h, -last
         self.weights = means + (self.weights if self.weights.size else 0.0)
+        self.increments = Increments(steps)
         self.answer += answer
         self.memories.append(part)
 
@@ -137,9 +157,19 @@ class Row:
 
     def pull(self, rate: float) -> float:
         """The force of dashpots and memory at a kick, without the answer to it."""
-        known = len(self.increments)
-        past = float(self.weights[:known] @ self.increments[::-1]) if self.weights.size else 0.0
+        past = self.increments.weighed(self.weights) if self.weights.size else 0.0
         return past + 2.0 * self.answer * rate
+
+    def push(self, u: float) -> float:
+        """The force of its springs."""
+        force = 0.0
+        for k in self._highest_first:
+            force = force * u + k
+        return -force
+
+    @cached_property
+    def _highest_first(self) -> list[float]:
+        return np.trim_zeros(self.springs, "b")[::-1].tolist()
 
 
 # ------------------------------------------------------------------------------------------------ nonlinear dampers
@@ -358,7 +388,7 @@ def walk(
         wall, row = by_name[name]
         if flight:
             return wall.inwards * (flight**2 * wall.position - given)
-        forces = pressing + h * sum(-np.polyval(r.springs[::-1], r.g @ x) * r.g for r in rows.values())
+        forces = pressing + h * sum(r.push(float(r.g @ x)) * r.g for r in rows.values())
         forces = forces + sum(by_name[n][0].inwards * p * by_name[n][1].g for n, p in leant.items() if n != name)
         return -wall.inwards * float(forces @ row.jump) / row.mass / h
 
@@ -504,7 +534,8 @@ def walk(
     x = x + sum(early)
     for n in range(steps):
         for row in rows.values():
-            row.increments.append(float(row.g @ (x - before)))
+            if row.weights.size:
+                row.increments.add(float(row.g @ (x - before)))
         before = x.copy()
         pushed = np.zeros(len(v))  # by dampers; friction does not press
         for _, damper, row in dampers:
@@ -514,7 +545,7 @@ def walk(
         impulse = constant + impulses(n, x)
         for row in rows.values():
             u, rate = float(row.g @ x), float(row.g @ v)
-            force = -np.polyval(row.springs[::-1], u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
+            force = row.push(u) - row.pull(rate) - (row.drive[n] if remembered else 0.0)
             impulse = impulse + h * force * row.g
         leant, change = {}, solve @ impulse
         v = v + change
@@ -556,15 +587,16 @@ def walk_as_printed(
     wall, g = parts.get(sp.Barrier), math.sqrt(noise.intensity * h) * draw(seed, path, steps, 0)
     lag = np.arange(1.0, steps + 1.0)
     weights = pot.coefficient * h**-pot.order * np.append(1.0, np.cumprod(1.0 - pot.order / lag))
-    increments, v, impacts, seen = [0.0], 0.0, [], [(x, 0.0)]
+    increments, v, impacts, seen = Increments(steps + 1), 0.0, [], [(x, 0.0)]
+    increments.add(0.0)
     for n in range(steps):
-        memory = float(weights[: n + 1] @ increments[::-1]) + weights[n] * remembered
+        memory = increments.weighed(weights) + weights[n] * remembered
         v += g[n] - h * (spring.stiffness * x + memory)
         moved = x + h * v
         if wall and moved <= wall.position + contact and v < 0.0:
             impacts.append(Impact(n, "barrier", -v, -(1.0 + wall.restitution) * v))
             v *= -wall.restitution
-        increments.append(moved - x)
+        increments.add(moved - x)
         x = moved
         seen.append((x, v))
     return Path(*np.array(seen).T[..., None], impacts)

@@ -108,7 +108,7 @@ def __getattr__(name: str) -> Any:
         if name == "__all__":
             return sorted([*_LATER, *parts.__all__])
         if name in parts.__all__:
-            return getattr(parts, name)
+            return globals().setdefault(name, getattr(parts, name))
     raise AttributeError(f"module 'springpot' has no attribute {name!r}")
 
 

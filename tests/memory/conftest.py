@@ -15,9 +15,10 @@ def fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache" / "memory"
 
 
-@pytest.fixture(autouse=True, scope="session")
+@pytest.fixture(autouse=True, scope="package")
 def _own_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Sums of these tests are made by the code under test, not found in the user's folder."""
+    """Sums of these tests, and of no others, are made by the code under test, not found in the user's folder."""
+    sums._cached.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SPRINGPOT_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
         yield

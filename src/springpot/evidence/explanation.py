@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
+from springpot import theory  # each method when it is asked for: the equation alone needs none
 from springpot.evidence.recommendation import NONE_COVERS
 from springpot.machine.faults import NotCoveredError, few, per_cent
 from springpot.problem.parts import SpectralExcitation
@@ -18,7 +19,6 @@ from springpot.problem.parts.hysteresis import Yielding
 from springpot.problem.parts.registration import Part, in_words
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
-from springpot.theory import modes, solve_all, transient
 from springpot.theory.solve import grouped
 
 _X = re.compile(r"\bx\b")
@@ -175,7 +175,7 @@ def _scales(system: System) -> Iterator[str]:
     try:
         unit, omega = system.per_unit_mass, system.natural_frequency
     except NotCoveredError:
-        frequencies = few([f"{w:.6g}" for w in modes(system).frequencies])
+        frequencies = few([f"{w:.6g}" for w in theory.modes(system).frequencies])
         yield f"natural frequencies {frequencies} rad/s"
         return
     if math.isfinite(omega):
@@ -210,12 +210,12 @@ def _losses(system: System) -> Iterator[str]:
 
 
 def _coverage(system: System) -> Iterator[str]:
-    answers, statements = solve_all(system)
+    answers, statements = theory.solve_all(system)
     yield f"analytical methods with an answer: {', '.join(answers)}" if answers else f"{NONE_COVERS}:"
     yield from (f"  {sentence}" for sentence in grouped(statements))
     if any(part.envelope is not None for part in system.of(Excitation)):
         try:
-            exact = transient(system, 0.0).is_exact
+            exact = theory.transient(system, 0.0).is_exact
         except NotCoveredError as reason:
             yield f"  transient: {reason}"
         else:

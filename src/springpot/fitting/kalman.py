@@ -12,10 +12,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 
 from springpot.fitting.state_space import Sampled
 from springpot.machine.arrays import Floats
+from springpot.simulation.kernel.cache import cached
 
 _WORST = 1e4  # condition number of the eigenvectors, above which the transition matrix is taken as it is
 _SETTLED = 1e-13  # relative change of the variance, and of the gain, below which both stay as they are
@@ -24,28 +26,34 @@ _SETTLED = 1e-13  # relative change of the variance, and of the gain, below whic
 _COMPILED: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract"}}
 
 
-@njit(**_COMPILED)
-def _move_by_columns(columns, state, moved):  # type: ignore[no-untyped-def]
+def _move_by_columns(transition, state, moved):  # type: ignore[no-untyped-def]
     moved[:] = 0.0
     for j in range(state.size):
         for i in range(state.size):
-            moved[i] += columns[j, i] * state[j]
+            moved[i] += transition[j, i] * state[j]
 
 
-@njit(**_COMPILED)
-def _move_by_bands(bands, state, moved):  # type: ignore[no-untyped-def]
+def _move_by_bands(transition, state, moved):  # type: ignore[no-untyped-def]
     """The transition has three bands; first and last number of each array are 0."""
-    low, middle, high = bands
+    low, middle, high = transition
     for i in range(1, state.size - 1):
         moved[i] = low[i] * state[i - 1] + middle[i] * state[i] + high[i] * state[i + 1]
 
 
-@njit(**_COMPILED)
-def _filtered(move, transition, row, gain, variance, values, standard, spread):  # type: ignore[no-untyped-def]
-    """-2 ln L without its constant; ``standard`` takes the innovations, ``spread`` their standard deviations.
+def _move(transition: Any, state: Floats, moved: Floats) -> None:
+    """Write to ``moved`` what becomes of a state in one sampling step."""
+    raise NotImplementedError("only in compiled code")
 
-    ``move(transition, state, moved)`` writes to ``moved`` what becomes of a state in one sampling step.
-    """
+
+@overload(_move, jit_options=_COMPILED)  # chosen by its type: a function as an argument cannot be kept on disk
+def _(transition, state, moved):  # type: ignore[no-untyped-def]
+    return _move_by_bands if isinstance(transition, types.BaseTuple) else _move_by_columns
+
+
+@cached
+@njit(**_COMPILED)
+def _filtered(transition, row, gain, variance, values, standard, spread):  # type: ignore[no-untyped-def]
+    """-2 ln L without its constant; ``standard`` takes the innovations, ``spread`` their standard deviations."""
     paths, samples = values.shape
     size = row.size
     state, moved = np.zeros((paths, size)), np.zeros(size)
@@ -65,7 +73,7 @@ def _filtered(move, transition, row, gain, variance, values, standard, spread): 
             standard[k, n] = error / root
             total += standard[k, n] ** 2 + 2.0 * np.log(root)
             share = error / variance
-            move(transition, own, moved)
+            _move(transition, own, moved)
             for i in range(size):
                 own[i] = moved[i] + gain[i] * share
         if not settled:
@@ -74,7 +82,7 @@ def _filtered(move, transition, row, gain, variance, values, standard, spread): 
                 seen += row[i] * change[i]
             before = variance
             variance += scale * seen * seen
-            move(transition, change, moved)
+            _move(transition, change, moved)
             least = 0.0
             for i in range(size):
                 step = scale * seen * moved[i]
@@ -121,10 +129,10 @@ def innovations_of(sampled: Sampled, noise: float, values: Floats) -> tuple[floa
     bands, vectors = _modes_of(sampled.transition)
     if np.linalg.cond(vectors) < _WORST:
         row, gain = np.pad(sampled.row @ vectors, 1), np.pad(np.linalg.solve(vectors, gain), 1)
-        found = _filtered(_move_by_bands, bands, row, gain, variance, centred, standard, spread)
+        found = _filtered(bands, row, gain, variance, centred, standard, spread)
     else:  # two of its rates are nearly one
         row, columns = np.ascontiguousarray(sampled.row), np.ascontiguousarray(sampled.transition.T)
-        found = _filtered(_move_by_columns, columns, row, gain, variance, centred, standard, spread)
+        found = _filtered(columns, row, gain, variance, centred, standard, spread)
     return float(found) + values.size * float(np.log(2.0 * np.pi)), standard, spread
 
 

@@ -150,8 +150,11 @@ class Companion:
 
     def per_mass(self, matrix: Any) -> Any:
         """A matrix divided by the masses from both sides, symmetric as before."""
-        root = np.linalg.inv(np.linalg.cholesky(self.mass))
-        return root @ matrix @ root.T
+        return self._root @ matrix @ self._root.T
+
+    @cached_property
+    def _root(self) -> Floats:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(self.mass)))
 
     def sources(self, w: Floats) -> list[tuple[Floats, Floats]]:
         """Each noise: its push, and its two-sided spectral density per rad/s at frequencies w >= 0."""
@@ -199,8 +202,12 @@ class Companion:
 
     def integrals(self, densities: Callable[[Floats], Floats], within: Floats) -> Floats:
         """Of densities over all frequencies, as `springpot.theory.numerics.frequencies.integrals`."""
-        cuts = resonances(self.nearest, self.scales)
-        return integrals(densities, cuts, within, as_powers=bool(self.free.shape[1]))
+        return integrals(densities, self._cuts, within, as_powers=bool(self.free.shape[1]))
+
+    @cached_property
+    def _cuts(self) -> list[float]:
+        """Where all integrals of this system are cut."""
+        return resonances(self.nearest, self.scales)
 
     @property
     def groups(self) -> list[tuple[Floats, Density]]:
