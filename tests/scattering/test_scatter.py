@@ -133,20 +133,20 @@ WRONG: list[Any] = [
     (lambda: sp.uncertain("k", 1.0, sd=1.0, bounds=(0.5, 3.0)), ValueError, "bounds must leave out at most 5 %"),
     (lambda: sp.uncertain("k", values=[1.0, 2.0]), ValueError, "values must be at least 3 numbers"),
     (lambda: sp.uncertain("k", law=3.0), TypeError, "law must have ppf and cdf"),
-    (lambda: sp.Springpot(sp.uncertain("order", 0.9, sd=0.05), 1.0), ValueError, "uncertain number order: give bounds="),
+    (lambda: sp.Springpot(sp.uncertain("order", 0.9, sd=0.05), 1.0), ValueError, "number order: give bounds="),
     (lambda: sp.scatter(sp.System(*FEW, sp.Spring(1.0))), ValueError, "system must have uncertain numbers"),
     (lambda: sp.scatter(sp.System(*FEW, *TWO)), ValueError, "k must have the same value and law"),
     (lambda: sp.scatter(mount(), devices=100), ValueError, "devices must be a power of two, not 100: 64 is one"),
     (lambda: sp.scatter(mount(), ["impact_speed_mean"]), ValueError, "quantities must be of"),
     (lambda: sp.scatter(mount(), limits={"impact_rat": 1.0}), ValueError, "did you mean impact_rate"),
-    (lambda: sp.simulate(mount()), ValueError, "a simulation needs plain numbers, but k, order, C and gap are uncertain"),
+    (lambda: sp.simulate(mount()), ValueError, "plain numbers, but k, order, C and gap are uncertain"),
     (lambda: sp.scatter(mount(k=sp.uncertain("k", bounds=(100.0, 40000.0)))), ValueError, "step must be given"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("call", "kind", "words"), WRONG)
 def test_what_is_wrong_is_one_sentence(call: Any, kind: type[Exception], words: str) -> None:
-    with pytest.raises(kind, match=".") as caught:
+    with pytest.raises(kind) as caught:
         call()
     assert words in str(caught.value), str(caught.value)
     assert "\n" not in str(caught.value)

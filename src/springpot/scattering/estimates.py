@@ -120,6 +120,8 @@ class Estimates:
         Share of the variance that the surface leaves.
     above : dict of Interval
         Shares of the devices above limits.
+    of_devices : ndarray
+        Results of many devices by the surface, in ascending order.
     """
 
     mean: Interval
@@ -131,6 +133,7 @@ class Estimates:
     together: dict[str, Interval]
     unexplained: float
     above: dict[float, Interval]
+    of_devices: Floats
 
 
 def estimated(
@@ -174,6 +177,7 @@ def estimated(
         mean=mean, scatter=scatter, path_scatter=math.sqrt(paths), quantiles=quantiles,
         tolerance=top.value + _ONE_SIDED * top.error, alone=alone, together=together,
         unexplained=means.surface.left / means.surface.variance if scatter.value > 0.0 else math.nan, above=above,
+        of_devices=means.of_devices,
     )  # fmt: skip
 
 
