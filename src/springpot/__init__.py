@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from springpot.problem.beams import beam
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
-    from springpot.problem.free_numbers import free
+    from springpot.problem.free_numbers import free, nominal
     from springpot.problem.messages import (
         AccuracyWarning,
         NoEffectWarning,
@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from springpot.problem.oscillator import Oscillator
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.system import System
+    from springpot.problem.uncertain import uncertain
+    from springpot.scattering import scatter
     from springpot.simulation.extended import extend
     from springpot.simulation.many import simulate_many
     from springpot.simulation.monte_carlo import simulate
@@ -56,9 +58,9 @@ if TYPE_CHECKING:
         "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
-        "design", "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "open_study",
-        "read_data", "read_system", "recommended", "sensitivity", "simulate", "simulate_many", "study", "theory",
-        "to_toml", "trust",
+        "design", "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "nominal",
+        "open_study", "read_data", "read_system", "recommended", "scatter", "sensitivity", "simulate", "simulate_many",
+        "study", "theory", "to_toml", "trust", "uncertain",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -78,10 +80,12 @@ _LATER = {
         "problem.beams": ("beam",),
         "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),
-        "problem.free_numbers": ("free",),
+        "problem.free_numbers": ("free", "nominal"),
         "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
         "problem.oscillator": ("Oscillator",),
         "problem.system": ("System",),
+        "problem.uncertain": ("uncertain",),
+        "scattering": ("scatter",),
         "simulation": ("load_run", "simulate"),
         "simulation.extended": ("extend",),
         "simulation.many": ("simulate_many",),

@@ -16,6 +16,7 @@ from springpot.figures.memory import plot_memory_error, plot_memory_terms, plot_
 from springpot.figures.motion import plot_path, plot_phase_portrait
 from springpot.figures.over_time import plot_over_time
 from springpot.figures.passages import plot_passage_probability, plot_return_periods
+from springpot.figures.scattering import plot_scatter
 from springpot.figures.series import plot_fourier_error, plot_fourier_series
 from springpot.figures.stationary import plot_correlation, plot_density, plot_spectrum
 from springpot.figures.studies import plot_study
@@ -53,6 +54,7 @@ __all__ = [
     "plot_profile",
     "plot_rainflow",
     "plot_return_periods",
+    "plot_scatter",
     "plot_sensitivities",
     "plot_spectrum",
     "plot_study",

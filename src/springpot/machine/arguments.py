@@ -98,7 +98,7 @@ class Free(float):
         low, start, high = (
             ((number - self.plus) / self.times) ** (1.0 / self.power) for number in (self.low, float(self), self.high)
         )
-        return Free(start, self.name, min(low, high), max(low, high))
+        return self._made(start, low, high)
 
     def at(self, value: float) -> float:
         """What stands here where the number of that name has a value."""
@@ -111,14 +111,17 @@ class Free(float):
 
     def moved_to(self, value: float) -> Free:
         """The same with another start, as it stands here."""
-        return Free(value, self.name, self.low, self.high, self.times, self.plus, self.power)
+        return self._made(value, self.low, self.high, self.times, self.plus, self.power)
+
+    def _made(self, start: float, low: float, high: float, *follows: float) -> Free:
+        """Another number that follows from the one of that name."""
+        return Free(start, self.name, min(low, high), max(low, high), *follows)
 
     def _linear(self, times: Any, plus: Any) -> Any:
         if not _are_plain(times, plus) or not times or not math.isfinite(times + plus):
             return NotImplemented
         low, start, high = (float(times * each + plus) for each in (self.low, float(self), self.high))
-        more = float(times * self.times), float(times * self.plus + plus)
-        return Free(start, self.name, min(low, high), max(low, high), *more, self.power)
+        return self._made(start, low, high, float(times * self.times), float(times * self.plus + plus), self.power)
 
     def __neg__(self) -> Any:
         return self._linear(-1.0, 0.0)
@@ -145,10 +148,55 @@ class Free(float):
         if not plain or self.plus or not (self.low > 0.0 and self.times > 0.0):
             return float.__pow__(self, other)
         low, start, high = (float(each**other) for each in (self.low, float(self), self.high))
-        more = float(self.times**other), 0.0, float(self.power * other)
-        return Free(start, self.name, min(low, high), max(low, high), *more)
+        return self._made(start, low, high, float(self.times**other), 0.0, float(self.power * other))
 
     __rmul__, __radd__ = __mul__, __add__
+
+
+class Uncertain(Free):
+    """A number that differs from device to device, marked by `springpot.uncertain`: everywhere else it is its nominal
+    value.
+
+    Parameters
+    ----------
+    start : float
+        The nominal value.
+    name : str
+    low, high : float
+        Between which all values lie.
+    times, plus, power : float
+        As of `Free`.
+    law : object
+        Of the number of that name: ``law.ppf(u)`` are its quantiles.
+
+    Notes
+    -----
+    Arithmetic is that of a free number.  Of two marked numbers it gives a plain one, which does not scatter: mark the
+    result itself.
+    """
+
+    __slots__ = ("law",)
+    law: Any
+
+    def __new__(
+        cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0,
+        power: float = 1.0, law: Any = None,
+    ) -> Uncertain:  # fmt: skip
+        number: Uncertain = super().__new__(cls, start, name, low, high, times, plus, power)  # type: ignore[assignment]
+        number.law = law
+        return number
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return *super().__getnewargs__(), self.law
+
+    def __repr__(self) -> str:
+        if self.itself is not self:
+            return super().__repr__()
+        return f"uncertain({self.name!r}, {float(self)!r}, {self.law})"
+
+    def _made(self, start: float, low: float, high: float, *follows: float) -> Free:
+        times, plus, power = follows or (1.0, 0.0, 1.0)
+        return Uncertain(start, self.name, min(low, high), max(low, high), times, plus, power, self.law)
 
 
 def _are_plain(*numbers: Any) -> bool:
@@ -204,7 +252,8 @@ def finite_number(
             try:
                 finite_number(bound, name, low=low, high=high, open_low=open_low)
             except ValueError as fault:
-                raise ValueError(f"{fault} This is a bound of the free number {value.name}.") from None
+                kind = "uncertain number {}: give bounds=" if isinstance(value, Uncertain) else "free number {}"
+                raise ValueError(f"{fault} This is a bound of the {kind.format(value.name)}.") from None
         return value
     return number
 

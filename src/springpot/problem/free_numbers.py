@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from springpot.machine.arguments import Free, checked_name, finite_number
+from springpot.machine.arguments import Free, Uncertain, checked_name, finite_number
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import real
 from springpot.problem.system import System
@@ -91,14 +91,75 @@ def free_numbers(model: object) -> dict[str, Free]:
     >>> free_numbers(sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0)))))
     {'k': free('k', 80.0, (10.0, 200.0))}
     """
+    return _by_name(model, lambda number: not isinstance(number, Uncertain))
+
+
+def uncertain_numbers(model: object) -> dict[str, Uncertain]:
+    """The uncertain numbers of a model by name, in the order in which they stand in it.
+
+    Parameters
+    ----------
+    model : System or any part
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    ValueError
+        If two numbers of one name have different laws.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> [*uncertain_numbers(sp.System(sp.Mass(2.0), sp.Spring(sp.uncertain("k", 80.0, cov=0.05))))]
+    ['k']
+    """
+    found = _by_name(model, lambda number: isinstance(number, Uncertain))
+    return cast(dict[str, Uncertain], found)
+
+
+def nominal(system: System) -> System:
+    """The device with the nominal value of each uncertain number.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    System
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> nominal(sp.System(sp.Mass(2.0), sp.Spring(sp.uncertain("k", 80.0, cov=0.05)))).of(sp.Spring)
+    (Spring(stiffness=80.0),)
+    """
+    return with_values(system, {name: float(number) for name, number in uncertain_numbers(system).items()})
+
+
+def check_certain(model: object, what: str) -> None:
+    """Raise an error if a model has uncertain numbers; ``what`` is it that needs plain ones."""
+    if found := uncertain_numbers(model):
+        raise ValueError(
+            f"{what} needs plain numbers, but {listed([*found])} {'is' if len(found) == 1 else 'are'} uncertain: "
+            "springpot.scatter simulates many devices, and springpot.nominal gives the one with the nominal values."
+        )
+
+
+def _by_name(model: object, wanted: Callable[[Free], bool]) -> dict[str, Free]:
     found: dict[str, Free] = {}
-    for here in _each(model):
+    for here in filter(wanted, _each(model)):
         number = here.itself
         known = found.setdefault(number.name, number)
         both = np.array([(each, each.low, each.high) for each in (known, number)], float)
-        if np.abs(both[1] - both[0]).max() > 1e-12 * np.abs(both).max():
+        laws = getattr(known, "law", None), getattr(number, "law", None)
+        if np.abs(both[1] - both[0]).max() > 1e-12 * np.abs(both).max() or laws[0] != laws[1]:
+            same = "start and bounds" if laws == (None, None) else "value and law"
             raise ValueError(
-                f"{number.name} must have the same start and bounds wherever it stands, not {known!r} and {number!r}."
+                f"{number.name} must have the same {same} wherever it stands, not {known!r} and {number!r}."
             )
     return found
 
@@ -170,11 +231,12 @@ def restarted(model: Model, values: Mapping[str, float]) -> Model:
 
 
 def _check_names(model: object, values: Mapping[str, float]) -> None:
-    known = free_numbers(model)
+    scatter = uncertain_numbers(model)
+    known, kind = {**free_numbers(model), **scatter}, "marked" if scatter else "free"
     for name, value in values.items():
         if name not in known:
-            have = f"its free numbers are {listed([*known])}" if known else "it has none"
-            raise ValueError(f"{shown(name)} is not a free number of the model: {have}{meant(str(name), known)}.")
+            have = f"its {kind} numbers are {listed([*known])}" if known else "it has none"
+            raise ValueError(f"{shown(name)} is not a {kind} number of the model: {have}{meant(str(name), known)}.")
         finite_number(value, name)
 
 

@@ -67,6 +67,7 @@ from springpot.simulation.kernel.tables import (
     EARLY_XX,
     ENERGY,
     GAUGED,
+    GOES_ON,
     HITS,
     MASS,
     MODES,
@@ -359,7 +360,8 @@ def _advance(
         row, births, t_0 = number * LANES, steps, 0
         system = number // K[BLOCKS] if K[BLOCKS] > 0 else 0
         F, D = beyond(F_all, system * K[STRIDE]), beyond(D_all, system * K[STRIDE_IN_DOUBLE])
-        number_lanes(first + row - system * K[BLOCKS] * LANES, K[NEIGHBOURS], who)
+        before = 0 if K[GOES_ON] > 0 else system * K[BLOCKS] * LANES
+        number_lanes(first + row - before, K[NEIGHBOURS], who)
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)
         _fill(T.sums, K[COLUMNS], 0.0)

@@ -25,5 +25,5 @@ KERNELS, KERNELS_BY_LANE = (
 )
 """The functions of `springpot.simulation.kernel.advance` by the precision of their sweep."""
 
-ENTRIES = (FILL_NORMALS, *KERNELS.values())
-"""What a release makes for each target; the kernels of systems in neighbouring lanes are compiled where one is used."""
+ENTRIES = (FILL_NORMALS, *KERNELS.values(), KERNELS_BY_LANE["float32"])
+"""What a release makes for each target; all but one kernel that is hardly ever needed: by lane, in double precision."""

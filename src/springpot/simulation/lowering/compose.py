@@ -35,7 +35,7 @@ from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
-from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, taps_of
+from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, sums_of, taps_of
 from springpot.simulation.lowering.parts import (
     MOST_SUBSTEPS,
     SUBSTEPS,
@@ -359,8 +359,8 @@ class _Frame:
         return self.unit_mass * self.at.accelerations(forces)
 
 
-def _frame(plan: Plan) -> _Frame:
-    system, (units, unit_mass) = plan.motion.centred, _units(plan)
+def _frame(plan: Plan, kernel_units: tuple[Units, float]) -> _Frame:
+    system, (units, unit_mass) = plan.motion.centred, kernel_units
     at, parts = system.coordinates, dict(system.named())
     step = plan.settings.step / units.time
     found: dict[tuple[float, ...], dict[str, Lowered]] = {row: {} for row in at.numbers}
@@ -391,8 +391,14 @@ def _flight(plan: Plan) -> float:
     return motion.scales.flight_frequency if turns else 0.0
 
 
-def compose(plan: Plan, *, halved: bool = False) -> Parts:
+def compose(
+    plan: Plan, *, halved: bool = False, kernel_units: tuple[Units, float] | None = None,
+    memory: Callable[[float], ExponentialSum] | None = None,
+) -> Parts:  # fmt: skip
     """The arguments of the kernel; with ``halved`` the excitation is that of half the step, summed in pairs.
+
+    Systems that are to share blocks of paths have the ``kernel_units`` of one of them, and a ``memory`` whose sums, by
+    the order, have the same rates.
 
     Raises
     ------
@@ -401,9 +407,10 @@ def compose(plan: Plan, *, halved: bool = False) -> Parts:
     ValueError
         If the system has more of something than the kernel holds.
     """
-    settings, frame, parts_of_step = plan.settings, _frame(plan), 2 if halved else 1
+    settings, parts_of_step = plan.settings, 2 if halved else 1
+    frame = _frame(plan, kernel_units or units_of(plan))
     at, units, totals, many = frame.at, frame.units, frame.totals, len(frame.at.names)
-    memories = _memories(frame, settings)
+    memories = _memories(frame, settings, memory or sums_of(settings))
     noises, given, constant = _excitation(plan, frame, parts_of_step)
     walls = {name: wall for total in totals for name, wall in total.barriers}
     touched = [(n, name, contact) for n, total in enumerate(totals) for name, contact in total.contacts]
@@ -690,7 +697,7 @@ def _check_sizes(tables: Tables) -> None:
             raise ValueError(f"the system has {has} {what}, but the kernel holds at most {most}.")
 
 
-def _units(plan: Plan) -> tuple[Units, float]:
+def units_of(plan: Plan) -> tuple[Units, float]:
     """Powers of two near the largest length, the shortest time and the usual mass of the motion."""
     motion, scales, (x0, v0) = plan.motion, plan.motion.scales, start_of(plan)
     walls = [abs(wall.position) for wall in motion.centred.of(Barrier)]
@@ -751,7 +758,7 @@ class _Memories:
     taps: tuple[Tap, ...]
 
 
-def _memories(frame: _Frame, settings: Settings) -> _Memories:
+def _memories(frame: _Frame, settings: Settings, sums: Callable[[float], ExponentialSum]) -> _Memories:
     totals, step, tables = frame.totals, frame.step, dict[Any, tuple[int, int, Any, ExponentialSum]]()
     begin, count, table, turned, turned_table = (np.zeros(len(totals), np.int64) for _ in range(5))
     near = np.zeros((len(totals), GROUP, 5))
@@ -760,7 +767,7 @@ def _memories(frame: _Frame, settings: Settings) -> _Memories:
     for e, total in enumerate(totals):
         key = total.springpots, total.arms
         if key not in tables:
-            own, history = memory_of(*key, settings.numerical_scheme, step, settings)
+            own, history = memory_of(*key, settings.numerical_scheme, step, settings, sums)
             tables[key] = sum(part.size for part in numbers), sum(part.size for part in turns), own, history
             numbers.append(np.hstack([own.powers.reshape(-1, GROUP), own.weights.reshape(-1, GROUP)]).ravel())
             turns.append(own.turns)

@@ -175,19 +175,26 @@ def _mean_in_step(rate: float) -> float:
     return -math.expm1(-rate) / rate if rate > 1e-12 else 1.0
 
 
+def sums_of(settings: Settings) -> Callable[[float], ExponentialSum]:
+    """The shortest sum for the memory of a springpot of each order in a run."""
+    family, span = settings.numerical_scheme.family, shared_span(settings.steps + 1)
+    return lambda order: exponential_sum(family, order, span, settings.memory_tolerance)
+
+
 def memory_of(
     springpots: Sequence[tuple[float, float]],
     arms: Sequence[Arm],
     scheme: NumericalScheme,
     step: float,
     settings: Settings,
+    sums: Callable[[float], ExponentialSum],
 ) -> tuple[Memory, ExponentialSum]:
     """The memory of springpots, by order and coefficient, and of arms; and all its modes, those of arms last."""
     rates, strengths, error = np.zeros(0), np.zeros(0), 0.0
     recent, extra = np.zeros(GROUP), 0.0
     for order, coefficient in springpots:
         scale = coefficient * step**-order
-        history = exponential_sum(scheme.family, order, shared_span(settings.steps + 1), settings.memory_tolerance)
+        history = sums(order)
         rates, strengths = np.append(rates, history.rates), np.append(strengths, scale * history.weights)
         recent, extra = recent + scale * scheme.recent_weights(order), extra + scale * scheme.extra_weight(order)
         error = max(error, history.relative_error)

@@ -58,6 +58,70 @@ def advance_together(
     return [_ensemble(each, rows) for each, rows in zip(simulations, rooms, strict=True)]
 
 
+def advance_devices(simulations: Sequence[Simulation], progress: Progress | None = None) -> list[Ensemble]:
+    """As `advance_together`, each system as one of many devices: no two paths have the same random numbers.
+
+    All have the same settings.  Where they have the `common` numbers, neighbouring devices share a block; otherwise
+    each has blocks of its own.
+    """
+    one, paths = simulations[0], simulations[0].settings.paths
+    alike = len({common(each.parts.tables) for each in simulations}) == 1
+    if not alike and paths % LANES:
+        raise ValueError(
+            f"paths must be {LANES} or a multiple of it, not {paths}: the devices differ in a rate of their memory, in "
+            "an exponent, or in which parts act, so that they cannot share blocks of paths."
+        )
+    room = np.empty((len(simulations), paths, len(one.parts.columns)))
+    steps, stop, telling = max(LANES // paths, 1), np.zeros(1, np.uint8), threading.Lock()
+    blocks = len(simulations) * paths // LANES
+    size = steps * max(1, blocks_of_a_call(one.settings, blocks) * LANES // max(paths, LANES)) if alike else 1
+    waiting, done = iter(range(0, len(simulations), size)), 0
+
+    def work() -> None:
+        nonlocal done
+        while not stop[0] and (first := next(waiting, None)) is not None:
+            own = simulations[first : first + size]
+            room[first : first + size] = _advance_devices(own, first * paths, alike, stop)
+            with telling:
+                done += len(own)
+                if progress is not None and not stop[0]:
+                    progress(done / len(simulations))
+
+    def halt() -> None:
+        stop[0] = 1
+
+    work_together(work, one.settings.threads, stop=halt)
+    return [_ensemble(each, rows) for each, rows in zip(simulations, room, strict=True)]
+
+
+def _advance_devices(
+    simulations: Sequence[Simulation], first: int, alike: bool, stop: npt.NDArray[np.uint8]
+) -> Floats:  # fmt: skip
+    """The rows of each system in the kernel's units, shape (systems, paths, columns)."""
+    one, paths = simulations[0], simulations[0].settings.paths
+    tables = (
+        side_by_side([each.parts.tables for each in simulations], paths, goes_on=True) if alike else one.parts.tables
+    )
+    parts = replace(one.parts, tables=tables)
+    blocks = -(-len(simulations) * paths // LANES)
+    starts = [_start(each, first + n * paths) for n, each in enumerate(simulations)]
+    starts += [starts[-1]] * (blocks * LANES // paths - len(starts))  # of lanes that are left over
+    rows = np.empty((blocks * LANES, len(parts.columns)))
+    parts.kernel()(
+        np.concatenate(starts), first, blocks, one.settings, *key_words(one.settings.seed), 0, False,
+        addresses_of((), (), parts), _no_record(one), stop, rows,
+    )  # fmt: skip
+    return rows.reshape(-1, paths, rows.shape[1])[: len(simulations)]
+
+
+def _start(simulation: Simulation, first: int) -> Floats:
+    """x and v at time 0 of all paths of a system, which are numbered from ``first`` on."""
+    paths, before = simulation.settings.paths, first % LANES
+    whole = -(-(before + paths) // LANES) * LANES
+    states = simulation.parts.states(simulation.settings, first - before, whole, 0)
+    return np.broadcast_to(states, (whole, states.shape[1]))[before : before + paths]
+
+
 @dataclass(frozen=True)
 class _Call:
     """Blocks of one system, from one on, or all blocks of several; or systems of ``neighbours`` lanes of a block."""

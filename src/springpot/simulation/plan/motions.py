@@ -14,6 +14,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import CANONICAL, Dimensionless
+from springpot.problem.free_numbers import check_certain
 from springpot.problem.parts import ParametricNoise
 from springpot.problem.system import System, checked_system
 from springpot.simulation.plan.creep import Creep, creeping
@@ -51,7 +52,8 @@ def motion_of(system: System) -> Motion:
     >>> motion_of(lone).sign, motion_of(lone).scales.guessed
     (-1.0, False)
     """
-    if not checked_system(system).coordinates.lone:
+    check_certain(checked_system(system), "a simulation")
+    if not system.coordinates.lone:
         return _by_modes(system)
     origin = origin_of(system)
     centred = seen_from(system, origin)

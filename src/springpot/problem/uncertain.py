@@ -1,0 +1,317 @@
+"""Numbers that differ from device to device: `springpot.uncertain`, and the laws that such a number can have."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from springpot.machine.arguments import Free, Uncertain, checked_name, finite_number, items_of
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import shown
+from springpot.problem.parts.checks import real
+
+LEAST_CHANCE = 2.0**-31  # of a draw: half of the distance of neighbouring points of Sobol's sequence
+_MOST_CUT, _SAID_CUT = 0.05, 1e-6  # share of a law beyond its bounds that is refused, and that is said
+_FEWEST_VALUES, _FEW_VALUES = 3, 20
+
+
+class Law(Protocol):
+    """A law of a number: its quantiles, and the share below a value."""
+
+    def ppf(self, u: Any) -> Any:
+        """The values below which the number lies with these probabilities."""
+
+    def cdf(self, x: Any) -> Any:
+        """The probability of a lower value."""
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal, by mean and standard deviation."""
+
+    mean: float
+    deviation: float
+    is_gaussian = True
+
+    def ppf(self, u: Any) -> Any:
+        """Quantiles."""
+        from scipy.special import ndtri
+
+        return self.mean + self.deviation * ndtri(u)
+
+    def cdf(self, x: Any) -> Any:
+        """Share below a value."""
+        from scipy.special import ndtr
+
+        return ndtr((np.asarray(x) - self.mean) / self.deviation)
+
+    def __str__(self) -> str:
+        return f"normal, standard deviation {self.deviation:g}"
+
+
+@dataclass(frozen=True)
+class Lognormal:
+    """Lognormal, by mean and standard deviation over the mean."""
+
+    mean: float
+    variation: float
+    is_gaussian = True
+
+    @property
+    def _logarithm(self) -> tuple[float, float]:
+        square = math.log1p(self.variation**2)
+        return math.log(self.mean) - 0.5 * square, math.sqrt(square)
+
+    def ppf(self, u: Any) -> Any:
+        """Quantiles."""
+        from scipy.special import ndtri
+
+        middle, spread = self._logarithm
+        return np.exp(middle + spread * ndtri(u))
+
+    def cdf(self, x: Any) -> Any:
+        """Share below a value."""
+        from scipy.special import ndtr
+
+        middle, spread = self._logarithm
+        with np.errstate(divide="ignore"):
+            return ndtr((np.log(np.maximum(x, 0.0)) - middle) / spread)
+
+    def __str__(self) -> str:
+        return f"lognormal, {100.0 * self.variation:g} %"
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """All values between two alike."""
+
+    low: float
+    high: float
+    is_gaussian = False
+
+    def ppf(self, u: Any) -> Any:
+        """Quantiles."""
+        return self.low + (self.high - self.low) * np.asarray(u)
+
+    def cdf(self, x: Any) -> Any:
+        """Share below a value."""
+        return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
+
+    def __str__(self) -> str:
+        return f"from {self.low:g} to {self.high:g}"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measured values: quantiles are interpolated between them in ascending order."""
+
+    values: tuple[float, ...]
+    is_gaussian = False
+
+    def ppf(self, u: Any) -> Any:
+        """Quantiles."""
+        places = (np.arange(len(self.values)) + 0.5) / len(self.values)
+        return np.interp(u, places, self.values)
+
+    def cdf(self, x: Any) -> Any:
+        """Share below a value."""
+        places = (np.arange(len(self.values)) + 0.5) / len(self.values)
+        return np.interp(x, self.values, places, left=0.0, right=1.0)
+
+    def __str__(self) -> str:
+        return f"{len(self.values)} measured values"
+
+
+@dataclass(frozen=True)
+class Other:
+    """A law of `scipy.stats`, or any object with ``ppf`` and ``cdf``."""
+
+    law: Any
+    is_gaussian = False
+
+    def ppf(self, u: Any) -> Any:
+        """Quantiles."""
+        return self.law.ppf(u)
+
+    def cdf(self, x: Any) -> Any:
+        """Share below a value."""
+        return self.law.cdf(x)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Other) and (self.law is other.law or self._told == other._told)
+
+    def __hash__(self) -> int:
+        return hash(self._told)
+
+    @property
+    def _told(self) -> str:
+        """The distribution of scipy.stats and its numbers; else what the object says of itself."""
+        own = getattr(self.law, "dist", None)
+        if own is None:
+            return repr(self.law)
+        return f"{own.name}{self.law.args}{sorted(self.law.kwds.items())}"
+
+    def __str__(self) -> str:
+        return self._told
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """A law between two bounds, with the share beyond them left out."""
+
+    law: Any
+    low: float
+    high: float
+
+    @property
+    def is_gaussian(self) -> bool:
+        """Whether normal scores describe it best."""
+        return bool(self.law.is_gaussian)
+
+    def ppf(self, u: Any) -> Any:
+        """Quantiles."""
+        below, above = float(self.law.cdf(self.low)), float(self.law.cdf(self.high))
+        return np.clip(self.law.ppf(below + (above - below) * np.asarray(u)), self.low, self.high)
+
+    @property
+    def cut(self) -> float:
+        """The share that is left out."""
+        return 1.0 - (float(self.law.cdf(self.high)) - float(self.law.cdf(self.low)))
+
+    def __str__(self) -> str:
+        return f"{self.law}, between {self.low:g} and {self.high:g}"
+
+
+def uncertain(
+    name: str, value: float | None = None, *, cov: float | None = None, sd: float | None = None,
+    bounds: tuple[float, float] | None = None, law: Any = None, values: Any = None,
+) -> Uncertain:  # fmt: skip
+    """Mark a number of a part as one that differs from device to device, for `springpot.scatter`.
+
+    Parameters
+    ----------
+    name : str
+        A word of letters, digits and ``_``.  Numbers of the same name are one number; their laws must be the same.
+    value : float, optional
+        The mean of the law with ``cov`` or ``sd``; otherwise the nominal value, if that is not the median.
+    cov : float, optional
+        Standard deviation over the mean: a lognormal law, whose values are positive.
+    sd : float, optional
+        Standard deviation of a normal law.
+    bounds : (float, float), optional
+        Alone: all values between two alike.  With another law: its share beyond them is left out; at most 5 %.
+    law : object, optional
+        A frozen law of `scipy.stats`, or any object with ``ppf`` and ``cdf``.
+    values : sequence of float, optional
+        Measured values, three or more.
+
+    Returns
+    -------
+    Uncertain
+        A float, which every part takes and keeps.  Theory and pictures have its nominal value.  Plus, minus, times or
+        over a plain number it stays uncertain.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the law is not stated once, or a number is wrong.
+
+    Examples
+    --------
+    Rubber of 5 % in its stiffness and 10 % in its coefficient, a gap of 6 +- 0.6 mm, and an order within tolerances:
+
+    >>> import springpot as sp
+    >>> device = sp.System(
+    ...     sp.Mass(0.8), sp.Spring(sp.uncertain("k", 3200.0, cov=0.05)), sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
+    ...     sp.Springpot(sp.uncertain("order", bounds=(0.28, 0.32)), sp.uncertain("C", 150.0, cov=0.10)),
+    ...     sp.Barrier(-sp.uncertain("gap", 0.006, sd=0.0006, bounds=(0.003, 0.009)), 0.7),
+    ... )
+    >>> device.of(sp.Spring)[0].stiffness
+    uncertain('k', 3200.0, lognormal, 5 %)
+    """
+    checked_name(name, "name")
+    where = f"in the uncertain number {name}"
+    ends = None if bounds is None else _ends(bounds, name)
+    stated = [word for word, given in (("cov", cov), ("sd", sd), ("law", law), ("values", values)) if given is not None]
+    if len(stated) > 1 or not (stated or ends):
+        raise TypeError(
+            f"{name} must have one of cov, sd, law and values, or bounds alone, not "
+            f"{' and '.join(stated) or 'none of them'}, {where}."
+        )
+    middle = None if value is None else _value(value, name)
+    found = _law(name, middle, cov, sd, law, values, ends)
+    if ends and stated:
+        found = Bounded(found, *ends)
+        if found.cut > _MOST_CUT:
+            raise ValueError(
+                f"bounds must leave out at most 5 % of the law, but {ends[0]:g} to {ends[1]:g} leave out "
+                f"{100.0 * found.cut:.3g} %, {where}."
+            )
+    low, high = (float(found.ppf(u)) for u in (LEAST_CHANCE, 1.0 - LEAST_CHANCE))
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(f"law must give finite values that differ, not {low:g} to {high:g}, {where}.")
+    nominal = float(found.ppf(0.5)) if middle is None else middle
+    if not low <= nominal <= high:
+        raise ValueError(f"value must be between {low:g} and {high:g}, where the law is, not {nominal:g}, {where}.")
+    return Uncertain(nominal, name, low, high, law=found)
+
+
+def scores(number: Uncertain, u: Floats) -> tuple[Floats, bool]:
+    """The variable in which a result is nearly a polynomial, and whether it is normal rather than uniform."""
+    if not number.law.is_gaussian:
+        return u, False
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(u)), True
+
+
+def _value(value: Any, name: str) -> float:
+    if isinstance(value, Free):
+        raise TypeError(f"value must be a plain number, not a marked one, in the uncertain number {name}.")
+    return float(real(value, "value", f"It is that of {name}."))
+
+
+def _ends(bounds: Any, name: str) -> tuple[float, float]:
+    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
+        raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}.")
+    low, high = (
+        float(real(end, word, f"It is a bound of {name}.")) for end, word in zip(bounds, ("low", "high"), strict=True)
+    )
+    if not low < high:
+        raise ValueError(f"bounds must be in ascending order, not ({low:g}, {high:g}), in the uncertain number {name}.")
+    return low, high
+
+
+def _law(
+    name: str, middle: float | None, cov: Any, sd: Any, law: Any, values: Any, ends: tuple[float, float] | None
+) -> Any:
+    if (cov is not None or sd is not None) and middle is None:
+        raise TypeError(f"value must be given with {'cov' if sd is None else 'sd'}: it is the mean of {name}.")
+    if cov is not None:
+        assert middle is not None
+        spread = finite_number(cov, "cov", low=0.0, high=2.0, open_low=True, hint="It is a share of the mean.")
+        if not middle > 0.0:
+            raise ValueError(f"value must be above 0 with cov, whose law is lognormal, not {middle:g}, in {name}.")
+        return Lognormal(middle, float(spread))
+    if sd is not None:
+        assert middle is not None
+        return Normal(middle, float(finite_number(sd, "sd", low=0.0, open_low=True, hint=f"It is that of {name}.")))
+    if values is not None:
+        known = sorted(
+            float(real(each, f"values[{n}]", ""))
+            for n, each in enumerate(items_of(values, "values must be a list of numbers"))
+        )
+        if len(known) < _FEWEST_VALUES:
+            raise ValueError(f"values must be at least {_FEWEST_VALUES} numbers, not {len(known)}, in {name}.")
+        return Measured(tuple(known))
+    if law is not None:
+        if not (callable(getattr(law, "ppf", None)) and callable(getattr(law, "cdf", None))):
+            raise TypeError(
+                f"law must have ppf and cdf, as the frozen laws of scipy.stats have, not {shown(law)}, in {name}."
+            )
+        return Other(law)
+    assert ends is not None
+    return Uniform(*ends)

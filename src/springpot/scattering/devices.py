@@ -1,0 +1,144 @@
+"""Many devices whose uncertain numbers are drawn: their systems, one plan for all, and their paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from springpot.machine.arguments import Uncertain
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import listed
+from springpot.memory.common_rates import common_rates
+from springpot.memory.exponential_sum import shared_span
+from springpot.problem.free_numbers import with_values
+from springpot.problem.parts import Springpot
+from springpot.problem.system import System
+from springpot.problem.uncertain import LEAST_CHANCE
+from springpot.scattering.estimates import SCRAMBLINGS
+from springpot.simulation.estimate.samples import samples_of
+from springpot.simulation.estimate.stationary_start import adapt
+from springpot.simulation.lowering.compose import compose, units_of
+from springpot.simulation.paths.simulation import Progress, Simulation
+from springpot.simulation.paths.together import advance_devices
+from springpot.simulation.plan.motions import motion_of
+from springpot.simulation.plan.plan import Plan, default_duration, plan_of
+
+_UNLIKE = 2.0  # ratio of the rates of two devices from which on one step for all wastes more than it gives
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Points of Sobol's sequence, scrambled, and the values of the numbers there.
+
+    Attributes
+    ----------
+    chances : ndarray, shape (draws, numbers)
+        Probabilities of lower values.
+    values : ndarray, shape (draws, numbers)
+    """
+
+    chances: Floats
+    values: Floats
+
+
+def drawn(numbers: Mapping[str, Uncertain], devices: int, seed: int) -> Draws:
+    """So many devices: as many of each of the independent scramblings, one scrambling after another."""
+    from scipy.stats import qmc
+
+    each, rng = devices // SCRAMBLINGS, np.random.default_rng([seed, 0x5CA7])
+    points = [qmc.Sobol(len(numbers), scramble=True, rng=rng).random(each) for _ in range(SCRAMBLINGS)]
+    chances = np.clip(np.concatenate(points) + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
+    values = [number.law.ppf(chances[:, n]) for n, number in enumerate(numbers.values())]
+    return Draws(chances, np.stack(values, axis=1))
+
+
+def systems_of(system: System, names: Sequence[str], values: Floats) -> list[System]:
+    """The devices.
+
+    Raises
+    ------
+    ValueError
+        If a part refuses a value, with the values of that device.
+    """
+    found = []
+    for row in values.tolist():
+        own = dict(zip(names, row, strict=True))
+        try:
+            found.append(with_values(system, own))
+        except ValueError as fault:
+            told = listed([f"{name} = {value:g}" for name, value in own.items()])
+            raise ValueError(f"{fault} So it would be in a device with {told}: give bounds to a law.") from None
+    return found
+
+
+def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tuple[Plan, list[Plan]]:
+    """The plan of the nominal device, and those of all with its settings and its start.
+
+    The step is the shortest that a device would have, and the duration the longest.
+
+    Raises
+    ------
+    ValueError
+        If steps differ too much, or a setting is wrong.
+    """
+    options = {name: value for name, value in given.items() if value is not None}
+    first = plan_of(middle, **options)
+    motions = [motion_of(each) for each in devices]
+    scheme = first.settings.numerical_scheme
+    if "step" not in options:
+        rates = [motion.resolved_rate for motion in motions]
+        if max(rates) > _UNLIKE * min(rates):
+            raise ValueError(
+                f"step must be given: the fastest rates of the devices are from {min(rates):.3g} to {max(rates):.3g} "
+                "per s, and all need the same step."
+            )
+        options["step"] = min(motion.default_step(scheme) for motion in motions)
+    if "duration" not in options:
+        step, start = options["step"], first.settings.start
+        options["duration"] = max(default_duration(motion, step, start) for motion in [first.motion, *motions])
+    whole = adapt(plan_of(middle, **options))
+    return whole, [Plan(motion, whole.settings, whole.adapted) for motion in motions]
+
+
+def simulations_of(plans: Sequence[Plan], whole: Plan) -> list[Simulation]:
+    """Prepared for the kernel, in the same units, and with common rates where orders differ."""
+    orders = np.array([[pot.order for pot in plan.system.of(Springpot)] for plan in plans])
+    memory, settings = None, whole.settings
+    inner = orders[(orders > 0.0) & (orders < 1.0)]
+    if orders.size and (np.ptp(orders, axis=0) > 0.0).any() and inner.size:
+        memory = common_rates(
+            settings.numerical_scheme.family,
+            float(inner.min()),
+            float(inner.max()),
+            shared_span(settings.steps + 1),
+            settings.memory_tolerance,
+        )
+    units = units_of(whole)
+    return [Simulation(plan, compose(plan, kernel_units=units, memory=memory)) for plan in plans]
+
+
+def values_of(simulations: Sequence[Simulation], progress: Progress | None) -> dict[str, Floats]:
+    """Results of each path, shape (devices, paths), by name; those that are ratios of two sums are left out."""
+    names, found = linear_names(simulations[0]), dict[str, list[Floats]]()
+    for simulation, ensemble in zip(simulations, advance_devices(simulations, progress), strict=True):
+        samples = samples_of(simulation, ensemble.rows)
+        for name in names:
+            found.setdefault(name, []).append(samples[name][1])
+    return {name: np.array(each) for name, each in found.items()}
+
+
+def linear_names(simulation: Simulation) -> list[str]:
+    """The results that are means over the paths, in the order of the catalogue; not those of the end of the run."""
+    ratios = {reading.name for reading in simulation.parts.readings if isinstance(reading.over, tuple)}
+    rows = np.zeros((2, len(simulation.parts.columns)))
+    with np.errstate(all="ignore"):
+        samples = samples_of(simulation, rows)
+    motion = simulation.motion
+    return [
+        name for name in samples
+        if not (name in ratios or "impact_speed" in name or name.endswith("_end") or name == "energy_residual")
+        and not motion.uncounted_because(name) and name not in motion.zeros
+    ]  # fmt: skip

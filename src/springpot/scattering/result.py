@@ -1,0 +1,152 @@
+"""What `springpot.scatter` returns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from springpot.machine.arrays import Floats
+from springpot.machine.extras import need
+from springpot.machine.faults import with_error
+from springpot.problem.catalogue import unit_of_result
+from springpot.problem.system import System
+from springpot.scattering.estimates import BELOW, Estimates, Interval
+from springpot.simulation.plan.settings import Settings
+from springpot.simulation.result.results import Estimate
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Results over many devices; made by `springpot.scatter`.
+
+    Attributes
+    ----------
+    system : System
+        With its uncertain numbers.
+    settings : Settings
+        Of all devices.
+    inputs : tuple of str
+        The uncertain numbers.
+    draws : ndarray, shape (devices, inputs)
+        Their values.
+    paths : int
+        Of each device.
+    estimates : dict of Estimates
+        By the names of results.
+    means : dict of ndarray
+        Of the paths of each device, shape (devices,).
+    nominal : dict of Estimate
+        Of the device with the nominal values.
+    warnings : tuple of str
+    """
+
+    system: System
+    settings: Settings
+    inputs: tuple[str, ...]
+    draws: Floats
+    paths: int
+    estimates: dict[str, Estimates]
+    means: dict[str, Floats]
+    nominal: dict[str, Estimate]
+    warnings: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> Estimates:
+        return self.estimates[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def report(self) -> str:
+        """All of it on a screen: ``+-`` is one standard error, and brackets hold with 95 %."""
+        few = f"{len(self.inputs)} input{'s' if len(self.inputs) > 1 else ''}"
+        lines = [f"Scatter of {few}: {len(self.draws)} devices, {self.paths} paths each. Brackets hold with 95 %."]
+        for name, found in self.estimates.items():
+            lines += ["", *self._of(name, found)]
+        return "\n".join([*lines, *([""] if self.warnings else []), *(f"warning: {each}" for each in self.warnings)])
+
+    def _of(self, name: str, found: Estimates) -> Iterator[str]:
+        unit = unit_of_result(self.system, name)
+        own = self.nominal[name]
+        yield f"{name}, {unit}"
+        yield f"  nominal device        {with_error(own.value, own.error)}"
+        more = ""
+        if own.value and math.isfinite(own.value):
+            change = 100.0 * (found.mean.value / own.value - 1.0)
+            more = f"   {abs(change):.0f} % {'above' if change > 0.0 else 'below'} nominal"
+        yield f"  mean over devices     {with_error(found.mean.value, found.mean.error)}{more}"
+        if found.scatter.value == 0.0:
+            yield f"  device to device      not seen: below {found.scatter.high:.3g}"
+        else:
+            share = f" ({100.0 * found.scatter.value / abs(found.mean.value):.0f} %)" if found.mean.value else ""
+            yield f"  device to device      {found.scatter.value:.3g}{share}, {_brackets(found.scatter)}"
+            for place, (at, quantile) in enumerate(found.quantiles.items()):
+                words = "devices below" if place == 0 else "below"
+                yield f"    {100.0 * at:4.0f} % of {words:14}{quantile.value:.4g} {_brackets(quantile)}"
+            yield f"    {100.0 * BELOW:4.0f} % of them are below {found.tolerance:.4g}, 95 % sure"
+        length = self.settings.window[1] - self.settings.window[0]
+        yield f"  path to path          {found.path_scatter:.3g} in {length:.3g} s   averages out, does not count above"
+        for limit, share_above in found.above.items():
+            yield f"  limit {limit:<16g}{_share(share_above)} of the devices are above"
+        if found.alone:
+            yield "  which input matters   alone                      with all others"
+            wide = max(map(len, self.inputs))
+            for each in sorted(self.inputs, key=lambda each: -found.together[each].value):
+                yield f"    {each:{max(wide, 18)}}{_share(found.alone[each]):27}{_share(found.together[each])}"
+            yield f"    {'not explained':{max(wide, 18)}}{100.0 * max(found.unexplained, 0.0):.1f} %"
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset with the dimensions ``draw``, ``input`` and ``probability``.
+
+        The values of the inputs, the means of the devices, and each result by its name: ``impact_rate`` is the mean
+        over the devices, ``impact_rate_scatter`` their standard deviation, ``impact_rate_path_scatter`` that of the
+        paths of one device, ``impact_rate_quantile``, ``impact_rate_index`` and ``impact_rate_total_index``, each with
+        ``_se``, ``_low`` and ``_high``.
+
+        Raises
+        ------
+        MissingExtraError
+            Without xarray.
+        """
+        need("files", "Scatter.to_xarray()")
+        import numpy as np
+        import xarray
+
+        own: dict[str, object] = {"input_value": (("draw", "input"), self.draws)}
+
+        def put(name: str, found: list[Interval], dims: tuple[str, ...], unit: str) -> None:
+            for end, word in (("value", ""), ("error", "_se"), ("low", "_low"), ("high", "_high")):
+                numbers = [getattr(each, end) for each in found]
+                own[f"{name}{word}"] = (dims, np.array(numbers) if dims else numbers[0], {"units": unit})
+
+        for name, found in self.estimates.items():
+            unit = unit_of_result(self.system, name)
+            own[f"{name}_of_draw"] = ("draw", self.means[name], {"units": unit})
+            own[f"{name}_path_scatter"] = ((), found.path_scatter, {"units": unit})
+            put(name, [found.mean], (), unit)
+            put(f"{name}_scatter", [found.scatter], (), unit)
+            put(f"{name}_quantile", [*found.quantiles.values()], ("probability",), unit)
+            for word, indices in (("index", found.alone), ("total_index", found.together)):
+                if indices:
+                    put(f"{name}_{word}", [indices[each] for each in self.inputs], ("input",), "1")
+        first = next(iter(self.estimates.values()))
+        return xarray.Dataset(
+            own, coords={"input": [*self.inputs], "probability": [*first.quantiles]},
+            attrs={"paths": self.paths, "duration_s": self.settings.duration, "step_s": self.settings.step,
+                   "warnings": "\n".join(self.warnings)},
+        )  # fmt: skip
+
+
+def _brackets(found: Interval) -> str:
+    return f"({found.low:.4g} to {found.high:.4g})"
+
+
+def _share(found: Interval) -> str:
+    return f"{100.0 * found.value:5.1f} % ({100.0 * found.low:.1f} to {100.0 * found.high:.1f})"

@@ -1,0 +1,114 @@
+"""Mean, scatter, quantiles and indices of devices, against exact ones: the paths are made here, with a known spread."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from springpot.machine.arrays import Floats
+from springpot.problem.free_numbers import uncertain_numbers
+from springpot.problem.uncertain import LEAST_CHANCE, scores
+from springpot.scattering.devices import drawn
+from springpot.scattering.estimates import SCRAMBLINGS, Estimates, Means, estimated
+from springpot.scattering.surface import SETS, polynomials, powers_of
+from tests.scattering.problems import ALONE, DEVIATION, MEAN, NAMES, QUANTILES, TOGETHER, device, mean_square
+from tests.sizes import validation
+
+NUMBERS = uncertain_numbers(device())
+
+
+def made(trial: int, *, devices: int, paths: int, spread: float) -> Means:
+    """Gamma variates about the result of each device; ``spread`` is the ratio of both variances."""
+    draws = drawn(NUMBERS, devices, trial)
+    exact = mean_square(dict(zip(NUMBERS, draws.values.T, strict=True)))[:, None]
+    shape = 1.0 / (spread * (DEVIATION / MEAN) ** 2)
+    values = exact * np.random.default_rng(trial).gamma(shape, 1.0 / shape, (devices, paths))
+    new = qmc.Sobol(len(NUMBERS) + 1, scramble=True, rng=np.random.default_rng(7)).random(4096) + LEAST_CHANCE
+    return Means(
+        scored(draws.chances), tuple(scores(each, draws.chances[:, 0])[1] for each in NUMBERS.values()), values,
+        np.column_stack([scored(new), ndtri(new[:, -1])]),
+    )  # fmt: skip
+
+
+def scored(chances: Floats) -> Floats:
+    return np.stack([scores(each, chances[:, n])[0] for n, each in enumerate(NUMBERS.values())], axis=1)
+
+
+def found(means: Means, *limits: float) -> Estimates:
+    return estimated(means, [*NUMBERS], [[n] for n in range(len(NUMBERS))], limits)
+
+
+@pytest.mark.parametrize(("devices", "paths"), [(512, 8), validation(1024, 4), validation(64, 64)])
+def test_intervals_hold_what_is_exact(devices: int, paths: int) -> None:
+    """With paths that differ six times as much as the devices."""
+    estimates = found(made(1, devices=devices, paths=paths, spread=6.4), 2.5)
+    wide = 1.6  # of a few trials some lie beyond 95 %; a wrong formula is farther off
+    pairs = [
+        (estimates.mean, MEAN), (estimates.scatter, DEVIATION), (estimates.above[2.5], 0.029),
+        *((estimates.quantiles[share], exact) for share, exact in QUANTILES.items()),
+        *((estimates.alone[name], ALONE[name]) for name in NAMES),
+        *((estimates.together[name], TOGETHER[name]) for name in NAMES),
+    ]  # fmt: skip
+    for interval, exact in pairs:
+        middle, half = 0.5 * (interval.low + interval.high), 0.5 * (interval.high - interval.low)
+        assert abs(exact - middle) < wide * half + 5e-3
+    assert estimates.path_scatter == pytest.approx(math.sqrt(6.4) * DEVIATION, rel=0.1)
+    assert estimates.quantiles[0.95].value < estimates.tolerance
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("spread", [1.4, 6.4])
+def test_intervals_cover_as_they_say(spread: float) -> None:
+    """Of 100 trials 90 to 100 for each number: a coverage of 95 % is known to 2 %."""
+    covered: dict[str, int] = {}
+    for trial in range(100):
+        estimates = found(made(trial, devices=512, paths=8, spread=spread))
+        pairs = {
+            "mean": (estimates.mean, MEAN), "scatter": (estimates.scatter, DEVIATION),
+            **{f"{share}": (estimates.quantiles[share], exact) for share, exact in QUANTILES.items()},
+            **{f"alone {name}": (estimates.alone[name], ALONE[name]) for name in NAMES},
+            **{f"together {name}": (estimates.together[name], TOGETHER[name]) for name in NAMES},
+        }  # fmt: skip
+        for name, (interval, exact) in pairs.items():
+            covered[name] = covered.get(name, 0) + (interval.low <= exact <= interval.high)
+    assert min(covered.values()) >= 88, covered
+    assert np.mean([*covered.values()]) > 92.0, covered
+
+
+def test_without_scatter_there_is_none() -> None:
+    """All devices alike: a bound, and no indices."""
+    means = made(3, devices=256, paths=8, spread=1.4)
+    alike = Means(means.scores, means.normal, np.random.default_rng(1).gamma(4.0, 0.25, (256, 8)), means.new)
+    estimates = found(alike)
+    assert estimates.scatter.value <= 0.1
+    assert estimates.mean.low < 1.0 < estimates.mean.high
+    exactly = Means(means.scores, means.normal, np.full((256, 8), 2.0), means.new)
+    assert found(exactly).scatter.high < 1e-12
+
+
+def test_polynomials_are_orthonormal() -> None:
+    """By Gauss's rules, of both families."""
+    for rule, normal in ((np.polynomial.legendre.leggauss, False), (np.polynomial.hermite_e.hermegauss, True)):
+        at, weight = rule(12)
+        places = at if normal else 0.5 * (at + 1.0)
+        x, y = (each.ravel() for each in np.meshgrid(places, places))
+        share = np.outer(weight, weight).ravel() / weight.sum() ** 2
+        terms = polynomials(np.column_stack([x, y]), (normal, normal), powers_of(2, 4, 1.0))
+        np.testing.assert_allclose(terms.T @ (share[:, None] * terms), np.eye(terms.shape[1]), atol=1e-12)
+    assert [len(powers_of(5, *own)) for own in SETS] == [6, 11, 21, 26, 56, 31]
+
+
+def test_draws_are_of_the_laws_and_of_the_seed() -> None:
+    one, other = drawn(NUMBERS, 1024, 1), drawn(NUMBERS, 1024, 2)
+    assert not np.array_equal(one.values, other.values)
+    np.testing.assert_array_equal(one.values, drawn(NUMBERS, 1024, 1).values)
+    assert SCRAMBLINGS == 16
+    k, c, m = (one.values[:, [*NUMBERS].index(name)] for name in "kcm")
+    assert k.mean() == pytest.approx(1.0, abs=1e-3)
+    assert k.std() == pytest.approx(0.05, rel=0.02)
+    assert c.mean() == pytest.approx(0.1, rel=1e-3)
+    assert 0.9 <= m.min() < m.max() <= 1.1

@@ -1,0 +1,164 @@
+"""`sp.scatter`: devices through the kernel, against exact results and single runs."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import springpot as sp
+from springpot.memory.common_rates import common_rates
+from springpot.memory.exponential_sum import exponential_sum
+from springpot.problem.free_numbers import nominal, uncertain_numbers, with_values
+from springpot.problem.uncertain import Bounded, Measured
+from tests.scattering.problems import ALONE, DEVIATION, MEAN, NAMES, device
+
+GIVEN: dict[str, Any] = {"devices": 256, "paths": 8, "duration": 120.0, "window": (60.0, 120.0), "step": 0.1}
+
+
+def mount(**numbers: Any) -> sp.System:
+    """The device of the README, with scatter."""
+    own = {"k": sp.uncertain("k", 3200.0, sd=160.0), "order": sp.uncertain("order", bounds=(0.28, 0.32)),
+           "C": sp.uncertain("C", 150.0, cov=0.1), "r": 0.7, **numbers}  # fmt: skip
+    return sp.System(
+        sp.Mass(0.8), sp.Spring(own["k"]), sp.Springpot(own["order"], own["C"]),
+        sp.Barrier(-sp.uncertain("gap", 0.006, sd=0.0006, bounds=(0.003, 0.009)), own["r"]),
+        sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
+    )  # fmt: skip
+
+
+def test_an_oscillator_with_exact_results() -> None:
+    """Mean, scatter and indices of 2,048 paths; those of one device alone would be off by 5 %."""
+    found = sp.scatter(device(), ["x_mean_square"], **GIVEN)["x_mean_square"]
+    assert abs(found.mean.value - MEAN) < 4.0 * found.mean.error < 0.08
+    assert abs(math.log(found.scatter.value / DEVIATION)) < 0.25
+    assert all(abs(found.alone[name].value - ALONE[name]) < 0.16 for name in NAMES)
+    assert found.path_scatter > 0.4
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    one, two = (
+        sp.scatter(mount(), ["impact_rate"], devices=64, paths=4, duration=2.0, threads=threads) for threads in (1, 2)
+    )
+    np.testing.assert_array_equal(one.means["impact_rate"], two.means["impact_rate"])
+    assert one.report() == two.report()
+
+
+@pytest.mark.parametrize("paths", [4, 64, 128])
+def test_devices_are_the_runs_of_each_alone(paths: int) -> None:
+    """With a scattered order too: all have the same rates of memory, and weights of their own."""
+    system, given = mount(), {"duration": 1.0, "window": (0.2, 1.0), "step": 1e-3}
+    found = sp.scatter(system, ["x_mean_square", "impact_rate"], devices=64, paths=paths, **given)
+    for row in (0, 17, 63):
+        own = with_values(system, dict(zip(found.inputs, found.draws[row].tolist(), strict=True)))
+        alone = sp.simulate(
+            own, paths=20_000, start="rest", initial_position=found.settings.initial_position, seed=5, **given
+        )
+        for name in ("x_mean_square", "impact_rate"):
+            error = alone[name].error * math.hypot(1.0, math.sqrt(20_000 / paths))
+            assert abs(found.means[name][row] - alone[name].value) < 4.0 * error
+
+
+def test_two_masses_and_a_table_of_values() -> None:
+    stiffness = sp.uncertain("k", values=[95.0, 100.0, 103.0, 99.0, 108.0, 91.0])
+    pair = sp.System(
+        sp.Mass(1.0, at="a"), sp.Mass(2.0, at="b"), sp.Spring(stiffness, between=("ground", "a")),
+        sp.Spring(0.8 * stiffness, between=("a", "b")), sp.Dashpot(1.0, between=("ground", "a")),
+        sp.WhiteNoise(sp.uncertain("q", law=stats.gamma(20.0, scale=5e-4)), on="b"),
+        gap=sp.Barrier(-0.02, 0.7, between=("a", "b")),
+    )  # fmt: skip
+    found = sp.scatter(pair, devices=64, paths=8, duration=20.0)
+    assert found.inputs == ("k", "q")
+    assert {"a_x_mean_square", "b_v_mean_square", "gap_impact_rate"} <= {*found}
+    own = found["b_v_mean_square"]
+    assert own.alone["q"].value > own.alone["k"].value
+    table = found.to_xarray()
+    assert table["gap_impact_rate_of_draw"].sizes == {"draw": 64}
+    assert float(table["b_v_mean_square_scatter_low"]) <= float(table["b_v_mean_square_scatter"])
+    assert isinstance(uncertain_numbers(pair)["k"].law, Measured)
+
+
+def test_the_report_says_what_it_is() -> None:
+    found = sp.scatter(mount(), ["impact_rate"], devices=64, paths=8, duration=5.0, limits={"impact_rate": 3.0})
+    text = str(found)
+    for words in (
+        "64 devices, 8 paths each",
+        "nominal device",
+        "mean over devices",
+        "device to device",
+        "gap",
+        "limit 3",
+    ):
+        assert words in text
+    assert "intervals from 64 devices are rough" in text
+    assert "bounds leave out" not in text  # 6e-7 of the law
+    assert all(len(line) <= 120 for line in text.splitlines() if not line.startswith("warning"))
+
+
+def test_uncertain_numbers_are_kept_and_copied() -> None:
+    k = sp.uncertain("k", 3200.0, cov=0.05)
+    for copied in (pickle.loads(pickle.dumps(k)), 1.0 * k, k + 0.0):
+        assert (float(copied), copied.name) == (3200.0, "k")
+        assert copied.law == k.law
+    halved = -0.5 * k
+    assert (float(halved), halved.low) == (-1600.0, -0.5 * k.high)
+    assert nominal(mount()).of(sp.Spring) == (sp.Spring(3200.0),)
+    spread = math.sqrt(math.log1p(0.0025))
+    lognormal = stats.lognorm(spread, scale=3200.0 * math.exp(-0.5 * spread**2))
+    assert lognormal.mean() == pytest.approx(3200.0)
+    assert float(k.law.ppf(0.95)) == pytest.approx(lognormal.ppf(0.95), rel=1e-12)
+
+
+def test_bounds_leave_out_what_is_beyond() -> None:
+    gap = sp.uncertain("gap", 0.0, sd=1.0, bounds=(-1.96, 2.2))
+    assert isinstance(gap.law, Bounded)
+    assert gap.law.cut == pytest.approx(0.0389, abs=1e-4)
+    assert (gap.low, gap.high) == (pytest.approx(-1.96), pytest.approx(2.2))
+    assert float(gap.law.ppf(0.5)) == pytest.approx(stats.truncnorm(-1.96, 2.2).ppf(0.5), rel=1e-9)
+
+
+FEW = sp.Mass(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0)
+TWO = sp.Spring(sp.uncertain("k", 1.0, cov=0.1)), sp.Spring(sp.uncertain("k", 2.0, cov=0.1))
+WRONG: list[Any] = [
+    (lambda: sp.uncertain("k", cov=0.1), TypeError, "value must be given with cov"),
+    (lambda: sp.uncertain("k", 1.0, cov=0.1, sd=0.2), TypeError, "k must have one of cov, sd, law and values"),
+    (lambda: sp.uncertain("k", 1.0), TypeError, "or bounds alone, not none of them"),
+    (lambda: sp.uncertain("k", -1.0, cov=0.1), ValueError, "value must be above 0 with cov"),
+    (lambda: sp.uncertain("k", 1.0, sd=-0.1), ValueError, "sd must be"),
+    (lambda: sp.uncertain("k", bounds=(2.0, 1.0)), ValueError, "bounds must be in ascending order"),
+    (lambda: sp.uncertain("k", 1.0, sd=1.0, bounds=(0.5, 3.0)), ValueError, "bounds must leave out at most 5 %"),
+    (lambda: sp.uncertain("k", values=[1.0, 2.0]), ValueError, "values must be at least 3 numbers"),
+    (lambda: sp.uncertain("k", law=3.0), TypeError, "law must have ppf and cdf"),
+    (lambda: sp.Springpot(sp.uncertain("order", 0.9, sd=0.05), 1.0), ValueError, "number order: give bounds="),
+    (lambda: sp.scatter(sp.System(*FEW, sp.Spring(1.0))), ValueError, "system must have uncertain numbers"),
+    (lambda: sp.scatter(sp.System(*FEW, *TWO)), ValueError, "k must have the same value and law"),
+    (lambda: sp.scatter(mount(), devices=100), ValueError, "devices must be a power of two, not 100: 64 is one"),
+    (lambda: sp.scatter(mount(), ["impact_speed_mean"]), ValueError, "quantities must be of"),
+    (lambda: sp.scatter(mount(), limits={"impact_rat": 1.0}), ValueError, "did you mean impact_rate"),
+    (lambda: sp.simulate(mount()), ValueError, "plain numbers, but k, order, C and gap are uncertain"),
+    (lambda: sp.scatter(mount(k=sp.uncertain("k", bounds=(100.0, 40000.0)))), ValueError, "step must be given"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "kind", "words"), WRONG)
+def test_what_is_wrong_is_one_sentence(call: Any, kind: type[Exception], words: str) -> None:
+    with pytest.raises(kind) as caught:
+        call()
+    assert words in str(caught.value), str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "steps", "tolerance"),
+    [(0.28, 0.32, 33_000, 1e-6), (0.45, 0.55, 5_000, 1e-4), (0.75, 0.85, 1_000_000, 1e-6), (0.2, 0.6, 20_000, 1e-4)],
+)
+def test_common_rates_hold_over_their_range(low: float, high: float, steps: int, tolerance: float) -> None:
+    """With few modes more than one order needs."""
+    sums = common_rates("average", low, high, steps, tolerance)
+    assert max(sums(order).relative_error for order in np.linspace(low, high, 21)) <= 1.5 * tolerance
+    middle = exponential_sum("average", 0.5 * (low + high), steps, tolerance)
+    assert sums.rates.size <= middle.rates.size + 4
