@@ -93,7 +93,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 COMMANDS = ["explain", "theory", "atlas", "compare", "simulate", "doctor", "reproduce", "validity", "explore", "fit",
-            "sensitivity", "design", "exceedance"]  # fmt: skip
+            "sensitivity", "design", "exceedance", "scatter"]  # fmt: skip
 STUDY_COMMANDS = [f"study {name}" for name in ("new", "schema", "check", "run", "status", "export", "plot")]
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from scipy import stats
 
 import springpot as sp
+from springpot import cli
 from springpot.memory.common_rates import common_rates
 from springpot.memory.exponential_sum import exponential_sum
 from springpot.problem.free_numbers import nominal, uncertain_numbers, with_values
@@ -119,6 +122,30 @@ def test_bounds_leave_out_what_is_beyond() -> None:
     assert gap.law.cut == pytest.approx(0.0389, abs=1e-4)
     assert (gap.low, gap.high) == (pytest.approx(-1.96), pytest.approx(2.2))
     assert float(gap.law.ppf(0.5)) == pytest.approx(stats.truncnorm(-1.96, 2.2).ppf(0.5), rel=1e-9)
+
+
+def test_a_file_holds_them_and_the_command_prints_the_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    system = mount(C=sp.uncertain("C", values=[140.0, 150.0, 163.0]))
+    file = tmp_path / "device.toml"
+    file.write_text(sp.to_toml(system), encoding="utf-8")
+    again = uncertain_numbers(sp.read_system(file))
+    assert again == uncertain_numbers(system)
+    assert [each.law for each in again.values()] == [each.law for each in uncertain_numbers(system).values()]
+    words = ["scatter", str(file), "--quantities", "x_mean_square", "--devices", "64", "--duration", "2"]
+    assert cli.main([*words, "--plot", str(tmp_path / "a.png")]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("Scatter of 4 inputs: 64 devices, 8 paths each.")
+    assert "intervals from 64 devices are rough" in said.err
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert cli.main([*words, "--limit", "impact_rate", "2", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert 0.0 < found["impact_rate"]["above"]["2.0"]["value"] < 1.0
+    assert found["x_mean_square"]["index"]["gap"]["low"] < found["x_mean_square"]["index"]["gap"]["high"]
+    file.write_text(file.read_text().replace("cov", "variation").replace("sd =", "variation ="))
+    assert cli.main(words) == 2
+    assert "'variation' is not a key of parts[1] (spring).stiffness" in capsys.readouterr().err
 
 
 FEW = sp.Mass(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0)

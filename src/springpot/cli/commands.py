@@ -439,6 +439,12 @@ app.command(
     "Example: springpot design device.toml --minimize c --below impact_rate 0.2",
 )
 app.command(
+    "springpot.cli.scattering:scatter",
+    name="scatter",
+    help="Scatter: how results differ from device to device, and which uncertain numbers matter.\n\n"
+    "Example: springpot scatter device.toml --quantities impact_rate --limit impact_rate 3",
+)
+app.command(
     "springpot.cli.studying:app",
     name="study",
     help="Study: a grid of oscillators, described in a file.  Results are saved on disk; interrupted runs resume.",

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from springpot.machine.arguments import LARGEST, Free, checked_name, checked_path, finite_number
+from springpot.machine.arguments import LARGEST, Free, Uncertain, checked_name, checked_path, finite_number
 from springpot.machine.faults import FileError, listed, meant, shown
 from springpot.machine.toml import read_toml
 from springpot.problem.free_numbers import free
@@ -26,6 +26,7 @@ from springpot.problem.parts.registration import Ends, kind_of
 from springpot.problem.parts.walls import Restitution
 from springpot.problem.spectral_density import DensityUnit, FrequencyUnit, Sides
 from springpot.problem.system import KINDS, System, checked_system, usual_names
+from springpot.problem.uncertain import uncertain
 
 _KINDS = {name: kind for name, kind in KINDS.items() if "function" not in kind.numbers}  # it has no place in a file
 _FAMILIES: tuple[tuple[type, str, Mapping[str, type[Checked]]], ...] = (
@@ -48,9 +49,28 @@ _NUMBER = {
             "required": ["free", "start", "low", "high"],
             "additionalProperties": False,
         },
+        {
+            "type": "object",
+            "title": "uncertain",
+            "description": "A number that differs from device to device, by a mean and its variation (cov) or standard "
+            "deviation (sd), by ends (low and high) or by measured values; or times it plus something.",
+            "properties": {
+                "uncertain": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
+                **{
+                    name: {"type": "number"} for name in ("value", "cov", "sd", "low", "high", "times", "plus", "power")
+                },
+                "values": {"type": "array", "items": {"type": "number"}, "minItems": 3},
+            },
+            "required": ["uncertain"],
+            "additionalProperties": False,
+        },
     ]
 }
 _FREE = {"free": str, **dict.fromkeys(("start", "low", "high", "times", "plus", "power"), float)}
+_UNCERTAIN = {
+    "uncertain": str, **dict.fromkeys(("value", "cov", "sd", "low", "high", "values", "times", "plus", "power"), float)
+}  # fmt: skip
+_MARKED: dict[str, Any] = {"free": _FREE, "uncertain": _UNCERTAIN}
 _TABLE = tuple[float, ...]
 _UNIT: dict[str, Any] = {"psd_unit": DensityUnit, "sides": Sides, "on": str}
 _BY_DENSITY: tuple[tuple[Callable[..., object], str, str, str, dict[str, Any], set[str]], ...] = (
@@ -265,20 +285,20 @@ def _all_read(hints: Mapping[str, Any], numbers: Mapping[str, Any], where: str) 
 
 def _read(hint: Any, value: Any, where: str) -> Any:
     if isinstance(value, list):
-        return [_free(one, f"{where}[{n}]") if isinstance(one, Mapping) else one for n, one in enumerate(value)]
+        return [_marked(one, f"{where}[{n}]") if isinstance(one, Mapping) else one for n, one in enumerate(value)]
     if _is_a(hint, Checked) and not isinstance(value, Mapping):
         raise ValueError(f"{where} must be a table of its numbers, not {shown(value)}.")
     if not isinstance(value, Mapping):
         return value
-    if _is_a(hint, Checked) and "free" not in value:
+    if _is_a(hint, Checked) and _MARKED.keys().isdisjoint(value):
         return _build(hint, value, where)
     for family, key, known in _FAMILIES:
-        if any(_is_a(one, family) for one in get_args(hint)) and "free" not in value:
+        if any(_is_a(one, family) for one in get_args(hint)) and _MARKED.keys().isdisjoint(value):
             named, numbers = value.get(key), {name: number for name, number in value.items() if name != key}
             if not isinstance(named, str) or named not in known:
                 raise ValueError(f"{where}.{key} must be one of {listed([*known], 'or')}, not {shown(named)}.")
             return _build(known[named], numbers, where)
-    return _free(value, where)
+    return _marked(value, where)
 
 
 def _hints(kind: type[Checked]) -> dict[str, Any]:
@@ -291,16 +311,20 @@ def _is_a(hint: Any, kind: type) -> bool:
     return isinstance(hint, type) and issubclass(hint, kind)
 
 
-def _free(table: Mapping[str, Any], where: str) -> Free:
-    """A free number from its table."""
-    _check_keys(table, _FREE, {*_FREE} - {"times", "plus", "power"}, where)
+def _marked(table: Mapping[str, Any], where: str) -> Free:
+    """A free number, or an uncertain one, from its table."""
+    kind = "uncertain" if "uncertain" in table else "free"
+    needed = {"uncertain"} if kind == "uncertain" else {*_FREE} - {"times", "plus", "power"}
+    _check_keys(table, _MARKED[kind], needed, where)
     try:
-        number = free(table["free"], table["start"], (table["low"], table["high"]))
+        number = _uncertain(table) if kind == "uncertain" else free(
+            table["free"], table["start"], (table["low"], table["high"])
+        )  # fmt: skip
         times = finite_number(table.get("times", 1.0), "times", low=-LARGEST, high=LARGEST)
         plus = finite_number(table.get("plus", 0.0), "plus", low=-LARGEST, high=LARGEST)
         power = finite_number(table.get("power", 1.0), "power", low=-10.0, high=10.0)
         if times == 0.0 or power == 0.0:
-            raise ValueError(f"{'times' if times == 0.0 else 'power'} must not be 0: then the number is not free.")
+            raise ValueError(f"{'times' if times == 0.0 else 'power'} must not be 0: then the number is not {kind}.")
         if power != 1.0 and not number.low > 0.0:
             raise ValueError("low must be greater than 0 of a number with a power.")
         raised: Any = number if power == 1.0 else number**power
@@ -308,6 +332,14 @@ def _free(table: Mapping[str, Any], where: str) -> Free:
         return found
     except (TypeError, ValueError) as fault:
         raise ValueError(f"{where}.{fault}") from None
+
+
+def _uncertain(table: Mapping[str, Any]) -> Uncertain:
+    given = {name: table[name] for name in ("cov", "sd", "values") if name in table}
+    if ("low" in table) != ("high" in table):
+        raise ValueError("low and high must be given together.")
+    bounds = (table["low"], table["high"]) if "low" in table else None
+    return uncertain(table["uncertain"], table.get("value"), bounds=bounds, **given)
 
 
 def _made(make: Any, values: Mapping[str, Any], where: str) -> object:

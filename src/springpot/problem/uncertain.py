@@ -48,6 +48,11 @@ class Normal:
 
         return ndtr((np.asarray(x) - self.mean) / self.deviation)
 
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        return {"value": self.mean, "sd": self.deviation}
+
     def __str__(self) -> str:
         return f"normal, standard deviation {self.deviation:g}"
 
@@ -80,6 +85,11 @@ class Lognormal:
         with np.errstate(divide="ignore"):
             return ndtr((np.log(np.maximum(x, 0.0)) - middle) / spread)
 
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        return {"value": self.mean, "cov": self.variation}
+
     def __str__(self) -> str:
         return f"lognormal, {100.0 * self.variation:g} %"
 
@@ -99,6 +109,11 @@ class Uniform:
     def cdf(self, x: Any) -> Any:
         """Share below a value."""
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        return {"low": self.low, "high": self.high}
 
     def __str__(self) -> str:
         return f"from {self.low:g} to {self.high:g}"
@@ -120,6 +135,11 @@ class Measured:
         """Share below a value."""
         places = (np.arange(len(self.values)) + 0.5) / len(self.values)
         return np.interp(x, self.values, places, left=0.0, right=1.0)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        return {"values": [*self.values]}
 
     def __str__(self) -> str:
         return f"{len(self.values)} measured values"
@@ -154,6 +174,11 @@ class Other:
             return repr(self.law)
         return f"{own.name}{self.law.args}{sorted(self.law.kwds.items())}"
 
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        raise ValueError(f"a file holds normal, lognormal and uniform laws and measured values, not {self}.")
+
     def __str__(self) -> str:
         return self._told
 
@@ -180,6 +205,11 @@ class Bounded:
     def cut(self) -> float:
         """The share that is left out."""
         return 1.0 - (float(self.law.cdf(self.high)) - float(self.law.cdf(self.low)))
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        return {**self.law.table, "low": self.low, "high": self.high}
 
     def __str__(self) -> str:
         return f"{self.law}, between {self.low:g} and {self.high:g}"

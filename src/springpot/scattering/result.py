@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
@@ -64,13 +64,47 @@ class Scatter:
     def __str__(self) -> str:
         return self.report()
 
-    def report(self) -> str:
+    def report(self, *, warnings: bool = True) -> str:
         """All of it on a screen: ``+-`` is one standard error, and brackets hold with 95 %."""
         few = f"{len(self.inputs)} input{'s' if len(self.inputs) > 1 else ''}"
         lines = [f"Scatter of {few}: {len(self.draws)} devices, {self.paths} paths each. Brackets hold with 95 %."]
         for name, found in self.estimates.items():
             lines += ["", *self._of(name, found)]
-        return "\n".join([*lines, *([""] if self.warnings else []), *(f"warning: {each}" for each in self.warnings)])
+        told = [f"warning: {each}" for each in self.warnings] if warnings else []
+        return "\n".join([*lines, *([""] if told else []), *told])
+
+    def to_dict(self) -> dict[str, Any]:
+        """All but the draws, as plain numbers, strings, lists and dicts; NaN is None.
+
+        Examples
+        --------
+        >>> import springpot as sp
+        >>> device = sp.System(sp.Spring(sp.uncertain("k", 4.0, cov=0.1)), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
+        >>> [*sp.scatter(device, ["x_mean_square"], devices=64).to_dict()["x_mean_square"]][:3]
+        ['nominal', 'mean', 'scatter']
+        """
+
+        def plain(found: Any) -> Any:
+            if isinstance(found, Interval):
+                return {name: plain(getattr(found, name)) for name in ("value", "error", "low", "high")}
+            if isinstance(found, dict):
+                return {str(name): plain(each) for name, each in found.items()}
+            return found if math.isfinite(found) else None
+
+        results = {
+            name: {
+                "nominal": {"value": plain(self.nominal[name].value), "error": plain(self.nominal[name].error)},
+                "mean": plain(own.mean), "scatter": plain(own.scatter), "path_scatter": plain(own.path_scatter),
+                "quantiles": plain(own.quantiles), "tolerance": plain(own.tolerance), "index": plain(own.alone),
+                "total_index": plain(own.together), "unexplained": plain(own.unexplained), "above": plain(own.above),
+            }
+            for name, own in self.estimates.items()
+        }  # fmt: skip
+        about = {
+            "inputs": [*self.inputs], "devices": len(self.draws), "paths": self.paths,
+            "settings": self.settings.to_dict(), "warnings": [*self.warnings],
+        }  # fmt: skip
+        return {**results, **about}
 
     def _of(self, name: str, found: Estimates) -> Iterator[str]:
         unit = unit_of_result(self.system, name)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
-from springpot.machine.arguments import LARGEST, Free, finite_number, items_of
+from springpot.machine.arguments import LARGEST, Free, Uncertain, finite_number, items_of
 from springpot.machine.faults import in_line, is_long, listed, meant, shown
 
 
@@ -102,7 +102,10 @@ def plain(value: Any, *, free: bool = False) -> Any:
         return tuple(plain(item, free=free) for item in value)
     if free and isinstance(value, Free):
         own = value.itself
-        table = {"free": value.name, "start": float(own), "low": own.low, "high": own.high}
+        if isinstance(value, Uncertain):
+            table = {"uncertain": value.name, "value": float(own), **value.law.table}
+        else:
+            table = {"free": value.name, "start": float(own), "low": own.low, "high": own.high}
         follows = {"times": value.times, "plus": value.plus}
         power = {} if value.power == 1.0 else {"power": value.power}
         return table if own is value else {**table, **follows, **power}
