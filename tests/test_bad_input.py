@@ -276,9 +276,8 @@ def test_so_it_does_with_json(words: str, name: str, capsys: pytest.CaptureFixtu
         (
             "nonsense",
             "there is no command 'nonsense': "
-            "the commands are explain, theory, atlas, compare, simulate, fit, exceedance, sensitivity, design, scatter, "
-            "study, "
-            "doctor, reproduce, validity and explore.",
+            "the commands are explain, theory, atlas, compare, simulate, fit, exceedance, sensitivity, design, "
+            "scatter, study, doctor, reproduce, validity and explore.",
         ),
     ],
 )
