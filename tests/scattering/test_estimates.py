@@ -6,19 +6,21 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.special import ndtri
 from scipy.stats import qmc
 
 from springpot.machine.arrays import Floats
 from springpot.problem.free_numbers import uncertain_numbers
-from springpot.problem.uncertain import LEAST_CHANCE, scores
-from springpot.scattering.devices import drawn
+from springpot.problem.uncertain import LEAST_CHANCE
+from springpot.scattering.devices import correlated, drawn
 from springpot.scattering.estimates import SCRAMBLINGS, Estimates, Means, estimated
 from springpot.scattering.surface import SETS, polynomials, powers_of
 from tests.scattering.problems import ALONE, DEVIATION, MEAN, NAMES, QUANTILES, TOGETHER, device, mean_square
 from tests.sizes import validation
 
 NUMBERS = uncertain_numbers(device())
+NORMAL = tuple(number.law.is_gaussian for number in NUMBERS.values())
 
 
 def made(trial: int, *, devices: int, paths: int, spread: float) -> Means:
@@ -29,13 +31,12 @@ def made(trial: int, *, devices: int, paths: int, spread: float) -> Means:
     values = exact * np.random.default_rng(trial).gamma(shape, 1.0 / shape, (devices, paths))
     new = qmc.Sobol(len(NUMBERS) + 1, scramble=True, rng=np.random.default_rng(7)).random(4096) + LEAST_CHANCE
     return Means(
-        scored(draws.chances), tuple(scores(each, draws.chances[:, 0])[1] for each in NUMBERS.values()), values,
-        np.column_stack([scored(new), ndtri(new[:, -1])]),
+        scored(draws.chances), NORMAL, values, np.column_stack([scored(new[:, : len(NORMAL)]), ndtri(new[:, -1])]),
     )  # fmt: skip
 
 
 def scored(chances: Floats) -> Floats:
-    return np.stack([scores(each, chances[:, n])[0] for n, each in enumerate(NUMBERS.values())], axis=1)
+    return np.where(NORMAL, ndtri(chances), chances)
 
 
 def found(means: Means, *limits: float) -> Estimates:
@@ -100,6 +101,30 @@ def test_polynomials_are_orthonormal() -> None:
         terms = polynomials(np.column_stack([x, y]), (normal, normal), powers_of(2, 4, 1.0))
         np.testing.assert_allclose(terms.T @ (share[:, None] * terms), np.eye(terms.shape[1]), atol=1e-12)
     assert [len(powers_of(5, *own)) for own in SETS] == [6, 11, 21, 26, 56, 31]
+
+
+def test_numbers_that_vary_together() -> None:
+    """A Gaussian copula: with laws of their own, and one index for both."""
+    together = correlated({("k", "c"): 0.8, ("f", "m"): -0.3}, [*NUMBERS])
+    draws = drawn(NUMBERS, 4096, 1, together)
+    k, c, f, m, q = (draws.values[:, [*NUMBERS].index(name)] for name in "kcfmq")
+    assert stats.spearmanr(k, c)[0] == pytest.approx(6.0 / math.pi * math.asin(0.4), abs=0.02)
+    assert stats.spearmanr(f, m)[0] == pytest.approx(-6.0 / math.pi * math.asin(0.15), abs=0.02)
+    assert abs(stats.spearmanr(k, q)[0]) < 0.05
+    assert c.mean() == pytest.approx(0.1, rel=2e-3)
+    names = [*NUMBERS]
+    assert [[names[n] for n in group] for group in together.groups] == [["m", "f"], ["k", "c"], ["q"]]
+    exact = mean_square(dict(zip(NUMBERS, draws.values.T, strict=True)))
+    values = exact[:, None] * np.random.default_rng(1).gamma(20.0, 0.05, (4096, 4))
+    scores = np.where(
+        [each or tied for each, tied in zip(NORMAL, together.tied, strict=True)], ndtri(draws.chances), draws.chances
+    )
+    normal = tuple(each or tied for each, tied in zip(NORMAL, together.tied, strict=True))
+    means = Means(scores, normal, values, np.column_stack([scores, scores[:, 0]]))
+    own = estimated(means, ["mf", "kc", "q"], together.groups, [])
+    assert own.scatter.value == pytest.approx(float(exact.std()), rel=0.03)
+    assert sum(each.value for each in own.together.values()) == pytest.approx(1.0, abs=0.05)
+    assert own.alone["kc"].value > 0.35 > own.alone["q"].value
 
 
 def test_draws_are_of_the_laws_and_of_the_seed() -> None:

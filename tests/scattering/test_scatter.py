@@ -75,7 +75,7 @@ def test_two_masses_and_a_table_of_values() -> None:
         gap=sp.Barrier(-0.02, 0.7, between=("a", "b")),
     )  # fmt: skip
     found = sp.scatter(pair, devices=64, paths=8, duration=20.0)
-    assert found.inputs == ("k", "q")
+    assert found.inputs == found.numbers == ("k", "q")
     assert {"a_x_mean_square", "b_v_mean_square", "gap_impact_rate"} <= {*found}
     own = found["b_v_mean_square"]
     assert own.alone["q"].value > own.alone["k"].value
@@ -166,6 +166,13 @@ WRONG: list[Any] = [
     (lambda: sp.scatter(mount(), devices=100), ValueError, "devices must be a power of two, not 100: 64 is one"),
     (lambda: sp.scatter(mount(), ["impact_speed_mean"]), ValueError, "quantities must be of"),
     (lambda: sp.scatter(mount(), limits={"impact_rat": 1.0}), ValueError, "did you mean impact_rate"),
+    (lambda: sp.scatter(mount(), correlation={("k", "c"): 0.5}), ValueError, "must be of k, order, C and gap"),
+    (lambda: sp.scatter(mount(), correlation={"k": 0.5}), TypeError, "'k' is no pair of two names"),
+    (lambda: sp.scatter(mount(), correlation={("k", "C"): 1.5}), ValueError, "correlation of k and C must be"),
+    (
+        lambda: sp.scatter(mount(), correlation={("k", "C"): 0.9, ("C", "gap"): 0.9, ("k", "gap"): -0.9}),
+        ValueError, "correlation must be positive definite, but its least eigenvalue is -0.8",
+    ),
     (lambda: sp.simulate(mount()), ValueError, "plain numbers, but k, order, C and gap are uncertain"),
     (lambda: sp.scatter(mount(k=sp.uncertain("k", bounds=(100.0, 40000.0)))), ValueError, "step must be given"),
 ]  # fmt: skip

@@ -9,7 +9,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from springpot.machine.arguments import Free, Uncertain, checked_name, finite_number, items_of
-from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.problem.parts.checks import real
 
@@ -287,15 +286,6 @@ def uncertain(
     if not low <= nominal <= high:
         raise ValueError(f"value must be between {low:g} and {high:g}, where the law is, not {nominal:g}, {where}.")
     return Uncertain(nominal, name, low, high, law=found)
-
-
-def scores(number: Uncertain, u: Floats) -> tuple[Floats, bool]:
-    """The variable in which a result is nearly a polynomial, and whether it is normal rather than uniform."""
-    if not number.law.is_gaussian:
-        return u, False
-    from scipy.special import ndtri
-
-    return np.asarray(ndtri(u)), True
 
 
 def _value(value: Any, name: str) -> float:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.arguments import Uncertain
+from springpot.machine.arguments import Uncertain, finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import listed
+from springpot.machine.faults import listed, meant, shown
 from springpot.memory.common_rates import common_rates
 from springpot.memory.exponential_sum import shared_span
 from springpot.problem.free_numbers import with_values
@@ -36,7 +36,7 @@ class Draws:
     Attributes
     ----------
     chances : ndarray, shape (draws, numbers)
-        Probabilities of lower values.
+        The points: independent of each other, and uniform.
     values : ndarray, shape (draws, numbers)
     """
 
@@ -44,15 +44,87 @@ class Draws:
     values: Floats
 
 
-def drawn(numbers: Mapping[str, Uncertain], devices: int, seed: int) -> Draws:
+def drawn(numbers: Mapping[str, Uncertain], devices: int, seed: int, together: Correlation | None = None) -> Draws:
     """So many devices: as many of each of the independent scramblings, one scrambling after another."""
     from scipy.stats import qmc
 
     each, rng = devices // SCRAMBLINGS, np.random.default_rng([seed, 0x5CA7])
     points = [qmc.Sobol(len(numbers), scramble=True, rng=rng).random(each) for _ in range(SCRAMBLINGS)]
     chances = np.clip(np.concatenate(points) + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
-    values = [number.law.ppf(chances[:, n]) for n, number in enumerate(numbers.values())]
+    lower = chances if together is None else together.of_numbers(chances)
+    values = [number.law.ppf(lower[:, n]) for n, number in enumerate(numbers.values())]
     return Draws(chances, np.stack(values, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Correlation:
+    """Which numbers vary together: the correlations of their normal scores, a Gaussian copula.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (numbers, numbers)
+    """
+
+    matrix: Floats
+
+    @property
+    def groups(self) -> list[list[int]]:
+        """Numbers that depend on each other, directly or by others, in the order of the first of each group."""
+        left, found = [*range(len(self.matrix))], list[list[int]]()
+        while left:
+            group = [left.pop(0)]
+            for one in group:
+                group += [each for each in left if self.matrix[one, each] != 0.0 and each not in group]
+            found.append(sorted(group))
+            left = [each for each in left if each not in group]
+        return found
+
+    @property
+    def tied(self) -> list[bool]:
+        """Of each number whether it depends on others."""
+        return [len(next(group for group in self.groups if n in group)) > 1 for n in range(len(self.matrix))]
+
+    def of_numbers(self, chances: Floats) -> Floats:
+        """Probabilities of lower values of the numbers, from independent ones; those that are free stay as they are."""
+        from scipy.special import ndtr, ndtri
+
+        scores = ndtri(chances) @ np.linalg.cholesky(self.matrix).T
+        found = np.clip(ndtr(scores), LEAST_CHANCE, 1.0 - LEAST_CHANCE)
+        return np.asarray(np.where(self.tied, found, chances))
+
+
+def correlated(given: Any, names: Sequence[str]) -> Correlation:
+    """Checked, from the correlations of pairs.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a pair or a number is wrong, or there are no such numbers.
+    """
+    matrix, words = np.eye(len(names)), "correlation must be a dict of pairs and numbers, such as {('k', 'C'): 0.5}"
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{words}, not {shown(given)}.")
+    for pair, value in given.items():
+        if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
+            raise TypeError(f"{words}, and {shown(pair)} is no pair of two names.")
+        for name in pair:
+            if name not in names:
+                raise ValueError(
+                    f"correlation must be of {listed(names)}, not of {shown(name)}{meant(str(name), names)}."
+                )
+        one, other = map([*names].index, pair)
+        if matrix[one, other] != 0.0:
+            raise ValueError(f"correlation must have the pair {pair[0]} and {pair[1]} once.")
+        matrix[one, other] = matrix[other, one] = finite_number(
+            value, f"correlation of {pair[0]} and {pair[1]}", low=-1.0, high=1.0
+        )
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if not least > 1e-9:
+        raise ValueError(
+            f"correlation must be positive definite, but its least eigenvalue is {least:.3g}: no numbers vary together "
+            "in this way."
+        )
+    return Correlation(matrix)
 
 
 def systems_of(system: System, names: Sequence[str], values: Floats) -> list[System]:

@@ -30,9 +30,11 @@ class Scatter:
         With its uncertain numbers.
     settings : Settings
         Of all devices.
-    inputs : tuple of str
+    numbers : tuple of str
         The uncertain numbers.
-    draws : ndarray, shape (devices, inputs)
+    inputs : tuple of str
+        The same, with those in one word that depend on each other.
+    draws : ndarray, shape (devices, numbers)
         Their values.
     paths : int
         Of each device.
@@ -47,6 +49,7 @@ class Scatter:
 
     system: System
     settings: Settings
+    numbers: tuple[str, ...]
     inputs: tuple[str, ...]
     draws: Floats
     paths: int
@@ -101,7 +104,7 @@ class Scatter:
             for name, own in self.estimates.items()
         }  # fmt: skip
         about = {
-            "inputs": [*self.inputs], "devices": len(self.draws), "paths": self.paths,
+            "numbers": [*self.numbers], "inputs": [*self.inputs], "devices": len(self.draws), "paths": self.paths,
             "settings": self.settings.to_dict(), "warnings": [*self.warnings],
         }  # fmt: skip
         return {**results, **about}
@@ -137,12 +140,12 @@ class Scatter:
             yield f"    {'not explained':{max(wide, 18)}}{100.0 * max(found.unexplained, 0.0):.1f} %"
 
     def to_xarray(self) -> xarray.Dataset:
-        """A dataset with the dimensions ``draw``, ``input`` and ``probability``.
+        """A dataset with the dimensions ``draw``, ``number``, ``input`` and ``probability``.
 
-        The values of the inputs, the means of the devices, and each result by its name: ``impact_rate`` is the mean
-        over the devices, ``impact_rate_scatter`` their standard deviation, ``impact_rate_path_scatter`` that of the
-        paths of one device, ``impact_rate_quantile``, ``impact_rate_index`` and ``impact_rate_total_index``, each with
-        ``_se``, ``_low`` and ``_high``.
+        ``value``, the values of the uncertain numbers, the means of the devices, and each result by its name:
+        ``impact_rate`` is the mean over the devices, ``impact_rate_scatter`` their standard deviation,
+        ``impact_rate_path_scatter`` that of the paths of one device, ``impact_rate_quantile``, ``impact_rate_index``
+        and ``impact_rate_total_index``, each with ``_se``, ``_low`` and ``_high``.
 
         Raises
         ------
@@ -153,7 +156,7 @@ class Scatter:
         import numpy as np
         import xarray
 
-        own: dict[str, object] = {"input_value": (("draw", "input"), self.draws)}
+        own: dict[str, object] = {"value": (("draw", "number"), self.draws)}
 
         def put(name: str, found: list[Interval], dims: tuple[str, ...], unit: str) -> None:
             for end, word in (("value", ""), ("error", "_se"), ("low", "_low"), ("high", "_high")):
@@ -172,7 +175,7 @@ class Scatter:
                     put(f"{name}_{word}", [indices[each] for each in self.inputs], ("input",), "1")
         first = next(iter(self.estimates.values()))
         return xarray.Dataset(
-            own, coords={"input": [*self.inputs], "probability": [*first.quantiles]},
+            own, coords={"number": [*self.numbers], "input": [*self.inputs], "probability": [*first.quantiles]},
             attrs={"paths": self.paths, "duration_s": self.settings.duration, "step_s": self.settings.step,
                    "warnings": "\n".join(self.warnings)},
         )  # fmt: skip

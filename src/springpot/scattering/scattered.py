@@ -13,8 +13,17 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System, checked_system
-from springpot.problem.uncertain import LEAST_CHANCE, Bounded, scores
-from springpot.scattering.devices import drawn, linear_names, plan_of_all, simulations_of, systems_of, values_of
+from springpot.problem.uncertain import LEAST_CHANCE, Bounded
+from springpot.scattering.devices import (
+    Correlation,
+    correlated,
+    drawn,
+    linear_names,
+    plan_of_all,
+    simulations_of,
+    systems_of,
+    values_of,
+)
 from springpot.scattering.estimates import PREDICTED, SCRAMBLINGS, Estimates, Means, estimated
 from springpot.scattering.result import Scatter
 from springpot.simulation.lowering.compose import compose
@@ -33,8 +42,8 @@ _SAID_CUT = 1e-6
 def scatter(
     system: System, quantities: Sequence[str] | None = None, *, devices: int = 1024, paths: int = 8,
     duration: float | None = None, step: float | None = None, window: tuple[float, float] | None = None,
-    limits: Mapping[str, float] | None = None, seed: int = 1, threads: int | None = None,
-    progress: Progress | None = None,
+    limits: Mapping[str, float] | None = None, correlation: Mapping[tuple[str, str], float] | None = None,
+    seed: int = 1, threads: int | None = None, progress: Progress | None = None,
 ) -> Scatter:  # fmt: skip
     """How results differ from device to device, and which uncertain numbers matter.
 
@@ -58,6 +67,9 @@ def scatter(
         have, and the duration the longest.
     limits : mapping of str to float, optional
         For each of some quantities a limit: the share of the devices above it is estimated.
+    correlation : mapping of (str, str) to float, optional
+        Of pairs of uncertain numbers: the correlation of their normal scores, a Gaussian copula.  Spearman's is
+        6 / pi asin(r / 2).  Numbers that depend on each other are one input with one index.
     seed, threads : optional
         As in `springpot.simulate`; the same seed gives the same bits for any number of threads.
     progress : callable, optional
@@ -77,7 +89,7 @@ def scatter(
     -----
     All intervals hold with 95 %, by a jackknife over the scramblings.  Quantiles, limits and Sobol indices come from a
     polynomial of the uncertain numbers through the means of the devices [1]_, whose noise is taken out; what it leaves
-    is said.  It needs results that depend smoothly on the numbers.  The numbers are independent of each other.
+    is said.  It needs results that depend smoothly on the numbers.
 
     One start serves all devices, the stationary mean of the nominal one: what this does to a device fades like the
     memory of any start.
@@ -104,8 +116,8 @@ def scatter(
     _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
-    told = _shares(progress)
-    draws = drawn(numbers, devices, seed)
+    told, together = _shares(progress), correlated(correlation or {}, [*numbers])
+    draws = drawn(numbers, devices, seed, together)
     middle, all_systems = nominal(system), systems_of(system, [*numbers], draws.values)
     whole, plans = plan_of_all(
         middle, all_systems, paths=paths, duration=duration, step=step, window=window, seed=seed, threads=threads
@@ -120,15 +132,17 @@ def scatter(
         middle, paths=max(devices * paths // _SHARE_OF_THE_NOMINAL, 64), duration=settings.duration, step=settings.step,
         window=settings.window, seed=seed, threads=threads, progress=told(0.8, 0.1),
     )  # fmt: skip
-    means = partial(_means, numbers, draws.chances, seed)
+    means, groups = partial(_means, numbers, together, draws.chances, seed), together.groups
+    inputs = tuple(" and ".join([*numbers][n] for n in group) for group in groups)
     found, tell = dict[str, Estimates](), told(0.9, 0.1)
     for number, name in enumerate(names):
         own = [bounds[name]] if name in bounds else []
-        found[name] = estimated(means(values[name]), [*numbers], [[n] for n in range(len(numbers))], own)
+        found[name] = estimated(means(values[name]), inputs, groups, own)
         if tell is not None:
             tell((number + 1) / len(names))
     return Scatter(
-        system=system, settings=settings, inputs=tuple(numbers), draws=draws.values, paths=paths, estimates=found,
+        system=system, settings=settings, numbers=tuple(numbers), inputs=inputs, draws=draws.values, paths=paths,
+        estimates=found,
         means={name: values[name].mean(axis=1) for name in names}, nominal={name: alone[name] for name in names},
         warnings=(*_doubts(numbers, devices, found), *(f"of the nominal device: {each}" for each in alone.warnings)),
     )  # fmt: skip
@@ -186,16 +200,18 @@ def _shares(progress: Progress | None) -> Callable[[float, float], Progress | No
     return told
 
 
-def _means(numbers: Mapping[str, Uncertain], chances: Floats, seed: int, values: Floats) -> Means:
+def _means(
+    numbers: Mapping[str, Uncertain], together: Correlation, chances: Floats, seed: int, values: Floats
+) -> Means:  # fmt: skip
     from scipy.special import ndtri
     from scipy.stats import qmc
 
     rng = np.random.default_rng([seed, 0x5CA8])
     new = qmc.Sobol(len(numbers) + 1, scramble=True, rng=rng).random(PREDICTED)
     new = np.clip(new + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
-    both = [[scores(number, own[:, n]) for n, number in enumerate(numbers.values())] for own in (chances, new)]
-    at, later = (np.stack([each for each, _ in own], axis=1) for own in both)
-    return Means(at, tuple(normal for _, normal in both[0]), values, np.column_stack([later, ndtri(new[:, -1])]))
+    normal = tuple(tied or number.law.is_gaussian for tied, number in zip(together.tied, numbers.values(), strict=True))
+    at, later = (np.where(normal, ndtri(own[:, : len(normal)]), own[:, : len(normal)]) for own in (chances, new))
+    return Means(at, normal, values, np.column_stack([later, ndtri(new[:, -1])]))
 
 
 def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, Estimates]) -> list[str]:
