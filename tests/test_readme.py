@@ -41,7 +41,7 @@ BOUND = re.compile(r"bias up to ([\d.]+)")
 
 
 def same_on_other_processors(printed: str, told: str) -> bool:
-    """Whether two texts have the same words, estimates within a tenth of their errors, and bounds on a bias within 10 %.
+    """Whether two texts have the same words, estimates to a tenth of their errors, and bounds on a bias to 10 %.
 
     Compiled code rounds differently on each kind of processor.
     """

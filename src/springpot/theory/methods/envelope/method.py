@@ -180,8 +180,9 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
 
         x is looked at where it is largest: once in a cycle, or twice for ``distance``.  Between two looks the amplitude
         diffuses.  For rare passages this tends to Rice's rate of crossings.  Mean times were compared with simulated
-        ones (errors of 1 to 2 %) at two and three root mean squares of x: without a wall they were within 2.5 % for c
-        up to 0.3 at orders 0.2, 0.5 and 1; with an elastic wall within 5 % at c = 0.1, and 4 to 13 % short at c = 0.3.
+        ones (errors of 1 to 2 %) at two and three root mean squares of x.  Without a wall they were within 2.5 % for c
+        up to 0.3 at orders 0.2, 0.5 and 1.  With an elastic wall they were within 5 % at c = 0.1, and 4 to 13 % short
+        at c = 0.3.
         Behind lossy walls they were up to 30 % too long.
 
         Examples
