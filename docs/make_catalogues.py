@@ -29,13 +29,14 @@ RESULTS = """\
 
 Every result that a run can have, by its name: `run["impact_rate"]` has `value`, `error` (one standard error) and
 `unit`. In the dataset of `run.to_xarray()` the error has the same name with `_se`. `<part>` stands for the name of a
-part, as in `stop_impact_rate`, `<point>` for that of one of several masses or of a `Point`, as in `box_x_mean`, and
-`<pair>` for those of two of them, as in `panel_box_elongation_mean`, in the order in which the first part between
-them names them; `<quantity>` for any displacement, elongation, force or acceleration, as in `x_life` or
-`mount_force_life`, and `q` for its unit. In the dataset the walls and contacts have the dimension `barrier`, as in
-`barrier_impact_rate`, and several masses the dimension `point`, as in `x_mean` and in the paths `x` and `v`. Of equal
-parts (`count=`) forces, powers, currents and damage are those of all together, and a result with `_of_one` is that of
-one; elongations, voltages, and rates and speeds of impacts are the same for all and for one. Powers,
+part, as in `stop_impact_rate`, and `<point>` for that of one of several masses or of a `Point`, as in `box_x_mean`.
+`<pair>` stands for the names of two of them, in the order of the first part between them: one with
+`between=("panel", "box")` gives `panel_box_elongation_mean`. `<quantity>` stands for any displacement, elongation,
+force or acceleration, as in `x_life` or `mount_force_life`, and `q` for its unit. In the dataset the walls and contacts
+have the dimension `barrier`, as in `barrier_impact_rate`, and several masses the dimension `point`, as in `x_mean` and
+in the paths `x` and `v`. Of equal parts (`count=`) forces, powers, currents and damage are those of all together, and a
+result with `_of_one` is that of one. Elongations, voltages, and rates and speeds of impacts are the same for all and
+for one. Powers,
 forces and virials are those of the mass, or per unit mass in a system without a `Mass`: the second unit. $m$ is the
 mass, $v^-$ the velocity before an impact, $\\nu$ the impacts per unit time, $r$ the restitution. With `rtol=` the
 results that are marked have a bounded error, `run[name].budget.total`, in the dataset under their name with `_error`.

@@ -128,6 +128,12 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert lead_nowhere(page) == []
 
 
+def test_no_line_is_hidden_as_a_comment() -> None:
+    """A line that begins with a per cent sign is one."""
+    pages = [page for page in PAGES if page.suffix == ".md"]
+    assert {page.name: found for page in pages if (found := re.findall(r"^\s*%.*$", without_code(page), re.M))} == {}
+
+
 def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(

@@ -83,7 +83,7 @@ def test_what_the_paper_compares_with_is_on_the_pages_that_run() -> None:
     """Each source of its comparisons is cited on the page of published numbers, or where a law is checked."""
     compared = PAPER.split("# Research impact statement")[1].split("# Limits")[0]
     pages = "".join(
-        (ROOT / "docs" / page).read_text(encoding="utf-8") for page in ("published.md", "theory/systems.md")
+        (ROOT / "docs" / page).read_text(encoding="utf-8") for page in ("published.md", "theory/system_methods.md")
     )
     keys = set(re.findall(r"@(\w+)", compared))
     assert len(keys) >= 7

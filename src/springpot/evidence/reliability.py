@@ -101,8 +101,8 @@ class Trust:
     ----------
     gaps : dict
         Gap in per cent, without sign, of each moment of the map: halfway from what is interpolated between the cells on
-        either side to the largest of them; infinite if the method has no result or the map has no cell near, NaN if the
-        map's Monte Carlo is too uncertain at all of them.
+        either side to the largest of them.  It is infinite if the method has no result or the map has no cell near, and
+        NaN if the map's Monte Carlo is too uncertain at all of them.
     mapped : bool
         Whether the map has a cell near.
     limits : dict

@@ -114,7 +114,7 @@ def read_data(path: str | Path, *, rate: float | None = None) -> Data:
         Other units are ``rad/s``, ``kHz``, ``kPa``, ``MPa``, ``GPa``, ``N/m``, ``N/mm``, ``ms``, ``mm``, ``um`` and
         ``mm/s``.  Lines that begin with ``#`` are comments, or settings such as ``# averages = 64``:
         ``relative_error``, ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both
-        in SI units); of several masses ``at``, the one that was measured, and ``on``, the one that the force acts on.
+        in SI units).  Of several masses ``at`` is the one that was measured, and ``on`` the one that the force acts on.
         The file may have 200 MB, 1000 columns and 20 million numbers.
 
     Returns

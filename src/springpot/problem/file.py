@@ -114,10 +114,10 @@ def read_system(source: str | Path | Mapping[str, Any], folder: str | Path | Non
     source : str, Path or mapping
         The file's place, or its content: a table ``[[parts]]`` for each part, with its ``kind`` (the name of the class
         in small letters, such as ``polynomial_spring``), its numbers under their names in Python and, if you like, a
-        ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``; a
-        ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too; a
-        ``recorded_excitation`` takes ``path``, the place of a CSV file or of several, and ``rate``; a
-        ``spectral_excitation`` with ``path`` that of its table.
+        ``name``.  A ``white_noise`` takes ``psd``, ``psd_unit`` and ``sides`` instead of ``intensity``.  A
+        ``spectral_excitation`` takes ``psd_unit`` beside ``frequency`` and ``psd``, or ``slopes`` and ``at`` too, or
+        ``path``, the place of its table.  A ``recorded_excitation`` takes ``path``, the place of a CSV file or of
+        several, and ``rate``.
     folder : str or Path, optional
         Where such places begin; that of the file if left out.
 

@@ -150,10 +150,10 @@ class System:
         """Masses, springs and dashpots from their matrices.
 
         With a diagonal mass matrix each number off the diagonal is a spring or dashpot between two masses, and each sum
-        of a row one to the ground; those of 0 are left out.  Of any other mass matrix, of a damping that no dashpots
-        have, as of beams, and where there are more than 48 springs and dashpots, the masses are the modes, ``mode_1``,
-        ``mode_2``, ..., as from `from_modes`, and the names are points on them; dampers that couple the modes are
-        between the ground and points ``damper_1``, ``damper_2``, ...
+        of a row one to the ground; those of 0 are left out.  In three other cases the
+        masses are the modes, ``mode_1``, ``mode_2``, ..., as from `from_modes`, and the names are points on them: the
+        mass matrix is another, no dashpots have that damping, as of beams, or there are more than 48 springs and
+        dashpots.  Dampers that couple the modes are between the ground and points ``damper_1``, ``damper_2``, ...
 
         Parameters
         ----------

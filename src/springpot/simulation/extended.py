@@ -79,10 +79,10 @@ def extend(
     TypeError
         If ``run`` is not a run, or ``paths`` or ``threads`` no whole number.
     ValueError
-        If neither or both of ``paths`` and ``rtol`` are given, or ``threads`` is below 1; or the run has as many paths
+        If neither or both of ``paths`` and ``rtol`` are given, or ``threads`` is below 1.  If the run has as many paths
         already, has results that need every step of each path (distributions, spectrum, observables, first passages,
-        profiles), was made with ``rtol``, was saved without the sums of its paths, or its bits cannot be had again
-        here.  With ``rtol`` also if no number of paths reaches it: the sentence says what is in the way.
+        profiles), was made with ``rtol``, or was saved without the sums of its paths.  If this machine or version gives
+        other bits.  With ``rtol`` also if no number of paths reaches it: the sentence says what is in the way.
 
     Notes
     -----

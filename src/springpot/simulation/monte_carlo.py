@@ -318,9 +318,9 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     ----------
     system : System
     rtol : float
-        Relative error wanted, in [1e-4, 0.5]: paths, duration, step, start and window are then
-        chosen so that the total error (95 % of the sampling error, plus bounds on what step, memory and start leave) of
-        each of ``quantities`` is below it; of the arguments below only ``seed`` and ``threads`` can be given as well.
+        Total relative error of each of ``quantities``, in [1e-4, 0.5]: paths, duration, step, start and window are
+        chosen so that the error is below it.  The total error is 95 % of the sampling error, plus bounds on what step,
+        memory and start leave.  Of the arguments below only ``seed`` and ``threads`` can be given as well.
     quantities : sequence of str
         Quantities that ``rtol`` controls; ``("amplitude_mean_square",)`` if left out, or ``("v_mean_square",)`` where
         the linear springs have no positive stiffness; of several masses all mean square displacements and velocities.
@@ -339,40 +339,40 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         one.
     distributions : bool
         Whether to estimate distributions of x, v, amplitude (sqrt(x^2 + v^2 / Omega^2)) and impact speed in the window,
-        and the extremes of each path in it; with several masses of x and v of each, of the elongation of each pair and
-        the impact speed of each wall.  Of ``forces`` too.
+        and the extremes of each path in it.  With several masses there are those of x and v of each, of the elongation
+        of each pair and of the impact speed of each wall.  Of ``forces`` too.
     spectrum : array_like
         Frequencies in rad/s at which to estimate the spectral density of x in the window; with several masses that of
         each and of the elongation of each pair.  Of ``forces`` too.
     first_passage : dict
         Quantities whose first passage through a level is recorded, or through each of a list of levels, such as
-        ``{"x": [0.01, 0.012]}``.  Levels of ``"x"`` (m) and ``"v"`` (m/s) are passed away from where the run starts; a
-        pair in brackets, ``(-0.01, 0.012)``, is an interval of them that is left on either side; ``"distance"`` (m) is
-        the size of x, or of x - reference with ``{"level": 0.004, "reference": 0.006}``; ``"speed"`` (m/s) is the size
-        of v; ``"amplitude"`` (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem; ``"energy"``
+        ``{"x": [0.01, 0.012]}``.  ``"x"`` (m) and ``"v"`` (m/s) are passed away from where the run starts.  A pair in
+        brackets, ``(-0.01, 0.012)``, is an interval of them that is left on either side.  ``"distance"`` (m) is the
+        size of x, or of x - reference with ``{"level": 0.004, "reference": 0.006}``, and ``"speed"`` (m/s) the size of
+        v.  ``"amplitude"`` (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance`` of the problem, and ``"energy"``
         (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  Any other name is an observable's, with a pair of a function f(t, x, v)
-        and its level or levels.  With several masses ``"box_x"``, ``"box_v"``, ``"box_distance"``, ``"box_speed"``, and
-        of a part or a pair ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Any name of ``forces``: a
-        level that is not negative is passed upwards.  Times count from the start of the window; from rest the window is
-        the whole run if left out.
+        and its level or levels.  With several masses there are ``"box_x"``, ``"box_v"``, ``"box_distance"`` and
+        ``"box_speed"``, and of a part or a pair ``"mount_elongation"`` and ``"mount_distance"``, the size of it.  Any
+        name of ``forces`` can be given: a level that is not negative is passed upwards.  Times count from the start of
+        the window; from rest the window is the whole run if left out.
     slowest_counted_impact : float
         A speed in m/s: ``counted_impact_rate`` and the ``counted_`` speeds are those of the impacts at this speed or
         faster, ``stop_counted_impact_rate`` those of one wall or contact.  They exist also where
         the rate of all impacts is infinite.
     profile : int or array_like
-        A number of equal bins of time in the window, or the times in s between them: mean and mean square of x, mean
-        square of v, impact rate and mean impact speed, the powers of excitations, dampers and rigid walls, and mean and
-        mean square of ``forces`` in each of them, for motions that are not stationary.  The times are rounded to four
-        steps; from rest the window is the whole run if left out.
+        For motions that are not stationary: a number of equal bins of time in the window, or the times in s between
+        them.  Each bin has the mean and the mean square of x, the mean square of v, impact rate and mean impact speed,
+        the powers of excitations, dampers and rigid walls, and the mean and the mean square of ``forces``.  The times
+        are rounded to four steps; from rest the window is the whole run if left out.
     forces : sequence of str
-        Forces and absolute accelerations whose mean and mean square are wanted: ``"mount_force"`` of a part or of a
-        group of parts, ``"force_on_ground"`` of all, ``"acceleration"`` with that of the ground included, with several
-        masses ``"box_acceleration"``; of a soft contact ``"stop_force"``, with which it pushes, and
-        ``"stop_peak_force"``, the largest one of each touch; of a rigid wall ``"stop_impulse"`` of each impact, which
-        is in no force.  They are means over the step; the mean square has what it lacks by that, where noise is white.
-        What has no finite mean square is refused with the reason: an acceleration with white noise on a mass itself, or
-        a force with the matched noise of its part.  With ``distributions``, ``spectrum``, ``profile`` and ``record``
-        there are these of them too.
+        Forces and absolute accelerations whose mean and mean square are wanted.  ``"mount_force"`` is that of a part or
+        of a group of parts, and ``"force_on_ground"`` that of all.  ``"acceleration"`` includes that of the ground;
+        with several masses it is ``"box_acceleration"``.  A soft contact has ``"stop_force"``, with which it pushes,
+        and ``"stop_peak_force"``, the largest one of each touch.  A rigid wall has ``"stop_impulse"`` of each impact,
+        which is in no force.  They are means over the step; where noise is white, the mean square is corrected for
+        this.  What has no finite mean square is refused with the reason: an acceleration with white noise on a mass
+        itself, or a force with the matched noise of its part.  With ``distributions``, ``spectrum``, ``profile`` and
+        ``record`` there are these of them too.
     rainflow : dict
         Names of displacements, elongations, forces and accelerations, each with a `Basquin` curve or a list of them:
         ``{"x": sp.Basquin(5.0, strength=0.01), "mount_force": [...]}``.  Their cycles in the window are counted while
@@ -382,19 +382,19 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     duration : float
         Simulated time in s; if left out, 100 / Omega or longer, so that half of it outlasts the transient.
     step : float
-        Time step in s, shortened to divide the duration; at most half of the shortest time scale, 1 / Omega or
-        C^(-1 / (2 - alpha)), or 2.5 of it where the step has no error in stationary averages (a dashpot, white noise,
-        no losses at the wall).  If left out, the longest whose bias in mean squares, impact rates and speeds is below
-        0.3 %, about: a tenth of that time scale; behind lossy walls under white noise as much less as slow impacts ask
-        for, down to a hundredth, which it also is for distributions there, for cycles of forces and under records
-        alone.  A spectrum is resolved.  The scheme ``"grunwald"`` has a thousandth.
+        Time step in s, shortened to divide the duration.  It is at most half of the shortest time scale, 1 / Omega or
+        C^(-1 / (2 - alpha)); at most 2.5 of it where the step has no error in stationary averages (a dashpot, white
+        noise, no losses at the wall).  If left out, it is the longest whose bias in mean squares, impact rates and
+        speeds is below 0.3 %, about: a tenth of that time scale.  Behind lossy walls under white noise it is as much
+        less as slow impacts ask for, down to a hundredth.  It is a hundredth for distributions there, for cycles of
+        forces and under records alone.  A spectrum is resolved.  The scheme ``"grunwald"`` has a thousandth.
     window : (float, float)
         Averages are taken over window[0] < t <= window[1]; the second half of the run if left out.
     seed : int
-        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.  Path n of every system has then
-        the same normals, so that unlike systems deviate alike from their true values: a difference of two systems is
-        known better than each, but an average over systems is not better for their number.  Give each its own seed
-        where errors must be independent, as `springpot.evidence.comparison.compare`, studies and fits do.
+        0 <= seed < 2^64.  The same seed gives the same bits for any number of threads.  Runs of different systems with
+        one seed have common random numbers: path n of each has the same normals.  So a difference of two systems is
+        known better than each of them, but an average over systems is not better for their number.  Give each its own
+        seed where errors must be independent, as `springpot.evidence.comparison.compare`, studies and fits do.
     threads : int
         All available ones if left out.
     scheme : {"default", "grunwald"}
@@ -402,11 +402,11 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         ``"grunwald"``: the paper's Monte Carlo (Grunwald-Letnikov derivative, Euler step, impact when x is within
         ``contact_tolerance`` of the wall or beyond it and moves towards it), for the paper's problem only.
     start : {"stationary", "rest"}
-        ``"stationary"`` sets x(0) to the stationary mean, of all masses, which pilot runs determine, so that the memory
-        has no transient of the mean; the standard errors of the moments then include a bound on the error of x(0).
-        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, except that a
-        run whose ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's,
-        starts from that state, and a run without a stationary state from rest, with a warning.
+        ``"stationary"`` sets x(0) to the stationary mean, of all masses, so that the memory has no transient of the
+        mean.  Pilot runs determine it, and the standard errors of the moments include a bound on the error of x(0).
+        ``"rest"`` starts from x(0) and x'(0).  If left out, the start is stationary, with two exceptions.  A run whose
+        ``initial_position`` or ``initial_velocity`` is given, or whose derivative is Riemann-Liouville's, starts from
+        that state.  A run without a stationary state starts from rest, with a warning.
     initial_position, initial_velocity : float, or dict of float
         x(0) in m and x'(0) in m/s, with ``start="rest"``.  If left out, x(0) is the equilibrium, or the wall if the
         equilibrium lies behind it, and x'(0) is 0.  Of several masses a dict of points and numbers, as
@@ -427,41 +427,46 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
         Steps between two stored points; 1 if left out.  At most 50 million points are stored.
     progress : callable
         Called with the fraction done, from any thread.  With ``rtol``, or from 1e9 path-steps on, that float also has
-        the attribute ``estimate`` (None before the pilot runs are over): ``estimate.path_steps``, ``estimate.seconds``
-        still to come, ``estimate.reason`` for what takes the time, and with ``rtol`` ``estimate.aim``, the relative
-        error that can be reached.
+        the attribute ``estimate`` (None before the pilot runs are over).  It has ``path_steps``, ``seconds`` still to
+        come, ``reason`` for what takes the time, and with ``rtol`` ``aim``, the relative error that can be reached.
 
     Returns
     -------
     Run
-        ``run["x_mean"]`` is an estimate with its value, error, bounds and unit; ``run.to_xarray()`` a Dataset of all,
-        where each has a twin ``_se``.  There are ``x_mean``, ``x_mean_square``, ``v_mean_square``, with a linear spring
-        ``amplitude_mean_square`` (x^2 + v^2 / Omega^2), ``damping_force_mean``, ``damping_power`` and
-        ``damping_virial`` (springpots, dashpots, arms and circuits together), ``input_power``, the ``..._power`` of
-        each nonlinear damper and of each force that is not white, ``energy_residual``; with walls or contacts
-        ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, and over the dimension ``barrier`` (walls
-        and contacts) ``barrier_impact_rate``, ``barrier_impact_speed_mean``, ``barrier_power`` and
-        ``barrier_force_mean`` (the mean force on each, its momentum per time); with circuits ``harvested_power`` and
-        each ``..._voltage_mean_square``; with soft contacts ``contact_share`` (of time) and ``contact_penetration``
-        (deepest of each path, averaged over the paths); and the ``_end`` values at the end of the run.  Forces and
-        powers are those of the mass, or per unit mass without one. Each has a twin ``_se``, a bound where no impact was
-        seen: 1.96 of it are 3 / (paths x length of the window); impact rate and speeds, the quantiles of the impact
-        speed and of the largest speed and the density of the impact speed also have ``_step_bias``, a bound on what the
-        step leaves. With ``rtol`` the means have ``_step_bias``, ``_memory_bias``, ``_transient`` and their total
-        ``_error``. With ``slowest_counted_impact``, ``counted_impact_rate`` and its speeds; with ``forces`` each has
-        ``_mean`` and ``_mean_square``; with ``rainflow`` each has ``_cycle_rate``, ``_damage_rate`` (per hour) and
-        ``_life`` (in hours; of several curves ``_life_1``, ``_life_2``), and the distributions of its ranges, maxima
-        and minima, ``_range``, ``_peak`` and ``_valley``. Then the observables; with
-        ``distributions`` each has ``_density`` over ``_bin`` and ``_quantile`` over ``probability``, and so have the
-        extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths; with
-        ``spectrum``, ``x_spectrum`` (two-sided, per rad/s) over ``frequency``; with ``first_passage`` each quantity has
-        ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the time cut off at the end of the run),
-        ``_first_passage_censored`` (share that has not passed), ``_first_passage_at_start``,
-        ``_first_passage_probability`` (by the end of the run), ``_first_passage_rate`` (from when it is constant) and
-        ``_first_passage_return_period``, all three with ``_low`` and ``_high``,
-        ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
-        ``..._first_passage_time``, all of them also over ``..._first_passage_level`` if there is a list.
-        Attributes ``system``, ``settings``, ``diagnostics`` (JSON) and ``warnings``.
+        ``run["x_mean"]`` is an estimate with its value, error, bounds and unit; ``run.to_xarray()`` is a Dataset of
+        all, where each has a twin ``_se``.  Forces and powers are those of the mass, or per unit mass without one.
+
+        - Always: ``x_mean``, ``x_mean_square``, ``v_mean_square``, with a linear spring ``amplitude_mean_square``
+          (x^2 + v^2 / Omega^2); ``damping_force_mean``, ``damping_power`` and ``damping_virial`` (springpots, dashpots,
+          arms and circuits together); ``input_power``, the ``..._power`` of each nonlinear damper and of each force
+          that is not white, ``energy_residual``; and the ``_end`` values at the end of the run.
+        - With walls or contacts: ``impact_rate``, ``impact_speed_mean``, ``impact_speed_mean_square``, and over the
+          dimension ``barrier`` (walls and contacts) ``barrier_impact_rate``, ``barrier_impact_speed_mean``,
+          ``barrier_power`` and ``barrier_force_mean`` (the mean force on each, its momentum per time).
+        - With circuits: ``harvested_power`` and each ``..._voltage_mean_square``.
+        - With soft contacts: ``contact_share`` (of time) and ``contact_penetration`` (deepest of each path, averaged
+          over the paths).
+        - With ``slowest_counted_impact``: ``counted_impact_rate`` and its speeds.
+        - With ``forces``: ``_mean`` and ``_mean_square`` of each.
+        - With ``rainflow``: ``_cycle_rate``, ``_damage_rate`` (per hour) and ``_life`` (in hours; of several curves
+          ``_life_1``, ``_life_2``) of each, and the distributions of its ranges, maxima and minima, ``_range``,
+          ``_peak`` and ``_valley``.
+        - The observables.
+        - With ``distributions``: ``_density`` over ``_bin`` and ``_quantile`` over ``probability`` of each, also of the
+          extremes ``x_minimum``, ``x_maximum``, ``v_largest``, ``impact_speed_largest`` over the paths.
+        - With ``spectrum``: ``x_spectrum`` (two-sided, per rad/s) over ``frequency``.
+        - With ``first_passage``, of each quantity: ``_first_passage_mean``, ``_first_passage_restricted_mean`` (of the
+          time cut off at the end of the run), ``_first_passage_censored`` (share that has not passed),
+          ``_first_passage_at_start``; ``_first_passage_probability`` (by the end of the run), ``_first_passage_rate``
+          (from when it is constant) and ``_first_passage_return_period``, all three with ``_low`` and ``_high``;
+          ``_first_passage_quantile`` over ``probability`` and ``_first_passage_survival`` over
+          ``..._first_passage_time``; all of them also over ``..._first_passage_level`` if there is a list.
+
+        The error of a rate is a bound where no impact was seen: 1.96 of it are 3 / (paths x length of the window).
+        Impact rate and speeds, the quantiles of the impact speed and of the largest speed and the density of the impact
+        speed also have ``_step_bias``, a bound on what the step leaves.  With ``rtol`` the means have ``_step_bias``,
+        ``_memory_bias``, ``_transient`` and their total ``_error``.  The Dataset has the attributes ``system``,
+        ``settings``, ``diagnostics`` (JSON) and ``warnings``.
 
     Raises
     ------

@@ -146,7 +146,7 @@ def exceedance(system: System, levels: Mapping[str, Any]) -> dict[str, LevelRate
     -----
     With the number b of standard deviations between the mean and the level, Rice's rate on one side is that of all
     crossings, nu e^(-b^2 / 2).  Of crossings that follow each other in clumps only the first one counts: Vanmarcke's
-    rate is that of Rice times (1 - e^(-sqrt(2 pi) s b)) / (1 - e^(-b^2 / 2)) with s the bandwidth to the power 1.2; on
+    rate is that of Rice times (1 - e^(-sqrt(2 pi) s b)) / (1 - e^(-b^2 / 2)) with s the bandwidth to the power 1.2.  On
     both sides the rate doubles, and sqrt(2 pi) is half as large.  Where the mean is not 0, those of both sides are
     added.  ``"envelope"`` is the slowest rate of `springpot.theory.envelope`'s diffusion of the amplitude.
 

@@ -59,10 +59,10 @@ class Moments:
     impact_speed_mean, impact_speed_mean_square : float
         Of the speed just before an impact, in m/s and m^2 s^-2; NaN without impacts.
     of_parts : dict
-        ``<wall>_impact_rate``, ``<wall>_impact_speed_mean``, ``<wall>_impact_speed_mean_square`` and
-        ``<wall>_force_mean`` of each wall and contact, by its name in the system, the last in N (per kg without a
-        `Mass`), of elastic walls and, by exact laws, of contacts; ``harvested_power``, the mean power in the resistors
-        of the circuits, in W (per kg too).  Of several masses all moments are here, by the names of points and parts,
+        Of each wall and contact, by its name in the system: ``<wall>_impact_rate``, ``<wall>_impact_speed_mean`` and
+        ``<wall>_impact_speed_mean_square``.  ``<wall>_force_mean``, in N (per kg without a `Mass`), is there for
+        elastic walls and, by exact laws, for contacts.  ``harvested_power`` is the mean power in the resistors of the
+        circuits, in W (per kg too).  Of several masses all moments are here, by the names of points and parts,
         and those above are NaN.
     """
 

@@ -149,9 +149,9 @@ def fatigue(system: System, curve: Basquin, of: str = "") -> Fatigue:
 
     Notes
     -----
-    The mean stress is not counted.  Cycles of stationary Gaussian noise have ranges that no exact formula is known for:
-    at a damping ratio of 0.05 the narrow-band value is 3 to 11 % above a rainflow count for exponents of 3 to 8, and
-    the others within 8 %; with two modes it is 25 to 31 % above, and Dirlik's 4 % below.
+    The mean stress is not counted.  No exact formula is known for the ranges of cycles of stationary Gaussian noise.
+    At a damping ratio of 0.05 the narrow-band value is 3 to 11 % above a rainflow count for exponents of 3 to 8, and
+    the others within 8 %.  With two modes it is 25 to 31 % above, and Dirlik's 4 % below.
 
     Examples
     --------

@@ -165,8 +165,8 @@ def atlas(system: System) -> AtlasAnswer:
     Parameters
     ----------
     system : System
-        Order in [0.05, 1], C Omega^(alpha-2) in [0.01, 10], and a wall: at the equilibrium with a restitution from 0.3
-        to 1, or within 2 sqrt(q / Omega^3) of it with a restitution of 1 or 0.8.  It must be the paper's problem: a
+        Order in [0.05, 1] and C Omega^(alpha-2) in [0.01, 10].  A wall is at the equilibrium with a restitution from
+        0.3 to 1, or within 2 sqrt(q / Omega^3) of it with a restitution of 1 or 0.8.  It must be the paper's problem: a
         linear spring, one springpot or dashpot, one rigid wall and white noise.
 
     Returns

@@ -102,8 +102,8 @@ class BoucWen(Yielding):
 
     Notes
     -----
-    Where a force is stated as alpha k x + (1 - alpha) k z with z' = A v - b abs(v) abs(z)^(n-1) z - g v abs(z)^n, it is
-    a `Spring` of alpha k beside a BoucWen with the stiffness (1 - alpha) k A, the yield force
+    Let a force be stated as alpha k x + (1 - alpha) k z with z' = A v - b abs(v) abs(z)^(n-1) z - g v abs(z)^n.  It is
+    a `Spring` of alpha k beside a BoucWen.  The BoucWen has the stiffness (1 - alpha) k A, the yield force
     (1 - alpha) k (A / (b + g))^(1/n) and beta = b / (b + g).  Small loops within a large one do not close in this
     model: about a mean force it drifts under small vibration, which metals do not.
 

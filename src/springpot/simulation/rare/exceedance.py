@@ -140,15 +140,15 @@ def exceedance(
     ----------
     system : System
     levels : dict
-        Quantities and their levels, one or many, such as ``{"x": [0.004, 0.005, 0.006]}``: ``"x"`` (m) and ``"v"``
-        (m/s), upwards if the levels lie above the start, else downwards; ``"distance"`` (m), the size of x;
-        ``"speed"`` (m/s), the size of v; ``"amplitude"`` (m), sqrt(x^2 + v^2 / w^2) with w the ``resonance``;
-        ``"energy"`` (m^2/s^2), (v^2 + Omega^2 x^2) / 2; ``"impact_speed"`` (m/s), of the fastest impact.  Of several
-        masses, as in ``first_passage`` of `springpot.simulate`: ``"a_x"``, ``"a_b_elongation"``, ``"stop_distance"``
-        and so on, and ``"stop_impact_speed"`` of a wall.  Forces and accelerations, as in its ``forces``:
-        ``"spring_force"``, ``"force_on_ground"``, upwards if the levels are positive.  Any other name is that of a
-        function of your own, with its levels: ``{"stress": (function, [1e6, 2e6])}``, whose arguments are those of an
-        observable.
+        Quantities and their levels, one or many, such as ``{"x": [0.004, 0.005, 0.006]}``.  ``"x"`` (m) and ``"v"``
+        (m/s) count upwards if the levels lie above the start, else downwards.  ``"distance"`` (m) and ``"speed"`` (m/s)
+        are the size of x and of v.  ``"amplitude"`` (m) is sqrt(x^2 + v^2 / w^2) with w the ``resonance``, and
+        ``"energy"`` (m^2/s^2) is (v^2 + Omega^2 x^2) / 2.  ``"impact_speed"`` (m/s) is that of the fastest impact.  Of
+        several masses there are, as in ``first_passage`` of `springpot.simulate`, ``"a_x"``, ``"a_b_elongation"``,
+        ``"stop_distance"`` and so on, and ``"stop_impact_speed"`` of a wall.  Forces and accelerations have the
+        names that its ``forces`` takes: ``"spring_force"``, ``"force_on_ground"``, upwards if the levels are positive.
+        Any other name is that of a function of your own, with its levels: ``{"stress": (function, [1e6, 2e6])}``, whose
+        arguments are those of an observable.
     duration : float
         The time in s.
     probability : dict

@@ -173,15 +173,16 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
 
         Notes
         -----
-        At order 1, c = 0.1 and levels of 1.5 to 2.5 root mean squares the mean time was 4 to 9 % shorter than simulated
-        with an elastic wall, 6 % at r = 0.8, and 20 to 35 % at r = 0.5, where the amplitude before an impact is larger
-        than the mean over the cycle.  Behind an elastic wall with a springpot it was 10 to 25 % short at c = 0.1 and
-        0.3 and half at c = 1: w is the resonance without the wall, and behind it A swings within a cycle.
+        At order 1, c = 0.1 and levels of 1.5 to 2.5 root mean squares the mean time was shorter than simulated: by 4 to
+        9 % with an elastic wall, 6 % at r = 0.8, and 20 to 35 % at r = 0.5.  There the amplitude before an impact is
+        larger than the mean over the cycle.  Behind an elastic wall with a springpot it was 10 to 25 % short at c = 0.1
+        and 0.3 and half at c = 1: w is the resonance without the wall, and behind it A swings within a cycle.
 
         x is looked at where it is largest: once in a cycle, or twice for ``distance``.  Between two looks the amplitude
         diffuses.  For rare passages this tends to Rice's rate of crossings.  Mean times were compared with simulated
-        ones (errors of 1 to 2 %) at two and three root mean squares of x: without a wall they were within 2.5 % for c
-        up to 0.3 at orders 0.2, 0.5 and 1; with an elastic wall within 5 % at c = 0.1, and 4 to 13 % short at c = 0.3.
+        ones (errors of 1 to 2 %) at two and three root mean squares of x.  Without a wall they were within 2.5 % for c
+        up to 0.3 at orders 0.2, 0.5 and 1.  With an elastic wall they were within 5 % at c = 0.1, and 4 to 13 % short
+        at c = 0.3.
         Behind lossy walls they were up to 30 % too long.
 
         Examples

@@ -186,8 +186,8 @@ def memory_closure(system: System) -> MemoryClosure:
     Parameters
     ----------
     system : System
-        A linear spring, one springpot or dashpot and white noise, without a wall (the answer is then exact), or with a
-        wall within sqrt(q / Omega^3) of equilibrium, a restitution of at least 0.5 and c = C Omega^(alpha-2) at most
+        A linear spring, one springpot or dashpot and white noise.  Without a wall the answer is exact.  A wall must be
+        within sqrt(q / Omega^3) of equilibrium, with a restitution of at least 0.5 and c = C Omega^(alpha-2) at most
         10.
 
     Returns

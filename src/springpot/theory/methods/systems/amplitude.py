@@ -323,8 +323,8 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
     -----
     A cycle is x = A cos(phi), or \\|x\\| = A \\|cos(phi)\\| behind a wall, with phi' = nu(A, phi) as for a generalized
     harmonic function [1]_.  On it a springpot acts as the spring K(A) = C cos(alpha pi/2) w^alpha and the dashpot
-    B(A) = C sin(alpha pi/2) w^(alpha-1), w(A) = 2 pi / T(A) (generalized harmonic balance [2]_ [3]_); a wall multiplies
-    them by the sums over the harmonics of \\|cos\\|.  With U the potential with K(A) in it,
+    B(A) = C sin(alpha pi/2) w^(alpha-1), w(A) = 2 pi / T(A) (generalized harmonic balance [2]_ [3]_).  A wall
+    multiplies them by the sums over the harmonics of \\|cos\\|.  With U the potential with K(A) in it,
 
         p(A) ~ T(A) U'(A) exp(-(2/q) int_0^A (B + impacts) U' dA),
 

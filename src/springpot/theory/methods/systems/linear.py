@@ -694,9 +694,9 @@ def linear(system: System) -> LinearResponse:
     Notes
     -----
     <x^2> = int S(w) / \\|D(w)\\|^2 dw and <v^2> with w^2.  A harmonic force F cos(nu t + phase) of random phase adds
-    F^2 / (2 \\|D(nu)\\|^2).  x does not depend on the future of the noise xi2 that multiplies it, so that the force
-    x xi2 acts like a white noise of intensity q2 <x^2>, for any memory; of several masses with their elongations, whose
-    mean squares solve a linear system.
+    F^2 / (2 \\|D(nu)\\|^2).  x does not depend on the future of the noise xi2 that multiplies it.  So the force x xi2
+    acts like a white noise of intensity q2 <x^2>, for any memory.  Of several masses this holds with their elongations,
+    whose mean squares solve a linear system.
 
     Examples
     --------

@@ -107,9 +107,9 @@ def linearization(system: System) -> Linearization:
 
     Notes
     -----
-    x and v are taken as Gaussian and independent at one time.  Of each part with u and w as its elongation and the
-    velocity of that, the stiffness is E[U''(u)] and the damping E[w F(u, w)] / E[w^2], and the means of x balance the
-    mean forces; memory is kept as it is [1]_.  A part that yields becomes a spring and a dashpot in series.  The force
+    x and v are taken as Gaussian and independent at one time.  Let a part have the elongation u, with the velocity
+    w: its stiffness is E[U''(u)] and its damping E[w F(u, w)] / E[w^2].  The means of x balance the mean forces, and
+    memory is kept as it is [1]_.  A part that yields becomes a spring and a dashpot in series.  The force
     of a `BoucWen` is taken as Gaussian too; under white noise <x^2> and <v^2> then came out too small by up to 17 %.
     That of a `Jenkins` is taken as a Gaussian variable that is cut off at its limits; a warning says what came out.
     Where only parts that yield hold one mass, x has no stationary law and is NaN; v has one.  For a cubic spring
