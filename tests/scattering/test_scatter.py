@@ -14,6 +14,7 @@ from scipy import stats
 
 import springpot as sp
 from springpot import cli
+from springpot.machine.faults import NotCoveredError
 from springpot.memory.common_rates import common_rates
 from springpot.memory.exponential_sum import exponential_sum
 from springpot.problem.free_numbers import nominal, uncertain_numbers, with_values
@@ -41,6 +42,21 @@ def test_an_oscillator_with_exact_results() -> None:
     assert abs(math.log(found.scatter.value / DEVIATION)) < 0.25
     assert all(abs(found.alone[name].value - ALONE[name]) < 0.16 for name in NAMES)
     assert found.path_scatter > 0.4
+
+
+def test_theory_of_each_device() -> None:
+    """Without paths: the indices of 1,024 devices to a per cent."""
+    found = sp.scatter(device(), ["x_mean_square"], method="linear", limits={"x_mean_square": 2.5})["x_mean_square"]
+    assert abs(found.mean.value - MEAN) < 4.0 * found.mean.error < 4e-3
+    assert found.scatter.value == pytest.approx(DEVIATION, rel=0.01)
+    assert all(abs(found.alone[name].value - ALONE[name]) < 0.01 for name in NAMES)
+    assert found.path_scatter == 0.0
+    assert found.above[2.5].value == pytest.approx(0.029, abs=0.006)
+    text = sp.scatter(mount(), ["impact_speed_mean"], method="envelope", devices=64).report()
+    assert "64 devices, by theory (envelope)" in text
+    assert "path to path" not in text
+    with pytest.raises(NotCoveredError, match="method must cover the system, and linear does not"):
+        sp.scatter(mount(), method="linear")
 
 
 def test_the_same_bits_for_any_number_of_threads() -> None:

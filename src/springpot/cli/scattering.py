@@ -35,6 +35,7 @@ def scatter(
             negative="", metavar="NAME LIMIT", help="The share of the devices above it is told; may be repeated."
         ),
     ] = None,
+    method: Annotated[str, Parameter(help='"monte_carlo", or the name of a method of theory.')] = "monte_carlo",
     devices: Annotated[Whole, monte_carlo("How many are drawn: a power of two.")] = 1024,
     paths: Annotated[Whole, monte_carlo("Of each device: a power of two.")] = 8,
     duration: Annotated[float | None, monte_carlo("Time simulated, in s.")] = None,
@@ -54,6 +55,7 @@ def scatter(
     with Bar("simulating devices") as bar:
         found = find(
             system, quantities, devices=devices, paths=paths, duration=duration, step=step, limits=dict(limit or ()),
+            method=method,
             seed=seed, threads=threads, progress=bar,
         )  # fmt: skip
     warn(*found.warnings)

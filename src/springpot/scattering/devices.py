@@ -192,9 +192,11 @@ def simulations_of(plans: Sequence[Plan], whole: Plan) -> list[Simulation]:
     return [Simulation(plan, compose(plan, kernel_units=units, memory=memory)) for plan in plans]
 
 
-def values_of(simulations: Sequence[Simulation], progress: Progress | None) -> dict[str, Floats]:
-    """Results of each path, shape (devices, paths), by name; those that are ratios of two sums are left out."""
-    names, found = linear_names(simulations[0]), dict[str, list[Floats]]()
+def values_of(
+    simulations: Sequence[Simulation], names: Sequence[str], progress: Progress | None
+) -> dict[str, Floats]:  # fmt: skip
+    """Results of each path, shape (devices, paths), by name."""
+    found = dict[str, list[Floats]]()
     for simulation, ensemble in zip(simulations, advance_devices(simulations, progress), strict=True):
         samples = samples_of(simulation, ensemble.rows)
         for name in names:

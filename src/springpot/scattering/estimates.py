@@ -72,8 +72,9 @@ class Means:
 
     @cached_property
     def noise(self) -> Floats:
-        """Variances of these means."""
-        return np.asarray(self.values.var(axis=1, ddof=1) / self.values.shape[1])
+        """Variances of these means; none of exact results, of which each device has one."""
+        paths = self.values.shape[1]
+        return np.asarray(self.values.var(axis=1, ddof=1) / paths if paths > 1 else np.zeros(len(self.values)))
 
     @cached_property
     def surface(self) -> Surface:

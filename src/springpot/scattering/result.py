@@ -28,8 +28,10 @@ class Scatter:
     ----------
     system : System
         With its uncertain numbers.
-    settings : Settings
-        Of all devices.
+    method : str
+        "monte_carlo", or the method of theory.
+    settings : Settings or None
+        Of all devices; None of theory.
     numbers : tuple of str
         The uncertain numbers.
     inputs : tuple of str
@@ -37,7 +39,7 @@ class Scatter:
     draws : ndarray, shape (devices, numbers)
         Their values.
     paths : int
-        Of each device.
+        Of each device; 0 of theory.
     estimates : dict of Estimates
         By the names of results.
     means : dict of ndarray
@@ -48,7 +50,8 @@ class Scatter:
     """
 
     system: System
-    settings: Settings
+    method: str
+    settings: Settings | None
     numbers: tuple[str, ...]
     inputs: tuple[str, ...]
     draws: Floats
@@ -70,7 +73,8 @@ class Scatter:
     def report(self, *, warnings: bool = True) -> str:
         """All of it on a screen: ``+-`` is one standard error, and brackets hold with 95 %."""
         few = f"{len(self.inputs)} input{'s' if len(self.inputs) > 1 else ''}"
-        lines = [f"Scatter of {few}: {len(self.draws)} devices, {self.paths} paths each. Brackets hold with 95 %."]
+        each = f"{self.paths} paths each" if self.settings else f"by theory ({self.method})"
+        lines = [f"Scatter of {few}: {len(self.draws)} devices, {each}. Brackets hold with 95 %."]
         for name, found in self.estimates.items():
             lines += ["", *self._of(name, found)]
         told = [f"warning: {each}" for each in self.warnings] if warnings else []
@@ -105,7 +109,8 @@ class Scatter:
         }  # fmt: skip
         about = {
             "numbers": [*self.numbers], "inputs": [*self.inputs], "devices": len(self.draws), "paths": self.paths,
-            "settings": self.settings.to_dict(), "warnings": [*self.warnings],
+            "method": self.method, "settings": self.settings.to_dict() if self.settings else None,
+            "warnings": [*self.warnings],
         }  # fmt: skip
         return {**results, **about}
 
@@ -128,8 +133,10 @@ class Scatter:
                 words = "devices below" if place == 0 else "below"
                 yield f"    {100.0 * at:4.0f} % of {words:14}{quantile.value:.4g} {_brackets(quantile)}"
             yield f"    {100.0 * BELOW:4.0f} % of them are below {found.tolerance:.4g}, 95 % sure"
-        length = self.settings.window[1] - self.settings.window[0]
-        yield f"  path to path          {found.path_scatter:.3g} in {length:.3g} s   averages out, does not count above"
+        if self.settings is not None:
+            length = self.settings.window[1] - self.settings.window[0]
+            words = f"{found.path_scatter:.3g} in {length:.3g} s   averages out, does not count above"
+            yield f"  path to path          {words}"
         for limit, share_above in found.above.items():
             yield f"  limit {limit:<16g}{_share(share_above)} of the devices are above"
         if found.alone:
@@ -176,8 +183,7 @@ class Scatter:
         first = next(iter(self.estimates.values()))
         return xarray.Dataset(
             own, coords={"number": [*self.numbers], "input": [*self.inputs], "probability": [*first.quantiles]},
-            attrs={"paths": self.paths, "duration_s": self.settings.duration, "step_s": self.settings.step,
-                   "warnings": "\n".join(self.warnings)},
+            attrs={"method": self.method, "paths": self.paths, "warnings": "\n".join(self.warnings)},
         )  # fmt: skip
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from springpot.machine.arguments import Uncertain, check_called, finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import listed, meant, shown
+from springpot.machine.faults import NotCoveredError, known_word, listed, meant, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System, checked_system
 from springpot.problem.uncertain import LEAST_CHANCE, Bounded
@@ -26,11 +28,17 @@ from springpot.scattering.devices import (
 )
 from springpot.scattering.estimates import PREDICTED, SCRAMBLINGS, Estimates, Means, estimated
 from springpot.scattering.result import Scatter
+from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import compose
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress, Simulation
-from springpot.simulation.plan.settings import checked_seed, checked_threads, whole_number
+from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads, whole_number
+from springpot.simulation.result.results import Estimate, estimates_from
+from springpot.theory.registry import METHODS
+from springpot.theory.result import names_of_results
+from springpot.theory.solve import solve_one
 
+MONTE_CARLO = "monte_carlo"
 MOST_INPUTS = 12
 _FEWEST_DEVICES, _MOST_DEVICES, _FEW_DEVICES = 64, 2**16, 256
 _MOST_PATHS = 4096
@@ -43,7 +51,7 @@ def scatter(
     system: System, quantities: Sequence[str] | None = None, *, devices: int = 1024, paths: int = 8,
     duration: float | None = None, step: float | None = None, window: tuple[float, float] | None = None,
     limits: Mapping[str, float] | None = None, correlation: Mapping[tuple[str, str], float] | None = None,
-    seed: int = 1, threads: int | None = None, progress: Progress | None = None,
+    method: str = MONTE_CARLO, seed: int = 1, threads: int | None = None, progress: Progress | None = None,
 ) -> Scatter:  # fmt: skip
     """How results differ from device to device, and which uncertain numbers matter.
 
@@ -70,6 +78,9 @@ def scatter(
     correlation : mapping of (str, str) to float, optional
         Of pairs of uncertain numbers: the correlation of their normal scores, a Gaussian copula.  Spearman's is
         6 / pi asin(r / 2).  Numbers that depend on each other are one input with one index.
+    method : str
+        "monte_carlo", or the name of a method of theory, such as ``"linear"`` or ``"envelope"``: then nothing is
+        simulated, and a result is what the method says of each device.
     seed, threads : optional
         As in `springpot.simulate`; the same seed gives the same bits for any number of threads.
     progress : callable, optional
@@ -112,40 +123,91 @@ def scatter(
     True
     """
     numbers = _numbers_of(system)
+    known_word(method, [MONTE_CARLO, *METHODS], "method")
     _check_power_of_two(devices, "devices", _FEWEST_DEVICES, _MOST_DEVICES)
     _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
-    told, together = _shares(progress), correlated(correlation or {}, [*numbers])
+    together, told = correlated(correlation or {}, [*numbers]), _shares(progress)
     draws = drawn(numbers, devices, seed, together)
     middle, all_systems = nominal(system), systems_of(system, [*numbers], draws.values)
-    whole, plans = plan_of_all(
-        middle, all_systems, paths=paths, duration=duration, step=step, window=window, seed=seed, threads=threads
-    )
-    known = linear_names(Simulation(whole, compose(whole)))
-    names, bounds = _quantities(quantities, known), _limits(limits, known)
-    names = [*dict.fromkeys([*names, *bounds])]
-    simulations = simulations_of(plans, whole)
-    values = values_of(simulations, told(0.0, 0.8))
-    settings = whole.settings
-    alone = simulated(
-        middle, paths=max(devices * paths // _SHARE_OF_THE_NOMINAL, 64), duration=settings.duration, step=settings.step,
-        window=settings.window, seed=seed, threads=threads, progress=told(0.8, 0.1),
-    )  # fmt: skip
+    asked = partial(_asked, quantities, limits)
+    if method == MONTE_CARLO:
+        given = {"duration": duration, "step": step, "window": window, "seed": seed, "threads": threads}
+        results = _by_monte_carlo(middle, all_systems, asked, paths, told, given)
+    else:
+        results = _by_theory(middle, all_systems, asked, method, told(0.0, 0.9))
     means, groups = partial(_means, numbers, together, draws.chances, seed), together.groups
     inputs = tuple(" and ".join([*numbers][n] for n in group) for group in groups)
     found, tell = dict[str, Estimates](), told(0.9, 0.1)
-    for number, name in enumerate(names):
-        own = [bounds[name]] if name in bounds else []
-        found[name] = estimated(means(values[name]), inputs, groups, own)
+    for number, (name, values) in enumerate(results.values.items()):
+        found[name] = estimated(means(values), inputs, groups, results.limits.get(name, ()))
         if tell is not None:
-            tell((number + 1) / len(names))
+            tell((number + 1) / len(results.values))
     return Scatter(
-        system=system, settings=settings, numbers=tuple(numbers), inputs=inputs, draws=draws.values, paths=paths,
-        estimates=found,
-        means={name: values[name].mean(axis=1) for name in names}, nominal={name: alone[name] for name in names},
-        warnings=(*_doubts(numbers, devices, found), *(f"of the nominal device: {each}" for each in alone.warnings)),
+        system=system, method=method, settings=results.settings, numbers=tuple(numbers), inputs=inputs,
+        draws=draws.values, paths=paths if method == MONTE_CARLO else 0, estimates=found,
+        means={name: values.mean(axis=1) for name, values in results.values.items()}, nominal=results.nominal,
+        warnings=(*_doubts(numbers, devices, found), *(f"of the nominal device: {each}" for each in results.warnings)),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Results:
+    """Of all devices, shape (devices, paths) by name, and of the nominal one; limits by name."""
+
+    values: dict[str, Floats]
+    nominal: dict[str, Estimate]
+    limits: dict[str, tuple[float, ...]]
+    warnings: Sequence[str]
+    settings: Settings | None = None
+
+
+Asked = Callable[[Sequence[str]], tuple[list[str], dict[str, tuple[float, ...]]]]
+
+
+def _by_monte_carlo(
+    middle: System, devices: Sequence[System], asked: Asked, paths: int,
+    told: Callable[[float, float], Progress | None], given: dict[str, Any],
+) -> _Results:  # fmt: skip
+    whole, plans = plan_of_all(middle, devices, paths=paths, **given)
+    names, limits = asked(linear_names(Simulation(whole, compose(whole))))
+    values = values_of(simulations_of(plans, whole), names, told(0.0, 0.8))
+    settings = whole.settings
+    alone = simulated(
+        middle, paths=max(len(devices) * paths // _SHARE_OF_THE_NOMINAL, LANES), duration=settings.duration,
+        step=settings.step, window=settings.window, seed=settings.seed, threads=settings.threads,
+        progress=told(0.8, 0.1),
+    )  # fmt: skip
+    return _Results(values, {name: alone[name] for name in names}, limits, alone.warnings, settings)
+
+
+def _by_theory(
+    middle: System, devices: Sequence[System], asked: Asked, method: str, progress: Progress | None
+) -> _Results:  # fmt: skip
+    result, why = solve_one(middle, method)
+    if result is None:
+        raise NotCoveredError(f"method must cover the system, and {method} does not: {why}")
+    moments = {name: result.moments[name] for name in names_of_results(middle)}
+    names, limits = asked([name for name, value in moments.items() if math.isfinite(value)])
+    rows = []
+    for number, device in enumerate(devices):
+        own, why = solve_one(device, method)
+        if own is None:
+            raise NotCoveredError(f"method must cover all devices, and {method} does not cover one of them: {why}")
+        rows.append([own.moments[name] for name in names])
+        if progress is not None:
+            progress((number + 1) / len(devices))
+    values = np.array(rows)
+    nominal_values = estimates_from(middle, {name: moments[name] for name in names}, dict.fromkeys(names, 0.0))
+    found = {name: values[:, n : n + 1] for n, name in enumerate(names)}
+    return _Results(found, nominal_values, limits, result.warnings)
+
+
+def _asked(quantities: Any, limits: Any, known: Sequence[str]) -> tuple[list[str], dict[str, tuple[float, ...]]]:
+    """The results, and limits by name, of those that are known."""
+    names, bounds = _quantities(quantities, known), _limits(limits, known)
+    return [*dict.fromkeys([*names, *bounds])], {name: (limit,) for name, limit in bounds.items()}
 
 
 def _numbers_of(system: System) -> dict[str, Uncertain]:
