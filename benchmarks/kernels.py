@@ -14,11 +14,13 @@ from benchmarks.measure import LIMIT, Row, best_cpu, cpu_by_turns
 from benchmarks.plain import COMPILED, MODES, STEP, plain_of
 from springpot import Oscillator, System
 from springpot.simulation.kernel import tables
+from springpot.simulation.kernel.calling import pointer_like
 from springpot.simulation.kernel.lanes import GROUP, LANES, WIDTH, f32, stack_array, u32
 from springpot.simulation.kernel.motion import NUMBERS_OF_MODE, remember
 from springpot.simulation.kernel.normals import key_words
 from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
+from springpot.simulation.kernel.reading import fixed
 from springpot.simulation.kernel.tables import Tables
 from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose
@@ -114,13 +116,14 @@ class _Kept(NamedTuple):
 def _memory_only(integers, numbers, groups):
     zero = numbers[0] * f32(0)
     kept = _Kept(_modes(zero), _four(zero), _six(zero))
+    table = fixed(pointer_like(numbers.ctypes.data, kept.z))
     for i in range(MODES * LANES):
         kept.z[i] = zero
     for i in range((GROUP + 2) * LANES):
         kept.d[i] = zero + f32(0.001)
     for _ in range(groups):
         for o in range(0, LANES, WIDTH):
-            remember(integers, numbers, kept, o)
+            remember(integers, table, kept, o)
         # the next increments depend on the force, as they do in a run: else the compiler sums them once for all lanes
         for i in range(GROUP * LANES):
             kept.d[2 * LANES + i] -= f32(1e-6) * kept.h[i]
