@@ -26,6 +26,7 @@ from springpot.simulation.paths.together import advance_devices
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, default_duration, plan_of
 
+_LOOKED_AT = 64
 _UNLIKE = 2.0  # ratio of the rates of two devices from which on one step for all wastes more than it gives
 
 
@@ -149,7 +150,8 @@ def systems_of(system: System, names: Sequence[str], values: Floats) -> list[Sys
 def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tuple[Plan, list[Plan]]:
     """The plan of the nominal device, and those of all with its settings and its start.
 
-    The step is the shortest that a device would have, and the duration the longest.
+    The step is the shortest that one of 64 devices would have, and the duration the longest of theirs: to find them out
+    takes longer than the paths of a device.
 
     Raises
     ------
@@ -158,8 +160,8 @@ def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tupl
     """
     options = {name: value for name, value in given.items() if value is not None}
     first = plan_of(middle, **options)
-    motions = [motion_of(each) for each in devices]
-    scheme = first.settings.numerical_scheme
+    motions, scheme = [motion_of(each) for each in devices], first.settings.numerical_scheme
+    some = [first.motion, *motions[:: max(len(motions) // _LOOKED_AT, 1)]]
     if "step" not in options:
         rates = [motion.resolved_rate for motion in motions]
         if max(rates) > _UNLIKE * min(rates):
@@ -167,10 +169,10 @@ def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tupl
                 f"step must be given: the fastest rates of the devices are from {min(rates):.3g} to {max(rates):.3g} "
                 "per s, and all need the same step."
             )
-        options["step"] = min(motion.default_step(scheme) for motion in motions)
+        options["step"] = min(motion.default_step(scheme) for motion in some)
     if "duration" not in options:
         step, start = options["step"], first.settings.start
-        options["duration"] = max(default_duration(motion, step, start) for motion in [first.motion, *motions])
+        options["duration"] = max(default_duration(motion, step, start) for motion in some)
     whole = adapt(plan_of(middle, **options))
     return whole, [Plan(motion, whole.settings, whole.adapted) for motion in motions]
 

@@ -71,8 +71,8 @@ def scatter(
         Of each device: a power of two, 2 or more.  The scatter is known best with 1 + (variance from path to path) /
         (variance from device to device), and 4 to 8 are usual.
     duration, step, window : optional
-        As in `springpot.simulate`, the same for all devices.  If left out, the step is the shortest that a device would
-        have, and the duration the longest.
+        As in `springpot.simulate`, the same for all devices.  If left out, the step is the shortest that one of 64
+        devices would have, and the duration the longest.
     limits : mapping of str to float, optional
         For each of some quantities a limit: the share of the devices above it is estimated.
     correlation : mapping of (str, str) to float, optional
