@@ -101,6 +101,38 @@ def test_two_masses_and_a_table_of_values() -> None:
     assert isinstance(uncertain_numbers(pair)["k"].law, Measured)
 
 
+def test_a_dashpot_beside_a_springpot_whose_order_scatters() -> None:
+    """And springpots of fixed orders: they have rates of their own."""
+    system = sp.System(
+        sp.Mass(1.0), sp.Spring(1000.0), sp.Springpot(sp.uncertain("order", bounds=(0.3, 0.4)), 10.0), sp.Dashpot(2.0),
+        sp.Springpot(0.9, 3.0), sp.WhiteNoise(3.0),
+    )  # fmt: skip
+    found = sp.scatter(system, ["x_mean_square"], devices=64, duration=5.0, seed=2)
+    by_theory = sp.scatter(system, ["x_mean_square"], devices=64, method="linear", seed=2)
+    ratio = found.means["x_mean_square"] / by_theory.means["x_mean_square"]
+    error = found["x_mean_square"].path_scatter / found["x_mean_square"].mean.value / math.sqrt(8 * 64)
+    assert abs(ratio.mean() - 1.0) < 4.0 * error < 0.1
+
+
+def test_each_device_starts_about_its_place_of_rest() -> None:
+    """A constant force: the mean displacement scatters as f / k from the start on."""
+    system = sp.System(
+        sp.Mass(1.0), sp.Spring(300.0), sp.Springpot(0.3, 1500.0), sp.Constant(sp.uncertain("f", 30.0, cov=0.1)),
+        sp.WhiteNoise(1.0),
+    )  # fmt: skip
+    found = sp.scatter(system, ["x_mean"], devices=64, duration=10.0)["x_mean"]
+    assert found.scatter.value == pytest.approx(0.01, rel=0.1)
+
+
+def test_devices_that_differ_in_a_rate_have_blocks_of_their_own() -> None:
+    arm = sp.Maxwell(200.0, sp.uncertain("tau", 0.05, cov=0.2))
+    system = sp.System(sp.Mass(1.0), sp.Spring(1000.0), arm, sp.WhiteNoise(3.0))
+    found = sp.scatter(system, ["x_mean_square"], devices=64, duration=2.0)
+    assert found.paths == 64
+    with pytest.raises(ValueError, match="paths must be 64 or a multiple of it, not 8"):
+        sp.scatter(system, ["x_mean_square"], devices=64, duration=2.0, paths=8)
+
+
 def test_the_report_says_what_it_is() -> None:
     found = sp.scatter(mount(), ["impact_rate"], devices=64, paths=8, duration=5.0, limits={"impact_rate": 3.0})
     text = str(found)
@@ -123,6 +155,8 @@ def test_uncertain_numbers_are_kept_and_copied() -> None:
     for copied in (pickle.loads(pickle.dumps(k)), 1.0 * k, k + 0.0):
         assert (float(copied), copied.name) == (3200.0, "k")
         assert copied.law == k.law
+    inverse = 2.0 / k
+    assert (float(inverse), inverse.at(100.0), inverse.law) == (2.0 / 3200.0, 0.02, k.law)
     halved = -0.5 * k
     assert (float(halved), halved.low) == (-1600.0, -0.5 * k.high)
     assert nominal(mount()).of(sp.Spring) == (sp.Spring(3200.0),)
@@ -166,6 +200,7 @@ def test_a_file_holds_them_and_the_command_prints_the_report(
 
 FEW = sp.Mass(1.0), sp.Dashpot(0.2), sp.WhiteNoise(1.0)
 TWO = sp.Spring(sp.uncertain("k", 1.0, cov=0.1)), sp.Spring(sp.uncertain("k", 2.0, cov=0.1))
+BOTH = sp.Spring(sp.free("c", 1.0, (0.5, 2.0))), sp.Friction(sp.uncertain("c", 0.1, cov=0.1))
 WRONG: list[Any] = [
     (lambda: sp.uncertain("k", cov=0.1), TypeError, "value must be given with cov"),
     (lambda: sp.uncertain("k", 1.0, cov=0.1, sd=0.2), TypeError, "k must have one of cov, sd, law and values"),
@@ -179,6 +214,10 @@ WRONG: list[Any] = [
     (lambda: sp.Springpot(sp.uncertain("order", 0.9, sd=0.05), 1.0), ValueError, "number order: give bounds="),
     (lambda: sp.scatter(sp.System(*FEW, sp.Spring(1.0))), ValueError, "system must have uncertain numbers"),
     (lambda: sp.scatter(sp.System(*FEW, *TWO)), ValueError, "k must have the same value and law"),
+    (lambda: sp.uncertain("k", law=stats.norm), TypeError, "law must have its numbers"),
+    (lambda: sp.scatter(sp.System(*FEW, *BOTH)), ValueError, "c must be free or uncertain wherever it stands"),
+    (lambda: sp.scatter(mount(), []), TypeError, "quantities must be a list of names"),
+    (lambda: sp.scatter(mount(), devices=65536, paths=4096), ValueError, "devices and paths must be fewer"),
     (lambda: sp.scatter(mount(), devices=100), ValueError, "devices must be a power of two, not 100: 64 is one"),
     (lambda: sp.scatter(mount(), ["impact_speed_mean"]), ValueError, "quantities must be of"),
     (lambda: sp.scatter(mount(), limits={"impact_rat": 1.0}), ValueError, "did you mean impact_rate"),

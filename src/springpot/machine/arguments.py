@@ -150,6 +150,12 @@ class Free(float):
         low, start, high = (float(each**other) for each in (self.low, float(self), self.high))
         return self._made(start, low, high, float(self.times**other), 0.0, float(self.power * other))
 
+    def __rtruediv__(self, other: Any) -> Any:
+        return other * self**-1.0 if _are_plain(other) and other else float.__rtruediv__(self, other)
+
+    def __pos__(self) -> Any:
+        return self
+
     __rmul__, __radd__ = __mul__, __add__
 
 
@@ -171,8 +177,8 @@ class Uncertain(Free):
 
     Notes
     -----
-    Arithmetic is that of a free number.  Of two marked numbers it gives a plain one, which does not scatter: mark the
-    result itself.
+    Arithmetic is that of a free number: what gives a plain number there loses its scatter here, such as an expression
+    of two marked numbers.  Mark the result itself.
     """
 
     __slots__ = ("law",)

@@ -18,7 +18,8 @@ from springpot.memory.minimax import lag_grid
 from springpot.memory.weights import Family, at_lags
 
 _LAGS, _CHECKED_LAGS = 320, 3000
-_MOST_MORE = 8  # terms beyond those of one order
+_MOST_MORE = 12  # terms beyond those of one order
+_WIDER = 0.25, 0.5, 0.75, 1.0  # shares of the range of orders, one after another
 _ROUNDS, _STEPS = 5, 8  # of new weights of the lags, and of Gauss-Newton steps with each
 _SHARPER = 0.7  # power of the error by which a lag weighs more
 
@@ -78,14 +79,22 @@ def common_rates(family: Family, low: float, high: float, steps: int, tolerance:
     >>> sums = common_rates("average", 0.28, 0.32, 33_000, 1e-6)
     >>> sums.rates.size, max(sums(order).relative_error for order in (0.28, 0.293, 0.3, 0.32)) <= 1e-6
     (18, True)
+    >>> exponential_sum("average", 0.3, 33_000, 1e-6).rates.size  # of one order alone
+    17
     """
-    orders, lags = np.linspace(low, high, 5), lag_grid(float(max(steps, 2)), _LAGS)
-    one = exponential_sum(family, float(orders[2]), steps, tolerance)
-    for more in range(_MOST_MORE):
-        logs = _stretched(np.log(one.rates), one.rates.size + more)
-        found = _adapted(family, logs, orders, lags, steps)
-        if max(found(order).relative_error for order in orders) <= tolerance:
+    middle, lags = 0.5 * (low + high), lag_grid(float(max(steps, 2)), _LAGS)
+    one = exponential_sum(family, middle, steps, tolerance)
+    begin = np.log(one.rates)
+    for more in range(1, _MOST_MORE):
+        logs = _stretched(begin, one.rates.size + more)
+        for share in _WIDER:
+            orders = middle + share * (np.linspace(low, high, 5) - middle)
+            found = _adapted(family, logs, orders, lags, steps)
+            logs = np.log(found.rates)
+        error = max(found(order).relative_error for order in np.linspace(low, high, 9))
+        if error <= tolerance:
             return found
+        begin = logs if np.isfinite(error) else begin
     raise ValueError(
         f"orders from {low:g} to {high:g} are too far apart for common modes of memory with a tolerance of "
         f"{tolerance:g}: use a larger memory_tolerance, or a narrower law of the order."

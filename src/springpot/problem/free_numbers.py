@@ -151,7 +151,12 @@ def check_certain(model: object, what: str) -> None:
 
 def _by_name(model: object, wanted: Callable[[Free], bool]) -> dict[str, Free]:
     found: dict[str, Free] = {}
-    for here in filter(wanted, _each(model)):
+    kinds: dict[str, bool] = {}
+    for here in _each(model):
+        if kinds.setdefault(here.name, isinstance(here, Uncertain)) != isinstance(here, Uncertain):
+            raise ValueError(f"{here.name} must be free or uncertain wherever it stands, not both.")
+        if not wanted(here):
+            continue
         number = here.itself
         known = found.setdefault(number.name, number)
         both = np.array([(each, each.low, each.high) for each in (known, number)], float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,8 +14,8 @@ from springpot.machine.faults import shown
 from springpot.problem.parts.checks import real
 
 LEAST_CHANCE = 2.0**-31  # of a draw: half of the distance of neighbouring points of Sobol's sequence
-_MOST_CUT, _SAID_CUT = 0.05, 1e-6  # share of a law beyond its bounds that is refused, and that is said
-_FEWEST_VALUES, _FEW_VALUES = 3, 20
+_MOST_CUT = 0.05  # share of a law beyond its bounds that is refused
+_FEWEST_VALUES = 3
 
 
 class Law(Protocol):
@@ -146,18 +147,18 @@ class Measured:
 
 @dataclass(frozen=True)
 class Other:
-    """A law of `scipy.stats`, or any object with ``ppf`` and ``cdf``."""
+    """A law of `scipy.stats`, or any object with ``ppf``, or ``icdf``, and ``cdf``."""
 
     law: Any
-    is_gaussian = False
+    is_gaussian = True
 
     def ppf(self, u: Any) -> Any:
         """Quantiles."""
-        return self.law.ppf(u)
+        return _of_each(getattr(self.law, "ppf", None) or self.law.icdf, u)
 
     def cdf(self, x: Any) -> Any:
         """Share below a value."""
-        return self.law.cdf(x)
+        return _of_each(self.law.cdf, x)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Other) and (self.law is other.law or self._told == other._told)
@@ -197,13 +198,17 @@ class Bounded:
 
     def ppf(self, u: Any) -> Any:
         """Quantiles."""
-        below, above = float(self.law.cdf(self.low)), float(self.law.cdf(self.high))
+        below, above = self._shares
         return np.clip(self.law.ppf(below + (above - below) * np.asarray(u)), self.low, self.high)
+
+    @cached_property
+    def _shares(self) -> tuple[float, float]:
+        return float(self.law.cdf(self.low)), float(self.law.cdf(self.high))
 
     @property
     def cut(self) -> float:
         """The share that is left out."""
-        return 1.0 - (float(self.law.cdf(self.high)) - float(self.law.cdf(self.low)))
+        return 1.0 - (self._shares[1] - self._shares[0])
 
     @property
     def table(self) -> dict[str, Any]:
@@ -212,6 +217,16 @@ class Bounded:
 
     def __str__(self) -> str:
         return f"{self.law}, between {self.low:g} and {self.high:g}"
+
+
+def _of_each(function: Any, numbers: Any) -> Any:
+    """A function of numbers, also one that takes one number only."""
+    try:
+        return function(numbers)
+    except (TypeError, ValueError):
+        if np.ndim(numbers) == 0:
+            raise
+        return np.array([float(function(each)) for each in np.ravel(numbers).tolist()]).reshape(np.shape(numbers))
 
 
 def uncertain(
@@ -328,10 +343,21 @@ def _law(
             raise ValueError(f"values must be at least {_FEWEST_VALUES} numbers, not {len(known)}, in {name}.")
         return Measured(tuple(known))
     if law is not None:
-        if not (callable(getattr(law, "ppf", None)) and callable(getattr(law, "cdf", None))):
+        quantiles = getattr(law, "ppf", None) or getattr(law, "icdf", None)
+        if not (callable(quantiles) and callable(getattr(law, "cdf", None))):
             raise TypeError(
                 f"law must have ppf and cdf, as the frozen laws of scipy.stats have, not {shown(law)}, in {name}."
             )
+        if callable(getattr(law, "freeze", None)):
+            raise TypeError(
+                f"law must have its numbers, such as scipy.stats.norm(10.0, 2.0), not {shown(law)}, in {name}."
+            )
+        try:
+            tried = np.asarray(Other(law).ppf(np.array([0.25, 0.75])), float)
+        except Exception as fault:
+            raise ValueError(f"law must give quantiles, but at 0.25 it failed: {shown(fault)}, in {name}.") from fault
+        if tried.shape != (2,) or not np.isfinite(tried).all():
+            raise ValueError(f"law must give finite quantiles, not {shown(tried.tolist())}, in {name}.")
         return Other(law)
     assert ends is not None
     return Uniform(*ends)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +12,8 @@ from springpot.machine.arguments import Uncertain, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, meant, shown
 from springpot.memory.common_rates import common_rates
-from springpot.memory.exponential_sum import shared_span
-from springpot.problem.free_numbers import with_values
+from springpot.memory.exponential_sum import ExponentialSum, shared_span
+from springpot.problem.free_numbers import uncertain_numbers, with_values
 from springpot.problem.parts import Springpot
 from springpot.problem.system import System
 from springpot.problem.uncertain import LEAST_CHANCE
@@ -21,11 +21,14 @@ from springpot.scattering.estimates import SCRAMBLINGS
 from springpot.simulation.estimate.samples import samples_of
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.lowering.compose import compose, units_of
+from springpot.simulation.lowering.memory import sums_of
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.paths.together import advance_devices
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, default_duration, plan_of
+from springpot.simulation.plan.settings import Settings
 
+_LOOKED_AT = 64
 _UNLIKE = 2.0  # ratio of the rates of two devices from which on one step for all wastes more than it gives
 
 
@@ -49,7 +52,7 @@ def drawn(numbers: Mapping[str, Uncertain], devices: int, seed: int, together: C
     from scipy.stats import qmc
 
     each, rng = devices // SCRAMBLINGS, np.random.default_rng([seed, 0x5CA7])
-    points = [qmc.Sobol(len(numbers), scramble=True, rng=rng).random(each) for _ in range(SCRAMBLINGS)]
+    points = [qmc.Sobol(len(numbers), scramble=True, seed=rng).random(each) for _ in range(SCRAMBLINGS)]
     chances = np.clip(np.concatenate(points) + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
     lower = chances if together is None else together.of_numbers(chances)
     values = [number.law.ppf(lower[:, n]) for n, number in enumerate(numbers.values())]
@@ -128,28 +131,35 @@ def correlated(given: Any, names: Sequence[str]) -> Correlation:
 
 
 def systems_of(system: System, names: Sequence[str], values: Floats) -> list[System]:
-    """The devices.
+    """The devices; parts without an uncertain number are the same in all of them.
 
     Raises
     ------
     ValueError
         If a part refuses a value, with the values of that device.
     """
+    parts = dict(system.stated())
+    differ = {name: part for name, part in parts.items() if uncertain_numbers(part)}
     found = []
     for row in values.tolist():
         own = dict(zip(names, row, strict=True))
         try:
-            found.append(with_values(system, own))
+            found.append(System(**parts | {name: _device_part(part, own) for name, part in differ.items()}))
         except ValueError as fault:
             told = listed([f"{name} = {value:g}" for name, value in own.items()])
             raise ValueError(f"{fault} So it would be in a device with {told}: give bounds to a law.") from None
     return found
 
 
+def _device_part(part: Any, values: Mapping[str, float]) -> Any:
+    return with_values(part, {name: values[name] for name in uncertain_numbers(part)})
+
+
 def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tuple[Plan, list[Plan]]:
     """The plan of the nominal device, and those of all with its settings and its start.
 
-    The step is the shortest that a device would have, and the duration the longest.
+    The step is the shortest that one of 64 devices would have, and the duration the longest of theirs: to find them out
+    takes longer than the paths of a device.
 
     Raises
     ------
@@ -158,8 +168,8 @@ def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tupl
     """
     options = {name: value for name, value in given.items() if value is not None}
     first = plan_of(middle, **options)
-    motions = [motion_of(each) for each in devices]
-    scheme = first.settings.numerical_scheme
+    motions, scheme = [motion_of(each) for each in devices], first.settings.numerical_scheme
+    some = [first.motion, *motions[:: max(len(motions) // _LOOKED_AT, 1)]]
     if "step" not in options:
         rates = [motion.resolved_rate for motion in motions]
         if max(rates) > _UNLIKE * min(rates):
@@ -167,29 +177,54 @@ def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tupl
                 f"step must be given: the fastest rates of the devices are from {min(rates):.3g} to {max(rates):.3g} "
                 "per s, and all need the same step."
             )
-        options["step"] = min(motion.default_step(scheme) for motion in motions)
+        options["step"] = min(motion.default_step(scheme) for motion in some)
     if "duration" not in options:
         step, start = options["step"], first.settings.start
-        options["duration"] = max(default_duration(motion, step, start) for motion in [first.motion, *motions])
+        options["duration"] = max(default_duration(motion, step, start) for motion in some)
     whole = adapt(plan_of(middle, **options))
-    return whole, [Plan(motion, whole.settings, whole.adapted) for motion in motions]
+    return whole, [_started(Plan(motion, whole.settings, whole.adapted), whole) for motion in motions]
 
 
-def simulations_of(plans: Sequence[Plan], whole: Plan) -> list[Simulation]:
+def _started(plan: Plan, whole: Plan) -> Plan:
+    """From the start of the nominal device, moved as far as its place of rest."""
+    moved = plan.motion.rest - whole.motion.rest
+    if whole.settings.start != "stationary" or not moved.any():
+        return plan
+    at = plan.system.coordinates
+    begin = at.places_of(whole.settings.initial_position) + moved
+    return plan.but(initial_position=at.as_given(plan.motion.within_walls(begin)))
+
+
+def simulations_of(plans: Sequence[Plan], whole: Plan, tell: Callable[[float], None]) -> list[Simulation]:
     """Prepared for the kernel, in the same units, and with common rates where orders differ."""
+    memory, units, found = _memory_of_all(plans, whole.settings), units_of(whole), list[Simulation]()
+    for number, plan in enumerate(plans):
+        found.append(Simulation(plan, compose(plan, kernel_units=units, memory=memory)))
+        tell((number + 1) / len(plans))
+    return found
+
+
+def _memory_of_all(plans: Sequence[Plan], settings: Settings) -> Callable[[float], ExponentialSum]:
+    """Sums by the order: with common rates of the orders of a springpot that differ, otherwise the shortest ones."""
+    alone, ranges = sums_of(settings), list[tuple[float, float]]()
     orders = np.array([[pot.order for pot in plan.system.of(Springpot)] for plan in plans])
-    memory, settings = None, whole.settings
-    inner = orders[(orders > 0.0) & (orders < 1.0)]
-    if orders.size and (np.ptp(orders, axis=0) > 0.0).any() and inner.size:
-        memory = common_rates(
-            settings.numerical_scheme.family,
-            float(inner.min()),
-            float(inner.max()),
-            shared_span(settings.steps + 1),
-            settings.memory_tolerance,
-        )
-    units = units_of(whole)
-    return [Simulation(plan, compose(plan, kernel_units=units, memory=memory)) for plan in plans]
+    for low, high in sorted(zip(orders.min(axis=0).tolist(), orders.max(axis=0).tolist(), strict=True)):
+        if low < high and ranges and low <= ranges[-1][1]:  # springpots whose orders overlap have the same rates
+            ranges[-1] = ranges[-1][0], max(high, ranges[-1][1])
+        elif low < high:
+            ranges.append((low, high))
+    sums = [
+        (ends, common_rates(settings.numerical_scheme.family, *ends, shared_span(settings.steps + 1),
+                            settings.memory_tolerance))
+        for ends in ranges
+    ]  # fmt: skip
+    fixed = {*orders[0, orders.min(axis=0) == orders.max(axis=0)].tolist()}
+
+    def memory(order: float) -> ExponentialSum:
+        own = next((each for (low, high), each in sums if low <= order <= high and order not in fixed), alone)
+        return own(order)
+
+    return memory
 
 
 def values_of(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,7 @@ _ONE_SIDED = 1.753  # the same of a bound
 SHARES = 0.05, 0.5, 0.95
 BELOW = 0.99  # share of the devices of a tolerance
 PREDICTED = 4096
+_ROUNDED = 1e-10  # of a result: what devices that are alike may differ by
 
 
 @dataclass(frozen=True)
@@ -51,19 +52,27 @@ class Means:
     normal : tuple of bool
     values : ndarray, shape (draws, paths)
         A result of each path.
-    new : ndarray, shape (draws, inputs)
-        Scores at which surfaces are looked at, and in the last column normal ones of what they leave.
+    new : ndarray, shape (devices, inputs)
+        Scores of other devices, which surfaces are asked of.
+    beside : ndarray, shape (devices,)
+        Normal scores of what surfaces leave in them.
+    logarithmic : bool, optional
+        Whether the logarithm has the surface that quantiles come from; if not given, that which misses less.
     """
 
     scores: Floats
     normal: tuple[bool, ...]
     values: Floats
     new: Floats
+    beside: Floats
+    logarithmic: bool | None = None
 
     def without(self, scrambling: int) -> Means:
-        """Without one scrambling; neighbouring draws are of one."""
+        """Without one scrambling; neighbouring draws are of one.  Its surfaces are of the same kind."""
         kept = np.arange(len(self.values)) // (len(self.values) // SCRAMBLINGS) != scrambling
-        return Means(self.scores[kept], self.normal, self.values[kept], self.new)
+        return replace(
+            self, scores=self.scores[kept], values=self.values[kept], logarithmic=self.of_logarithm is not None
+        )
 
     @cached_property
     def means(self) -> Floats:
@@ -82,22 +91,42 @@ class Means:
         return surface_of(self.scores, self.normal, self.means, self.noise)
 
     @cached_property
+    def of_logarithm(self) -> Surface | None:
+        """Of the logarithm of the means, where they are not negative and it misses less."""
+        if self.logarithmic is False or (self.means < 0.0).any() or not self.means.any():
+            return None
+        found = logarithmic_surface_of(self.scores, self.normal, self.means, self.noise)
+        return found if self.logarithmic or found.unlikely < self.surface.unlikely else None
+
+    @property
+    def unexplained(self) -> float:
+        """Share of the variance between devices that the surface leaves."""
+        return self.surface.left / self.surface.variance if self.surface.variance > 0.0 else math.nan
+
+    @cached_property
     def of_devices(self) -> Floats:
         """The results of many devices, without paths: for quantiles and limits, in ascending order."""
-        mean, new = float(self.means.mean()), self.new[:, :-1]
-        if (self.means >= 0.0).all() and mean > 0.0:
-            surface = logarithmic_surface_of(self.scores, self.normal, self.means, self.noise)
-            line = polynomials(new, self.normal, surface.powers) @ surface.coefficients
-            square = float((surface.coefficients[1:] ** 2).sum())
-            shrunk = math.sqrt(max(float(surface.squares.sum()), 0.0) / square) if square > 0.0 else 0.0
-            line = shrunk * (line - line.mean()) + math.sqrt(max(surface.left, 0.0)) * self.new[:, -1]
-            found = np.exp(line)
+        mean, surface = float(self.means.mean()), self.of_logarithm or self.surface
+        line = polynomials(self.new, self.normal, surface.powers) @ surface.coefficients
+        square = float((surface.coefficients[1:] ** 2).sum())
+        known = math.sqrt(min(max(float(surface.squares.sum()), 0.0) / square, 1.0)) if square > 0.0 else 0.0
+        away = known * (line - line.mean()) + math.sqrt(max(surface.left, 0.0)) * self.beside
+        if self.of_logarithm is not None:
+            found = np.exp(away)
             return np.sort(mean * found / found.mean())
-        surface = self.surface
-        line = polynomials(new, self.normal, surface.powers) @ surface.coefficients
-        spread = float(line.std())
-        wider = math.sqrt(max(surface.variance, 0.0)) / spread if spread > 0.0 else 0.0
-        return np.sort(mean + wider * (line - line.mean()))
+        spread, wanted = float(away.std()), math.sqrt(max(surface.variance, 0.0))
+        return np.sort(mean + (wanted / spread if spread > 0.0 else 0.0) * away)
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the devices differ by more than their paths explain, with 95 %, and than rounding."""
+        from scipy.special import fdtri
+
+        draws, paths = self.values.shape
+        between, within = float(self.means.var(ddof=1)), float(self.noise.mean())
+        if math.sqrt(between) <= _ROUNDED * float(np.abs(self.means).max()):
+            return False
+        return not within > 0.0 or between / within > float(fdtri(draws - 1, draws * (paths - 1), 0.95))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +146,8 @@ class Estimates:
         Below which 99 % of the devices are, 95 % sure.
     alone, together : dict of Interval
         First-order and total Sobol indices, by the names of the inputs; empty where no scatter is seen.
-    unexplained : float
-        Share of the variance that the surface leaves.
+    unexplained : Interval
+        Share of the variance that the surface leaves; it may be below 0 by chance.
     above : dict of Interval
         Shares of the devices above limits.
     of_devices : ndarray
@@ -132,7 +161,7 @@ class Estimates:
     tolerance: float
     alone: dict[str, Interval]
     together: dict[str, Interval]
-    unexplained: float
+    unexplained: Interval
     above: dict[float, Interval]
     of_devices: Floats
 
@@ -156,18 +185,26 @@ def estimated(
         return _jackknifed(of(means), np.array([of(part) for part in parts]), logarithmic)
 
     def below(share: float) -> Interval:
-        return interval(lambda own: float(np.quantile(own.of_devices, share)))
+        positive = means.of_logarithm is not None
+        return interval(lambda own: float(np.quantile(own.of_devices, share)), logarithmic=positive)
 
     def beyond(limit: float) -> Interval:
-        return interval(lambda own: float((own.of_devices > limit).mean()))
+        found = interval(lambda own: float((own.of_devices > limit).mean()))
+        if found.value in (0.0, 1.0):  # of none, or all, of so many devices: three of them could be beyond by chance
+            bound = 3.0 / len(means.means)
+            return replace(found, low=max(found.value - bound, 0.0), high=min(found.value + bound, 1.0))
+        return replace(found, low=max(found.low, 0.0), high=min(found.high, 1.0))
 
     mean = interval(lambda own: float(own.means.mean()))
     paths = float(means.noise.mean()) * means.values.shape[1]
     quantiles, top = {share: below(share) for share in SHARES}, below(BELOW)
     above = {limit: beyond(limit) for limit in limits}
-    scatter = _scatter(means, interval)
     alone, together = dict[str, Interval](), dict[str, Interval]()
-    if scatter.value > 0.0:
+    if not means.is_seen:
+        scatter, unexplained = _unseen(means), Interval(math.nan, math.nan, math.nan, math.nan)
+    else:
+        scatter = interval(lambda own: math.sqrt(max(own.surface.variance, 0.0)), logarithmic=True)
+        unexplained = interval(lambda own: own.unexplained)
         whole, left_out = means.surface.indices(groups), [part.surface.indices(groups) for part in parts]
         for kind, found in enumerate((alone, together)):
             for place, name in enumerate(names):
@@ -176,22 +213,19 @@ def estimated(
                 )
     return Estimates(
         mean=mean, scatter=scatter, path_scatter=math.sqrt(paths), quantiles=quantiles,
-        tolerance=top.value + _ONE_SIDED * top.error, alone=alone, together=together,
-        unexplained=means.surface.left / means.surface.variance if scatter.value > 0.0 else math.nan, above=above,
-        of_devices=means.of_devices,
+        tolerance=top.value + _ONE_SIDED * top.error, alone=alone, together=together, unexplained=unexplained,
+        above=above, of_devices=means.of_devices,
     )  # fmt: skip
 
 
-def _scatter(means: Means, interval: Callable[..., Interval]) -> Interval:
-    """By the surface; where it is not seen, a bound by the analysis of variance."""
-    if all(own.surface.variance > 0.0 for own in (means, *map(means.without, range(SCRAMBLINGS)))):
-        return interval(lambda own: math.sqrt(own.surface.variance), logarithmic=True)
+def _unseen(means: Means) -> Interval:
+    """Of a scatter that is not seen: 0, with a bound by the analysis of variance."""
     from scipy.special import fdtri
 
     draws, paths = means.values.shape
     between, within = float(means.means.var(ddof=1)), float(means.noise.mean())
     if not within > 0.0:
-        return Interval(math.sqrt(between), 0.0, math.sqrt(between), math.sqrt(between))
+        return Interval(0.0, math.nan, 0.0, math.sqrt(between))
     bound = within * max(between / within / float(fdtri(draws - 1, draws * (paths - 1), 0.05)) - 1.0, 0.0)
     return Interval(0.0, math.nan, 0.0, math.sqrt(bound))
 

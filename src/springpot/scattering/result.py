@@ -119,20 +119,20 @@ class Scatter:
         own = self.nominal[name]
         yield f"{name}, {unit}"
         yield f"  nominal device        {with_error(own.value, own.error)}"
-        more = ""
-        if own.value and math.isfinite(own.value):
-            change = 100.0 * (found.mean.value / own.value - 1.0)
-            more = f"   {abs(change):.0f} % {'above' if change > 0.0 else 'below'} nominal"
+        more, change = "", found.mean.value - own.value
+        if abs(change) < 0.5 * abs(own.value):
+            share = 100.0 * abs(change / own.value)
+            more = f"   {share:.0f} % {'above' if change > 0.0 else 'below'} nominal"
         yield f"  mean over devices     {with_error(found.mean.value, found.mean.error)}{more}"
         if found.scatter.value == 0.0:
             yield f"  device to device      not seen: below {found.scatter.high:.3g}"
         else:
-            share = f" ({100.0 * found.scatter.value / abs(found.mean.value):.0f} %)" if found.mean.value else ""
-            yield f"  device to device      {found.scatter.value:.3g}{share}, {_brackets(found.scatter)}"
-            for place, (at, quantile) in enumerate(found.quantiles.items()):
-                words = "devices below" if place == 0 else "below"
-                yield f"    {100.0 * at:4.0f} % of {words:14}{quantile.value:.4g} {_brackets(quantile)}"
-            yield f"    {100.0 * BELOW:4.0f} % of them are below {found.tolerance:.4g}, 95 % sure"
+            part = found.scatter.value / abs(found.mean.value) if found.mean.value else math.inf
+            words = f" ({100.0 * part:.0f} %)" if part < 10.0 else ""
+            yield f"  device to device      {found.scatter.value:.3g}{words}, {_brackets(found.scatter)}"
+            for at, quantile in found.quantiles.items():
+                yield f"    {100.0 * at:4.0f} % of devices are below {quantile.value:.4g} {_brackets(quantile)}"
+            yield f"    {100.0 * BELOW:4.0f} % of devices are below {found.tolerance:.4g}, 95 % sure"
         if self.settings is not None:
             length = self.settings.window[1] - self.settings.window[0]
             words = f"{found.path_scatter:.3g} in {length:.3g} s   averages out, does not count above"
@@ -144,7 +144,7 @@ class Scatter:
             wide = max(map(len, self.inputs))
             for each in sorted(self.inputs, key=lambda each: -found.together[each].value):
                 yield f"    {each:{max(wide, 18)}}{_share(found.alone[each]):27}{_share(found.together[each])}"
-            yield f"    {'not explained':{max(wide, 18)}}{100.0 * max(found.unexplained, 0.0):.1f} %"
+            yield f"    {'not explained':{max(wide, 18)}}{_share(found.unexplained)}"
 
     def to_xarray(self) -> xarray.Dataset:
         """A dataset with the dimensions ``draw``, ``number``, ``input`` and ``probability``.

@@ -15,7 +15,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, listed, meant, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System, checked_system
-from springpot.problem.uncertain import LEAST_CHANCE, Bounded
+from springpot.problem.uncertain import LEAST_CHANCE, Bounded, Measured
 from springpot.scattering.devices import (
     Correlation,
     correlated,
@@ -26,12 +26,13 @@ from springpot.scattering.devices import (
     systems_of,
     values_of,
 )
-from springpot.scattering.estimates import PREDICTED, SCRAMBLINGS, Estimates, Means, estimated
+from springpot.scattering.estimates import PREDICTED, Estimates, Means, estimated
 from springpot.scattering.result import Scatter
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.lowering.compose import compose
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.paths.simulation import Progress, Simulation
+from springpot.simulation.paths.together import alike
 from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads, whole_number
 from springpot.simulation.result.results import Estimate, estimates_from
 from springpot.theory.registry import METHODS
@@ -42,13 +43,15 @@ MONTE_CARLO = "monte_carlo"
 MOST_INPUTS = 12
 _FEWEST_DEVICES, _MOST_DEVICES, _FEW_DEVICES = 64, 2**16, 256
 _MOST_PATHS = 4096
+_USUAL_PATHS = 8
 _SHARE_OF_THE_NOMINAL = 8  # of all paths, one in so many is of the nominal device
 _LEFT = 0.1  # share of the variance that a surface leaves from which on it is said
-_SAID_CUT = 1e-6
+_SAID_CUT, _FEW_VALUES = 1e-6, 20
+_MOST_NUMBERS = 2e8  # sums of all paths
 
 
 def scatter(
-    system: System, quantities: Sequence[str] | None = None, *, devices: int = 1024, paths: int = 8,
+    system: System, quantities: Sequence[str] | None = None, *, devices: int = 1024, paths: int | None = None,
     duration: float | None = None, step: float | None = None, window: tuple[float, float] | None = None,
     limits: Mapping[str, float] | None = None, correlation: Mapping[tuple[str, str], float] | None = None,
     method: str = MONTE_CARLO, seed: int = 1, threads: int | None = None, progress: Progress | None = None,
@@ -67,12 +70,13 @@ def scatter(
         are not among them.
     devices : int
         A power of two, 64 or more.
-    paths : int
-        Of each device: a power of two, 2 or more.  The scatter is known best with 1 + (variance from path to path) /
-        (variance from device to device), and 4 to 8 are usual.
+    paths : int, optional
+        Of each device: a power of two, 2 or more; 8 if left out.  The scatter is known best with 1 + (variance from
+        path to path) / (variance from device to device), and 4 to 8 are usual.  Devices that differ in a rate of their
+        memory (Maxwell arms, circuits) or in the exponent of a law need 64 or more, which they have if left out.
     duration, step, window : optional
-        As in `springpot.simulate`, the same for all devices.  If left out, the step is the shortest that a device would
-        have, and the duration the longest.
+        As in `springpot.simulate`, the same for all devices.  If left out, the step is the shortest that one of 64
+        devices would have, and the duration the longest.
     limits : mapping of str to float, optional
         For each of some quantities a limit: the share of the devices above it is estimated.
     correlation : mapping of (str, str) to float, optional
@@ -125,7 +129,8 @@ def scatter(
     numbers = _numbers_of(system)
     known_word(method, [MONTE_CARLO, *METHODS], "method")
     _check_power_of_two(devices, "devices", _FEWEST_DEVICES, _MOST_DEVICES)
-    _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
+    if paths is not None:
+        _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
     together, told = correlated(correlation or {}, [*numbers]), _shares(progress)
@@ -146,7 +151,7 @@ def scatter(
             tell((number + 1) / len(results.values))
     return Scatter(
         system=system, method=method, settings=results.settings, numbers=tuple(numbers), inputs=inputs,
-        draws=draws.values, paths=paths if method == MONTE_CARLO else 0, estimates=found,
+        draws=draws.values, paths=results.paths, estimates=found,
         means={name: values.mean(axis=1) for name, values in results.values.items()}, nominal=results.nominal,
         warnings=(*_doubts(numbers, devices, found), *(f"of the nominal device: {each}" for each in results.warnings)),
     )  # fmt: skip
@@ -161,25 +166,38 @@ class _Results:
     limits: dict[str, tuple[float, ...]]
     warnings: Sequence[str]
     settings: Settings | None = None
+    paths: int = 0
 
 
 Asked = Callable[[Sequence[str]], tuple[list[str], dict[str, tuple[float, ...]]]]
 
 
 def _by_monte_carlo(
-    middle: System, devices: Sequence[System], asked: Asked, paths: int,
+    middle: System, devices: Sequence[System], asked: Asked, paths: int | None,
     told: Callable[[float, float], Progress | None], given: dict[str, Any],
 ) -> _Results:  # fmt: skip
-    whole, plans = plan_of_all(middle, devices, paths=paths, **given)
-    names, limits = asked(linear_names(Simulation(whole, compose(whole))))
-    values = values_of(simulations_of(plans, whole), names, told(0.0, 0.8))
+    whole, plans = plan_of_all(middle, devices, paths=paths or _USUAL_PATHS, **given)
+    first = Simulation(whole, compose(whole))
+    names, limits = asked(linear_names(first))
+    if (count := len(devices) * whole.settings.paths * len(first.parts.columns)) > _MOST_NUMBERS:
+        raise ValueError(
+            f"devices and paths must be fewer: {len(devices)} devices of {whole.settings.paths} paths need {count:.2g} "
+            f"sums, and at most {_MOST_NUMBERS:.0e} are kept."
+        )
+    simulations = simulations_of(plans, whole, told(0.0, 0.3) or (lambda _: None))
+    if paths is None and not alike([each.parts.tables for each in simulations]):
+        simulations = [each.but(paths=LANES) for each in simulations]
+    values = values_of(simulations, names, told(0.3, 0.5))
     settings = whole.settings
+    whole_count = len(devices) * simulations[0].settings.paths
     alone = simulated(
-        middle, paths=max(len(devices) * paths // _SHARE_OF_THE_NOMINAL, LANES), duration=settings.duration,
+        middle, paths=max(whole_count // _SHARE_OF_THE_NOMINAL, LANES), duration=settings.duration,
         step=settings.step, window=settings.window, seed=settings.seed, threads=settings.threads,
         progress=told(0.8, 0.1),
     )  # fmt: skip
-    return _Results(values, {name: alone[name] for name in names}, limits, alone.warnings, settings)
+    return _Results(
+        values, {name: alone[name] for name in names}, limits, alone.warnings, settings, simulations[0].settings.paths
+    )
 
 
 def _by_theory(
@@ -228,7 +246,7 @@ def _check_power_of_two(given: Any, name: str, low: int, high: int) -> None:
 def _quantities(given: Any, known: Sequence[str]) -> list[str]:
     if given is None:
         return [*known]
-    if isinstance(given, str) or not isinstance(given, Sequence):
+    if isinstance(given, str) or not isinstance(given, Sequence) or not given:
         raise TypeError(f"quantities must be a list of names, not {shown(given)}.")
     for name in given:
         _check_known(name, known, "quantities")
@@ -269,16 +287,19 @@ def _means(
     from scipy.stats import qmc
 
     rng = np.random.default_rng([seed, 0x5CA8])
-    new = qmc.Sobol(len(numbers) + 1, scramble=True, rng=rng).random(PREDICTED)
+    new = qmc.Sobol(len(numbers) + 1, scramble=True, seed=rng).random(PREDICTED)
     new = np.clip(new + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
     normal = tuple(tied or number.law.is_gaussian for tied, number in zip(together.tied, numbers.values(), strict=True))
     at, later = (np.where(normal, ndtri(own[:, : len(normal)]), own[:, : len(normal)]) for own in (chances, new))
-    return Means(at, normal, values, np.column_stack([later, ndtri(new[:, -1])]))
+    return Means(at, normal, values, later, ndtri(new[:, -1]))
 
 
 def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, Estimates]) -> list[str]:
     said = []
     for name, number in numbers.items():
+        if isinstance(number.law, Measured) and len(number.law.values) < _FEW_VALUES:
+            count = len(number.law.values)
+            said.append(f"{name}: the law of {count} measured values has no tails, and scatters less than they do.")
         if isinstance(number.law, Bounded) and number.law.cut > _SAID_CUT:
             mean = float(np.mean(number.law.ppf((np.arange(4096) + 0.5) / 4096)))
             said.append(
@@ -287,12 +308,11 @@ def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, 
     if devices < _FEW_DEVICES:
         said.append(f"intervals from {devices} devices are rough: use {_FEW_DEVICES} or more.")
     for name, own in found.items():
-        if own.unexplained > _LEFT:
+        if own.unexplained.low > _LEFT:
             said.append(
-                f"{name}: the surface leaves {100.0 * own.unexplained:.2g} % of the variance between devices, and "
-                "indices hold for the rest."
+                f"{name}: the polynomial leaves {100.0 * own.unexplained.value:.2g} % of the variance between devices: "
+                "indices hold for the rest, and quantiles and limits are rough."
             )
         if own.scatter.value == 0.0:
             said.append(f"{name}: no scatter is seen; it is below {own.scatter.high:.3g}, with 95 %.")
-    assert devices >= SCRAMBLINGS
     return said

@@ -18,7 +18,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -28,7 +28,6 @@ from springpot.machine.arrays import Floats
 
 SETS = (1, 1.0), (2, 0.5), (2, 1.0), (3, 0.75), (3, 1.0), (4, 0.5)
 """Degrees and norms of the sets of polynomials that are tried."""
-_LOGARITHMIC = (1, 1.0), (2, 0.5), (2, 1.0)
 _DRAWS_A_TERM = 4
 _TURNS = 6  # of the weights of a logarithmic surface, which converge quickly
 
@@ -140,27 +139,27 @@ def surface_of(scores: Floats, normal: Sequence[bool], means: Floats, noise: Flo
     noise : ndarray, shape (draws,)
         Variances of these means.
     """
-    found = [_fitted(scores, normal, own, means, noise) for own in _tried(scores, SETS)]
+    found = [_fitted(polynomials(scores, normal, own), own, means, noise) for own in _tried(scores)]
     return min(found, key=lambda each: each.unlikely)
 
 
 def logarithmic_surface_of(scores: Floats, normal: Sequence[bool], means: Floats, noise: Floats) -> Surface:
-    """The same of the logarithm of a result that is not negative, by quasi-likelihood: errors are a share of it."""
-    whole, best = float(means.mean()), None
-    for own in _tried(scores, _LOGARITHMIC):
+    """The same of the logarithm of a result that is not negative, by quasi-likelihood: errors are a share of it.
+
+    What it misses of draws that are left out is in the units of the result.
+    """
+    whole, found = math.log(float(means.mean())), list[Surface]()
+    for own in _tried(scores):
         terms = polynomials(scores, normal, own)
-        inverse = _inverse(terms)
-        line = np.full(means.size, math.log(whole))
+        inverse, line = _inverse(terms), np.full(means.size, whole)
         for _ in range(_TURNS):
-            line = np.clip(
-                terms @ (inverse @ (line + means * np.exp(-line) - 1.0)), *(math.log(whole) + np.array([-20, 20]))
-            )
+            line = np.clip(terms @ (inverse @ (line + means * np.exp(-line) - 1.0)), whole - 20.0, whole + 20.0)
         size = np.exp(line)
-        surface = _fitted(scores, normal, own, line + means / size - 1.0, noise / size**2)
-        if best is None or surface.unlikely < best.unlikely:
-            best = surface
-    assert best is not None
-    return best
+        surface, share = _fitted(terms, own, line + means / size - 1.0, noise / size**2), _share_left(terms, inverse)
+        left_out = line - (means / size - 1.0) * (1.0 - share) / share
+        missed = means - np.exp(np.clip(left_out, whole - 20.0, whole + 20.0))
+        found.append(replace(surface, unlikely=float((missed**2).mean())))
+    return min(found, key=lambda each: each.unlikely)
 
 
 def _inverse(terms: Floats) -> Floats:
@@ -169,19 +168,22 @@ def _inverse(terms: Floats) -> Floats:
     return np.asarray(np.linalg.solve(triangle, basis.T))
 
 
-def _tried(scores: Floats, sets: Sequence[tuple[int, float]]) -> list[Powers]:
+def _share_left(terms: Floats, inverse: Floats) -> Floats:
+    """What of an error at each draw the surface does not follow."""
+    return np.asarray(1.0 - np.minimum(np.einsum("pk,kp->p", terms, inverse), 1.0 - 1e-9))
+
+
+def _tried(scores: Floats) -> list[Powers]:
     """With as few terms as the draws can tell; the constant and straight lines in any case."""
     draws, inputs = scores.shape
-    found = [powers_of(inputs, *own) for own in sets]
+    found = [powers_of(inputs, *own) for own in SETS]
     return [own for n, own in enumerate(found) if n == 0 or len(own) <= draws // _DRAWS_A_TERM]
 
 
-def _fitted(scores: Floats, normal: Sequence[bool], powers: Powers, means: Floats, noise: Floats) -> Surface:
-    terms = polynomials(scores, normal, powers)
+def _fitted(terms: Floats, powers: Powers, means: Floats, noise: Floats) -> Surface:
     inverse = _inverse(terms)
     coefficients = inverse @ means
-    missed = means - terms @ coefficients
-    share = 1.0 - np.minimum(np.einsum("pk,kp->p", terms, inverse), 1.0 - 1e-9)
+    missed, share = means - terms @ coefficients, _share_left(terms, inverse)
     left = float((missed**2).sum() - (share * noise).sum()) / max(means.size - len(powers), 1)
     return Surface(
         powers, coefficients, np.asarray(inverse**2 @ (missed**2 / share)), left,

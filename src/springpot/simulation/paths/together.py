@@ -21,7 +21,7 @@ from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.kernel.normals import key_words
-from springpot.simulation.kernel.tables import common, side_by_side, stacked
+from springpot.simulation.kernel.tables import Tables, common, side_by_side, stacked
 from springpot.simulation.paths.simulation import Ensemble, Progress, Simulation, addresses_of, blocks_of_a_call
 
 _MOST_BY_LANE = 100_000  # numbers of a system, each of which stands LANES times in the tables of a block
@@ -65,8 +65,8 @@ def advance_devices(simulations: Sequence[Simulation], progress: Progress | None
     each has blocks of its own.
     """
     one, paths = simulations[0], simulations[0].settings.paths
-    alike = len({common(each.parts.tables) for each in simulations}) == 1
-    if not alike and paths % LANES:
+    is_shared = alike([each.parts.tables for each in simulations])
+    if not is_shared and paths % LANES:
         raise ValueError(
             f"paths must be {LANES} or a multiple of it, not {paths}: the devices differ in a rate of their memory, in "
             "an exponent, or in which parts act, so that they cannot share blocks of paths."
@@ -74,14 +74,14 @@ def advance_devices(simulations: Sequence[Simulation], progress: Progress | None
     room = np.empty((len(simulations), paths, len(one.parts.columns)))
     steps, stop, telling = max(LANES // paths, 1), np.zeros(1, np.uint8), threading.Lock()
     blocks = len(simulations) * paths // LANES
-    size = steps * max(1, blocks_of_a_call(one.settings, blocks) * LANES // max(paths, LANES)) if alike else 1
+    size = steps * max(1, blocks_of_a_call(one.settings, blocks) * LANES // max(paths, LANES)) if is_shared else 1
     waiting, done = iter(range(0, len(simulations), size)), 0
 
     def work() -> None:
         nonlocal done
         while not stop[0] and (first := next(waiting, None)) is not None:
             own = simulations[first : first + size]
-            room[first : first + size] = _advance_devices(own, first * paths, alike, stop)
+            room[first : first + size] = _advance_devices(own, first * paths, is_shared, stop)
             with telling:
                 done += len(own)
                 if progress is not None and not stop[0]:
@@ -94,24 +94,25 @@ def advance_devices(simulations: Sequence[Simulation], progress: Progress | None
     return [_ensemble(each, rows) for each, rows in zip(simulations, room, strict=True)]
 
 
+def alike(tables: Sequence[Tables]) -> bool:
+    """Whether systems can be in neighbouring lanes."""
+    return tables[0].sweep.size <= _MOST_BY_LANE and len({common(each) for each in tables}) == 1
+
+
 def _advance_devices(
-    simulations: Sequence[Simulation], first: int, alike: bool, stop: npt.NDArray[np.uint8]
+    simulations: Sequence[Simulation], first: int, is_shared: bool, stop: npt.NDArray[np.uint8]
 ) -> Floats:  # fmt: skip
     """The rows of each system in the kernel's units, shape (systems, paths, columns)."""
-    one, paths = simulations[0], simulations[0].settings.paths
-    tables = (
-        side_by_side([each.parts.tables for each in simulations], paths, goes_on=True) if alike else one.parts.tables
-    )
-    parts = replace(one.parts, tables=tables)
-    blocks = -(-len(simulations) * paths // LANES)
+    one, paths, tables = simulations[0], simulations[0].settings.paths, [each.parts.tables for each in simulations]
+    parts = replace(one.parts, tables=side_by_side(tables, paths, goes_on=True) if is_shared else tables[0])
+    blocks = len(simulations) * paths // LANES
     starts = [_start(each, first + n * paths) for n, each in enumerate(simulations)]
-    starts += [starts[-1]] * (blocks * LANES // paths - len(starts))  # of lanes that are left over
     rows = np.empty((blocks * LANES, len(parts.columns)))
     parts.kernel()(
         np.concatenate(starts), first, blocks, one.settings, *key_words(one.settings.seed), 0, False,
         addresses_of((), (), parts), _no_record(one), stop, rows,
     )  # fmt: skip
-    return rows.reshape(-1, paths, rows.shape[1])[: len(simulations)]
+    return rows.reshape(len(simulations), paths, -1)
 
 
 def _start(simulation: Simulation, first: int) -> Floats:
