@@ -93,7 +93,7 @@ class Means:
     @cached_property
     def of_logarithm(self) -> Surface | None:
         """Of the logarithm of the means, where they are not negative and it misses less."""
-        if self.logarithmic is False or (self.means < 0.0).any() or not self.means.any():
+        if self.logarithmic is False or not self.is_positive or not self.means.any():
             return None
         found = logarithmic_surface_of(self.scores, self.normal, self.means, self.noise)
         return found if self.logarithmic or found.unlikely < self.surface.unlikely else None
@@ -115,7 +115,13 @@ class Means:
             found = np.exp(away)
             return np.sort(mean * found / found.mean())
         spread, wanted = float(away.std()), math.sqrt(max(surface.variance, 0.0))
-        return np.sort(mean + (wanted / spread if spread > 0.0 else 0.0) * away)
+        found = np.sort(mean + (wanted / spread if spread > 0.0 else 0.0) * away)
+        return np.maximum(found, 0.0) if self.is_positive else found
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether no device has a result below 0."""
+        return not (self.means < 0.0).any()
 
     @property
     def is_seen(self) -> bool:
@@ -185,8 +191,9 @@ def estimated(
         return _jackknifed(of(means), np.array([of(part) for part in parts]), logarithmic)
 
     def below(share: float) -> Interval:
-        positive = means.of_logarithm is not None
-        return interval(lambda own: float(np.quantile(own.of_devices, share)), logarithmic=positive)
+        logarithmic = means.of_logarithm is not None
+        found = interval(lambda own: float(np.quantile(own.of_devices, share)), logarithmic=logarithmic)
+        return replace(found, low=max(found.low, 0.0)) if means.is_positive else found
 
     def beyond(limit: float) -> Interval:
         found = interval(lambda own: float((own.of_devices > limit).mean()))
