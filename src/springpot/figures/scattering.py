@@ -39,7 +39,7 @@ def plot_scatter(found: Scatter, name: str | None = None) -> Figure:
     --------
     >>> import springpot as sp
     >>> device = sp.System(sp.Spring(sp.uncertain("k", 4.0, cov=0.1)), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
-    >>> figure = sp.figures.plot_scatter(sp.scatter(device, ["x_mean_square"], devices=64))
+    >>> figure = sp.figures.plot_scatter(sp.scatter(device, ["x_mean_square"], method="linear", devices=64))
     >>> [panel.get_title() for panel in figure.axes]
     ['which input matters', 'from device to device']
     """

@@ -118,10 +118,10 @@ def scatter(
     --------
     >>> import springpot as sp
     >>> device = sp.System(
-    ...     sp.Mass(0.8), sp.Spring(sp.uncertain("k", 3200.0, cov=0.05)), sp.Dashpot(sp.uncertain("c", 20.0, cov=0.2)),
+    ...     sp.Mass(0.8), sp.Spring(sp.uncertain("k", 3200.0, cov=0.05)), sp.Dashpot(sp.uncertain("c", 20.0, cov=0.3)),
     ...     sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
     ... )
-    >>> found = sp.scatter(device, ["x_mean_square"], devices=64, paths=8)
+    >>> found = sp.scatter(device, ["x_mean_square"], devices=64, duration=20.0)
     >>> estimates = found["x_mean_square"]
     >>> estimates.alone["c"].value > estimates.alone["k"].value
     True

@@ -111,7 +111,7 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     --------
     >>> from springpot.problem.oscillator import Oscillator
     >>> plan_of(Oscillator(), paths=10, duration=5.0).settings.steps
-    500
+    50
     """
     motion = motion_of(system)
     options = cast(Options, {**DEFAULTS, **given})
