@@ -17,8 +17,8 @@ from springpot.machine.files import read_text
 MOST_BYTES = 2_000_000
 DEEPEST = 8  # brackets within brackets, and parts of a dotted key; a study needs three
 
-# the time is always proportional to the length of the file: texts in three quotes end at its end, if not sooner, and the
-# other quantifiers are possessive (not those: with a lookahead Python 3.11.2 has them wrong)
+# the time is always proportional to the length of the file: texts in three quotes end where it does, if not sooner, and
+# the other quantifiers are possessive (with the lookahead of those Python 3.11.2 has them wrong)
 _TEXT_OR_COMMENT = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*(?:"{3,5}|\Z)'
     r"|'''(?:[^']|'(?!''))*(?:'{3,5}|\Z)"
