@@ -471,7 +471,10 @@ def test_a_run_that_would_take_too_long_is_said(tab: Tab) -> None:
     """And nothing of it is drawn; nothing else changed."""
     tab.ask(link_of())
     banner, before, asked = tab.page.locator("#banner"), tab.number(), tab.generation()
-    tab.page.evaluate("link => { location.hash = link; }", link_of(100_000, coefficient=1e-4))
+    tab.page.evaluate(
+        "link => { location.hash = link; }",
+        link_of(100_000, coefficient=1e-3, restitution=0.2, position=-2.0, intensity=1e-4),
+    )
     banner.filter(has_text="take too long for a page").wait_for()
     assert tab.generation() > asked
     tab.wait("document.querySelector('#table tr.measured [data-quantity=x_mean]').dataset.value === ''")

@@ -34,7 +34,7 @@ def advance_together(
 
     They may have any structure and settings, but the number of threads.
     """
-    rooms = [np.empty((_blocks(each) * LANES, len(each.parts.columns))) for each in simulations]
+    rooms = [np.zeros((_blocks(each) * LANES, len(each.parts.columns))) for each in simulations]
     waiting = iter(list(_calls(simulations, by_lane)))
     whole, done = sum(map(_path_steps, simulations)), 0.0
     stop, telling = np.zeros(1, np.uint8), threading.Lock()
