@@ -90,7 +90,7 @@ def _chains_of(precision: str, repeats: int) -> Callable[[], Any]:
 @njit(**COMPILED)
 def _normals_only(groups, k0, k1):
     g, who = _four(f32(0)), lane_numbers(u32(0))
-    number_lanes(0, 0, who)
+    number_lanes(0, who)
     kept = _four(f32(0))
     for i in range(GROUP * LANES):
         kept[i] = f32(0)

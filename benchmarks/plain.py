@@ -55,7 +55,7 @@ def plain_block(decay, weights, newest, steps, burn, step, stiffness, noise, k0,
     z, d, h, g = _modes(zero), _state(zero), _state(zero), _four(f32(0))
     x, v, xx, vv, xs, impacts = _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0), _state(0.0)
     who = lane_numbers(u32(0))
-    number_lanes(0, 0, who)
+    number_lanes(0, who)
     for i in range(modes * LANES):
         z[i] = zero
     for lane in range(LANES):

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.simulation.lowering.compose import compose, units_of
 from springpot.simulation.many import _simulated
 from springpot.simulation.monte_carlo import asked_for, simulated
 from springpot.simulation.paths.simulation import Simulation, simulation_of
-from springpot.simulation.paths.together import _calls, advance_together
+from springpot.simulation.paths.together import _calls, advance_devices, advance_together, alike
 from springpot.simulation.plan.plan import plan_of
 
 
@@ -150,15 +151,19 @@ def test_systems_of_one_structure_share_calls(alike: Any, paths: int) -> None:
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("paths", [5, 20])
+@pytest.mark.parametrize("paths", [8, 32])
 @pytest.mark.parametrize("kind", ALIKE)
-def test_systems_of_few_paths_share_blocks(kind: str, paths: int) -> None:
+def test_devices_of_few_paths_share_blocks(kind: str, paths: int) -> None:
     """Each lane has numbers of its own; what is compiled for that rounds otherwise."""
-    simulations = [ready(ALIKE[kind](n), paths=paths) for n in range(20)]
-    shared = [call.neighbours > 0 for call in _calls(simulations, by_lane=True)]
-    assert any(shared) == (kind != "circuits")  # whose modes have rates of their own
-    for found, simulation in zip(advance_together(simulations, by_lane=True), simulations, strict=True):
-        alone = simulation.advance().rows
+    plans = [ready(ALIKE[kind](n), paths=paths).plan for n in range(16)]
+    simulations = [Simulation(plan, compose(plan, kernel_units=units_of(plans[0]))) for plan in plans]
+    assert alike([each.parts.tables for each in simulations]) == (kind != "circuits")
+    if kind == "circuits":  # whose modes have rates of their own
+        with pytest.raises(ValueError, match="paths must be 64 or a multiple of it"):
+            advance_devices(simulations)
+        return
+    for n, (found, simulation) in enumerate(zip(advance_devices(simulations), simulations, strict=True)):
+        alone = simulation.but(paths=16 * paths).advance().rows[n * paths : (n + 1) * paths]
         size = np.abs(alone).max(axis=0) + 1e-300
         np.testing.assert_allclose(found.rows / size, alone / size, atol=1e-3, equal_nan=True)
         assert np.median(np.abs(found.rows - alone) / size) < 1e-6

@@ -71,7 +71,6 @@ from springpot.simulation.kernel.tables import (
     HITS,
     MASS,
     MODES,
-    NEIGHBOURS,
     NOISES,
     OF_A_WALL,
     ORIGIN,
@@ -361,7 +360,7 @@ def _advance(
         system = number // K[BLOCKS] if K[BLOCKS] > 0 else 0
         F, D = beyond(F_all, system * K[STRIDE]), beyond(D_all, system * K[STRIDE_IN_DOUBLE])
         before = 0 if K[GOES_ON] > 0 else system * K[BLOCKS] * LANES
-        number_lanes(first + row - before, K[NEIGHBOURS], who)
+        number_lanes(first + row - before, who)
         if B[ANY] > 0:
             births = t_0 = open_branches(B, row, who, risen, last)
         _fill(T.sums, K[COLUMNS], 0.0)

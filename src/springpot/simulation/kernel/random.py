@@ -94,10 +94,10 @@ def box_muller(radius_word, angle_word):
 
 
 @njit(**INLINE)
-def number_lanes(first, neighbours, who):
-    """Give the lanes the numbers of the paths from ``first`` on; ``neighbours`` lanes are of one system, or all (0)."""
+def number_lanes(first, who):
+    """Give the lanes the numbers of the paths from ``first`` on."""
     for lane in range(LANES):
-        who[lane] = u32(first + (lane % neighbours if neighbours > 0 else lane))
+        who[lane] = u32(first + lane)
 
 
 @njit(**INLINE)
@@ -129,7 +129,7 @@ def draw_for_steps(group, who, stream, word, k0, k1, halved, g, fine):
 def fill_normals(first, stream, word, k0, k1, paths, steps, out):
     """Compiled code only: the normals of up to LANES paths, one path after another."""
     g, who = _four_lanes(f32(0)), lane_numbers(u32(0))
-    number_lanes(first, 0, who)
+    number_lanes(first, who)
     for group in range((steps + GROUP - 1) // GROUP):
         draw(group, who, stream, word, k0, k1, g)
         for lane in range(min(LANES, paths)):

@@ -43,7 +43,6 @@ COUNTS = (
     # from the numbers of a system to those of the next, in the sweep's precision and in double
     "stride",
     "stride_in_double",
-    "neighbours",  # lanes of each of several systems in a block, which have the same path numbers; 0: it is of one
     "goes_on",  # 1: the path numbers go on from system to system
     "columns",  # numbers of a row of results
 )
@@ -104,7 +103,7 @@ SUMS = (  # "soft" is of contacts together: time in touch, and the largest depth
 
 _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" for name in NUMBERS)))}
 (POINTS, ROWS, GAUGED, SHOWN, FORCED, WALLS, NOISES, SOURCES, DAMPERS, CONTACTS, SHAKEN, TAPS, MODES, RESTING, STATES,
- TURNS, PAPER, PARTS, SUBSTEPS, BLOCKS, STRIDE, STRIDE_IN_DOUBLE, NEIGHBOURS, GOES_ON, COLUMNS,
+ TURNS, PAPER, PARTS, SUBSTEPS, BLOCKS, STRIDE, STRIDE_IN_DOUBLE, GOES_ON, COLUMNS,
  ROW_BEGIN, ROW_AT, NOISE_BEGIN, NOISE_AT, SOURCE_BEGIN, SOURCE_AT, SOURCE, SPRING_KIND, MODE_COUNT, MODE_BEGIN,
  MODE_TABLE, TURNED, TURNED_TABLE, DRIVE, DRIVE_STEPS, TAPPED, WALL_AT, WALL_KIND, DAMPER_AT, DAMPER_KIND, DAMPER_PLACE,
  CONTACT_AT, SHAKEN_AT, SHAKEN_BEGIN, SHAKEN_STEPS, AT,
@@ -203,25 +202,21 @@ def stacked(systems: Sequence[Tables], blocks: int) -> Tables:
     )  # fmt: skip
 
 
-def side_by_side(systems: Sequence[Tables], neighbours: int, *, goes_on: bool = False) -> Tables:
-    """The tables of several systems with the same `common` numbers, each in so many ``neighbours`` lanes, or blocks.
+def side_by_side(systems: Sequence[Tables], lanes: int) -> Tables:
+    """The tables of several systems with the same `common` numbers, each in so many ``lanes``, or in whole blocks.
 
-    As many as fit share a block, which has numbers of its own; the last block is filled with the last system.  With
-    ``goes_on`` each path has a number of its own, else the systems have the same ones.
+    As many as fill a block share it, and it has numbers of its own.  The numbers of the paths go on from each system to
+    the next.
     """
-    if neighbours > LANES:
-        systems = [each for each in systems for _ in range(neighbours // LANES)]
-        neighbours = LANES
-    one, many = systems[0], LANES // neighbours
-    own = [systems[min(n, len(systems) - 1)] for n in range(-(-len(systems) // many) * many)]
+    many = max(LANES // lanes, 1)
 
     def apart(numbers: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-        blocks = np.stack(numbers).reshape(-1, many, numbers[0].size)
-        return np.repeat(blocks.transpose(0, 2, 1), neighbours, axis=2).ravel()
+        whole = np.repeat(np.stack(numbers), max(lanes // LANES, 1), axis=0)
+        return np.repeat(whole.reshape(-1, many, whole.shape[1]).transpose(0, 2, 1), LANES // many, axis=2).ravel()
 
     return Tables(
-        _with(one, blocks=1, neighbours=0 if goes_on else neighbours, goes_on=goes_on),
-        apart([each.numbers for each in own]), apart([each.sweep for each in own]), by_lane=True,
+        _with(systems[0], blocks=1, goes_on=1), apart([each.numbers for each in systems]),
+        apart([each.sweep for each in systems]), by_lane=True,
     )  # fmt: skip
 
 
