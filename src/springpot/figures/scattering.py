@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from springpot.figures.style import COLORS, named, new_grid, plain_ticks
+from springpot.machine.faults import known_word
 from springpot.problem.catalogue import unit_of_result
 from springpot.scattering import Scatter
 
@@ -43,9 +44,7 @@ def plot_scatter(found: Scatter, name: str | None = None) -> Figure:
     >>> [panel.get_title() for panel in figure.axes]
     ['which input matters', 'from device to device']
     """
-    name = next(iter(found)) if name is None else name
-    if name not in found.estimates:
-        raise ValueError(f"name must be one of {', '.join(found)}, not {name!r}.")
+    name = next(iter(found)) if name is None else known_word(name, found, "name")
     own, unit = found[name], unit_of_result(found.system, name)
     if not own.alone:
         raise ValueError(f"name must be of a result that scatters: of {name} no scatter is seen.")

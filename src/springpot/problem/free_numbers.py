@@ -10,11 +10,10 @@ import numpy as np
 
 from springpot.machine.arguments import Free, Uncertain, checked_name, finite_number
 from springpot.machine.faults import listed, meant, shown
-from springpot.problem.parts.checks import real
+from springpot.problem.parts.checks import ends_of
 from springpot.problem.system import System
 
 Model = TypeVar("Model")
-_ENDS = "low", "high"
 
 
 def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
@@ -58,13 +57,9 @@ def free(name: str, start: float, bounds: tuple[float, float]) -> Free:
     [-0.005, 0.005]
     """
     checked_name(name, "name")
-    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
-        raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}.")
-    if any(isinstance(number, Free) for number in (start, *bounds)):
-        raise TypeError(f"start and bounds must be plain numbers, not free ones, in the free number {name}.")
-    low, high = (real(bound, end, f"It is a bound of {name}.") for bound, end in zip(bounds, _ENDS, strict=True))
-    if not low < high:
-        raise ValueError(f"bounds must be in ascending order, not ({low:g}, {high:g}), in the free number {name}.")
+    low, high = ends_of(bounds, f"in the free number {name}")
+    if isinstance(start, Free):
+        raise TypeError(f"start and bounds must be plain numbers, not marked ones, in the free number {name}.")
     begin = finite_number(start, "start", low=low, high=high, hint=f"These are the bounds of {name}.")
     return Free(begin, name, low, high)
 

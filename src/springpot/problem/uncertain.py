@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from springpot.machine.arguments import Free, Uncertain, checked_name, finite_number, items_of
+from springpot.machine.arguments import Free, Uncertain, checked_name, finite_number
 from springpot.machine.faults import shown
-from springpot.problem.parts.checks import real
+from springpot.problem.parts.checks import ends_of, numbers_in, real
 
 LEAST_CHANCE = 2.0**-31  # of a draw: half of the distance of neighbouring points of Sobol's sequence
 _MOST_CUT = 0.05  # share of a law beyond its bounds that is refused
@@ -278,7 +278,7 @@ def uncertain(
     """
     checked_name(name, "name")
     where = f"in the uncertain number {name}"
-    ends = None if bounds is None else _ends(bounds, name)
+    ends = None if bounds is None else ends_of(bounds, where)
     stated = [word for word, given in (("cov", cov), ("sd", sd), ("law", law), ("values", values)) if given is not None]
     if len(stated) > 1 or not (stated or ends):
         raise TypeError(
@@ -309,17 +309,6 @@ def _value(value: Any, name: str) -> float:
     return float(real(value, "value", f"It is that of {name}."))
 
 
-def _ends(bounds: Any, name: str) -> tuple[float, float]:
-    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
-        raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}.")
-    low, high = (
-        float(real(end, word, f"It is a bound of {name}.")) for end, word in zip(bounds, ("low", "high"), strict=True)
-    )
-    if not low < high:
-        raise ValueError(f"bounds must be in ascending order, not ({low:g}, {high:g}), in the uncertain number {name}.")
-    return low, high
-
-
 def _law(
     name: str, middle: float | None, cov: Any, sd: Any, law: Any, values: Any, ends: tuple[float, float] | None
 ) -> Any:
@@ -335,10 +324,7 @@ def _law(
         assert middle is not None
         return Normal(middle, float(finite_number(sd, "sd", low=0.0, open_low=True, hint=f"It is that of {name}.")))
     if values is not None:
-        known = sorted(
-            float(real(each, f"values[{n}]", ""))
-            for n, each in enumerate(items_of(values, "values must be a list of numbers"))
-        )
+        known = sorted(map(float, numbers_in(values, "values")))
         if len(known) < _FEWEST_VALUES:
             raise ValueError(f"values must be at least {_FEWEST_VALUES} numbers, not {len(known)}, in {name}.")
         return Measured(tuple(known))

@@ -155,8 +155,10 @@ def _device_part(part: Any, values: Mapping[str, float]) -> Any:
     return with_values(part, {name: values[name] for name in uncertain_numbers(part)})
 
 
-def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tuple[Plan, list[Plan]]:
+def plan_of_all(first: Plan, devices: Sequence[System], given: Mapping[str, Any]) -> tuple[Plan, list[Plan]]:
     """The plan of the nominal device, and those of all with its settings and its start.
+
+    ``first`` is a plan of the nominal device alone, with the settings that are ``given``.
 
     The step is the shortest that one of 64 devices would have, and the duration the longest of theirs: to find them out
     takes longer than the paths of a device.
@@ -166,8 +168,7 @@ def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tupl
     ValueError
         If steps differ too much, or a setting is wrong.
     """
-    options = {name: value for name, value in given.items() if value is not None}
-    first = plan_of(middle, **options)
+    options = dict(given)
     motions, scheme = [motion_of(each) for each in devices], first.settings.numerical_scheme
     some = [first.motion, *motions[:: max(len(motions) // _LOOKED_AT, 1)]]
     if "step" not in options:
@@ -181,7 +182,7 @@ def plan_of_all(middle: System, devices: Sequence[System], **given: Any) -> tupl
     if "duration" not in options:
         step, start = options["step"], first.settings.start
         options["duration"] = max(default_duration(motion, step, start) for motion in some)
-    whole = adapt(plan_of(middle, **options))
+    whole = adapt(plan_of(first.system, **options))
     return whole, [_started(Plan(motion, whole.settings, whole.adapted), whole) for motion in motions]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from springpot.machine.arguments import Uncertain, check_called, finite_number
 from springpot.machine.arrays import Floats
-from springpot.machine.faults import NotCoveredError, known_word, listed, meant, shown
+from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System, checked_system
 from springpot.problem.uncertain import LEAST_CHANCE, Bounded, Measured
@@ -28,11 +28,12 @@ from springpot.scattering.devices import (
 )
 from springpot.scattering.estimates import PREDICTED, Estimates, Means, estimated
 from springpot.scattering.result import Scatter
+from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.lowering.compose import compose
 from springpot.simulation.monte_carlo import simulated
-from springpot.simulation.paths.simulation import Progress, Simulation
+from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.together import alike
+from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.settings import Settings, checked_seed, checked_threads, whole_number
 from springpot.simulation.result.results import Estimate, estimates_from
 from springpot.theory.registry import METHODS
@@ -135,18 +136,20 @@ def scatter(
     seed, threads = checked_seed(seed), checked_threads(threads)
     together, told = correlated(correlation or {}, [*numbers]), _shares(progress)
     draws = drawn(numbers, devices, seed, together)
-    middle, all_systems = nominal(system), systems_of(system, [*numbers], draws.values)
+    middle, all_systems = nominal(system), partial(systems_of, system, [*numbers], draws.values)
     asked = partial(_asked, quantities, limits)
     if method == MONTE_CARLO:
         given = {"duration": duration, "step": step, "window": window, "seed": seed, "threads": threads}
-        results = _by_monte_carlo(middle, all_systems, asked, paths, told, given)
+        given = {name: value for name, value in given.items() if value is not None}
+        results = _by_monte_carlo(middle, devices, all_systems, asked, paths, told, given)
     else:
         results = _by_theory(middle, all_systems, asked, method, told(0.0, 0.9))
-    means, groups = partial(_means, numbers, together, draws.chances, seed), together.groups
+    groups, (scores, normal, new, beside) = together.groups, _scores(numbers, together, draws.chances, seed)
     inputs = tuple(" and ".join([*numbers][n] for n in group) for group in groups)
     found, tell = dict[str, Estimates](), told(0.9, 0.1)
     for number, (name, values) in enumerate(results.values.items()):
-        found[name] = estimated(means(values), inputs, groups, results.limits.get(name, ()))
+        means = Means(scores, normal, values, new, beside)
+        found[name] = estimated(means, inputs, groups, results.limits.get(name, ()))
         if tell is not None:
             tell((number + 1) / len(results.values))
     return Scatter(
@@ -173,42 +176,46 @@ Asked = Callable[[Sequence[str]], tuple[list[str], dict[str, tuple[float, ...]]]
 
 
 def _by_monte_carlo(
-    middle: System, devices: Sequence[System], asked: Asked, paths: int | None,
+    middle: System, devices: int, systems: Callable[[], list[System]], asked: Asked, paths: int | None,
     told: Callable[[float, float], Progress | None], given: dict[str, Any],
 ) -> _Results:  # fmt: skip
-    whole, plans = plan_of_all(middle, devices, paths=paths or _USUAL_PATHS, **given)
-    first = Simulation(whole, compose(whole))
-    names, limits = asked(linear_names(first))
-    if (count := len(devices) * whole.settings.paths * len(first.parts.columns)) > _MOST_NUMBERS:
-        raise ValueError(
-            f"devices and paths must be fewer: {len(devices)} devices of {whole.settings.paths} paths need {count:.2g} "
-            f"sums, and at most {_MOST_NUMBERS:.0e} are kept."
-        )
+    given = {**given, "paths": paths or _USUAL_PATHS}
+    first = plan_of(middle, **given)
+    alone = simulation_of(adapt(first, paths=LANES))  # before all devices are made, which takes long
+    names, limits = asked(linear_names(alone))
+    _check_room(devices, alone)
+    whole, plans = plan_of_all(first, systems(), given)
     simulations = simulations_of(plans, whole, told(0.0, 0.3) or (lambda _: None))
     if paths is None and not alike([each.parts.tables for each in simulations]):
         simulations = [each.but(paths=LANES) for each in simulations]
-    values = values_of(simulations, names, told(0.3, 0.5))
-    settings = whole.settings
-    whole_count = len(devices) * simulations[0].settings.paths
-    alone = simulated(
-        middle, paths=max(whole_count // _SHARE_OF_THE_NOMINAL, LANES), duration=settings.duration,
+        _check_room(devices, simulations[0])
+    values, settings = values_of(simulations, names, told(0.3, 0.5)), simulations[0].settings
+    run = simulated(
+        middle, paths=max(devices * settings.paths // _SHARE_OF_THE_NOMINAL, LANES), duration=settings.duration,
         step=settings.step, window=settings.window, seed=settings.seed, threads=settings.threads,
         progress=told(0.8, 0.1),
     )  # fmt: skip
-    return _Results(
-        values, {name: alone[name] for name in names}, limits, alone.warnings, settings, simulations[0].settings.paths
-    )
+    return _Results(values, {name: run[name] for name in names}, limits, run.warnings, whole.settings, settings.paths)
+
+
+def _check_room(devices: int, one: Simulation) -> None:
+    paths, columns = one.settings.paths, len(one.parts.columns)
+    if (count := devices * paths * columns) > _MOST_NUMBERS:
+        raise ValueError(
+            f"devices and paths must be fewer: {devices} devices of {paths} paths need {count:.2g} sums, and at most "
+            f"{_MOST_NUMBERS:.0e} are kept."
+        )
 
 
 def _by_theory(
-    middle: System, devices: Sequence[System], asked: Asked, method: str, progress: Progress | None
+    middle: System, systems: Callable[[], list[System]], asked: Asked, method: str, progress: Progress | None
 ) -> _Results:  # fmt: skip
     result, why = solve_one(middle, method)
     if result is None:
         raise NotCoveredError(f"method must cover the system, and {method} does not: {why}")
     moments = {name: result.moments[name] for name in names_of_results(middle)}
     names, limits = asked([name for name, value in moments.items() if math.isfinite(value)])
-    rows = []
+    rows, devices = [], systems()
     for number, device in enumerate(devices):
         own, why = solve_one(device, method)
         if own is None:
@@ -248,9 +255,7 @@ def _quantities(given: Any, known: Sequence[str]) -> list[str]:
         return [*known]
     if isinstance(given, str) or not isinstance(given, Sequence) or not given:
         raise TypeError(f"quantities must be a list of names, not {shown(given)}.")
-    for name in given:
-        _check_known(name, known, "quantities")
-    return [*dict.fromkeys(given)]
+    return [*dict.fromkeys(known_word(name, known, "quantities", "must be of") for name in given)]
 
 
 def _limits(given: Any, known: Sequence[str]) -> dict[str, float]:
@@ -261,14 +266,9 @@ def _limits(given: Any, known: Sequence[str]) -> dict[str, float]:
             f"limits must be a dict of names and numbers, such as {{'impact_rate': 3.0}}, not {shown(given)}."
         )
     for name, limit in given.items():
-        _check_known(name, known, "limits")
+        known_word(name, known, "limits", "must be of")
         finite_number(limit, f"limits of {name}")
     return {name: float(limit) for name, limit in given.items()}
-
-
-def _check_known(name: Any, known: Sequence[str], argument: str) -> None:
-    if name not in known:
-        raise ValueError(f"{argument} must be of {listed(known)}, not {shown(name)}{meant(str(name), known)}.")
 
 
 def _shares(progress: Progress | None) -> Callable[[float, float], Progress | None]:
@@ -280,9 +280,10 @@ def _shares(progress: Progress | None) -> Callable[[float, float], Progress | No
     return told
 
 
-def _means(
-    numbers: Mapping[str, Uncertain], together: Correlation, chances: Floats, seed: int, values: Floats
-) -> Means:  # fmt: skip
+def _scores(
+    numbers: Mapping[str, Uncertain], together: Correlation, chances: Floats, seed: int
+) -> tuple[Floats, tuple[bool, ...], Floats, Floats]:
+    """Of the draws, of which numbers they are normal, of other devices, and of what surfaces leave in these."""
     from scipy.special import ndtri
     from scipy.stats import qmc
 
@@ -291,7 +292,7 @@ def _means(
     new = np.clip(new + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
     normal = tuple(tied or number.law.is_gaussian for tied, number in zip(together.tied, numbers.values(), strict=True))
     at, later = (np.where(normal, ndtri(own[:, : len(normal)]), own[:, : len(normal)]) for own in (chances, new))
-    return Means(at, normal, values, later, ndtri(new[:, -1]))
+    return at, normal, later, ndtri(new[:, -1])
 
 
 def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, Estimates]) -> list[str]:

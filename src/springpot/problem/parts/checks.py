@@ -123,6 +123,29 @@ def real(value: object, name: str, hint: str) -> float:
     return finite_number(value, name, low=-LARGEST, high=LARGEST, hint=hint)
 
 
+def ends_of(bounds: object, where: str) -> tuple[float, float]:
+    """Two plain numbers in ascending order; ``where`` says in a sentence whose bounds they are.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are something else.
+
+    Examples
+    --------
+    >>> ends_of((1, 2.5), "in the free number k")
+    (1.0, 2.5)
+    """
+    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
+        raise TypeError(f"bounds must be two numbers, (low, high), not {shown(bounds)}, {where}.")
+    if any(isinstance(end, Free) for end in bounds):
+        raise TypeError(f"bounds must be plain numbers, not marked ones, {where}.")
+    low, high = (real(end, name, f"It is a bound {where}.") for name, end in zip(("low", "high"), bounds, strict=True))
+    if not low < high:
+        raise ValueError(f"bounds must be in ascending order, not ({low:g}, {high:g}), {where}.")
+    return low, high
+
+
 def numbers_in(values: object, name: str, hint: str = "") -> tuple[float, ...]:
     """The numbers of a list, one by one."""
     given = items_of(values, f"{name} must be a list of numbers")

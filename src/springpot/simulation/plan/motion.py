@@ -508,8 +508,9 @@ class Motion:
         longest = scheme.default_step / self.resolved_rate
         if scheme.only_paper:
             return longest
+        finest = min(longest, _FINEST * scheme.default_step / self.scales.fastest_rate)
         if self.recorded:
-            return min(longest, _FINEST * scheme.default_step / self.scales.fastest_rate)
+            return finest
         rows = self.system.coordinates.elongations
         speeds = {name: self.size_of(Seen(row=rows[name]))[2] for name in self.crowded}
         steps = [
@@ -517,7 +518,6 @@ class Motion:
             for name, speed in speeds.items()
             if speed > 0.0
         ]
-        finest = min(longest, _FINEST * scheme.default_step / self.scales.fastest_rate)
         return max(min([longest, *steps]), finest)
 
     @property
