@@ -1,7 +1,8 @@
 """Exponential sums of several orders with the same rates: so many paths of unlike orders share the powers of a mode.
 
-The weights of an order are least squares in fixed rates, with weights of the lags that are those of the middle order;
-they are smooth in the order.  The rates make the largest error over the range of orders small: damped Gauss-Newton
+The weights of an order are least squares in fixed rates, with weights of the lags that are those of the middle order.
+They are smooth in the order, so that those of a few orders give all others, by polynomials.
+The rates make the largest error over the range of orders small: damped Gauss-Newton
 steps in their logarithms, with the weights projected out (G. Golub and V. Pereyra, "Separable nonlinear least squares:
 the variable projection method and its applications", Inverse Problems 19, 2003), at five orders at once.
 """
@@ -9,6 +10,7 @@ the variable projection method and its applications", Inverse Problems 19, 2003)
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +24,8 @@ _MOST_MORE = 12  # terms beyond those of one order
 _WIDER = 0.25, 0.5, 0.75, 1.0  # shares of the range of orders, one after another
 _ROUNDS, _STEPS = 5, 8  # of new weights of the lags, and of Gauss-Newton steps with each
 _SHARPER = 0.7  # power of the error by which a lag weighs more
+_DAMPING = 1e-6  # of a step, of the squares of scaled slopes
+_NODES = 16  # orders whose weights are fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +35,8 @@ class CommonRates:
     Attributes
     ----------
     family : {"grunwald", "average"}
+    low, high : float
+        Ends of the range of orders.
     rates : ndarray
         Per step.
     lags, importance : ndarray
@@ -39,21 +45,42 @@ class CommonRates:
     """
 
     family: Family
+    low: float
+    high: float
     rates: Floats
     lags: Floats
     importance: Floats
     steps: int
 
     def __call__(self, order: float) -> ExponentialSum:
-        """The sum of an order."""
-        weights = _fitted(self.family, order, self.rates, self.lags, self.importance)[0]
-        return ExponentialSum(self.rates, weights, self.error(order, weights), 1.0, float(self.steps))
+        """The sum of an order in the range."""
+        nodes, of_nodes = self._at_nodes
+        near = (-1.0) ** np.arange(_NODES) * np.sin((np.arange(_NODES) + 0.5) * np.pi / _NODES)
+        away = order - nodes
+        shares = near / away if away.all() else (away == 0.0).astype(float)
+        weights = self.rates**order * (shares @ of_nodes) / shares.sum()
+        return ExponentialSum(self.rates, weights, self._error(order, weights), 1.0, float(self.steps))
 
-    def error(self, order: float, weights: Floats) -> float:
-        """The largest relative error on a grid of lags; infinite where a weight is negative."""
+    @cached_property
+    def _at_nodes(self) -> tuple[Floats, Floats]:
+        """Chebyshev's points in the range, and the weights there without their usual power of the rate."""
+        places = np.cos((np.arange(_NODES) + 0.5) * np.pi / _NODES)
+        nodes = 0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * places
+        found = [_fitted(self.family, float(order), self.rates, self.lags, self.importance)[0] for order in nodes]
+        return nodes, np.array(found) / self.rates ** nodes[:, None]
+
+    @cached_property
+    def _checked(self) -> tuple[Floats, Floats]:
+        """Lags at which errors are looked for, and the terms there."""
         lags = lag_grid(float(self.steps), _CHECKED_LAGS)
-        terms = np.exp(-np.outer(lags, self.rates)) @ weights
-        return float(np.abs(terms / at_lags(self.family, order, lags) - 1.0).max()) if (weights > 0.0).all() else np.inf
+        return lags, np.exp(-np.outer(lags, self.rates))
+
+    def _error(self, order: float, weights: Floats) -> float:
+        """The largest relative error on a grid of lags; infinite where a weight is negative."""
+        if not (weights > 0.0).all():
+            return np.inf
+        lags, terms = self._checked
+        return float(np.abs(terms @ weights / at_lags(self.family, order, lags) - 1.0).max())
 
 
 def common_rates(family: Family, low: float, high: float, steps: int, tolerance: float = 1e-6) -> CommonRates:
@@ -89,7 +116,7 @@ def common_rates(family: Family, low: float, high: float, steps: int, tolerance:
         logs = _stretched(begin, one.rates.size + more)
         for share in _WIDER:
             orders = middle + share * (np.linspace(low, high, 5) - middle)
-            found = _adapted(family, logs, orders, lags, steps)
+            found = _adapted(family, logs, orders, lags, steps, (low, high))
             logs = np.log(found.rates)
         error = max(found(order).relative_error for order in np.linspace(low, high, 9))
         if error <= tolerance:
@@ -106,7 +133,9 @@ def _stretched(logs: Floats, count: int) -> Floats:
     return np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, logs.size), logs)
 
 
-def _adapted(family: Family, logs: Floats, orders: Floats, lags: Floats, steps: int) -> CommonRates:
+def _adapted(
+    family: Family, logs: Floats, orders: Floats, lags: Floats, steps: int, ends: tuple[float, float]
+) -> CommonRates:  # fmt: skip
     importance, best = np.ones(lags.size), (np.inf, logs, np.ones(lags.size))
     for _ in range(_ROUNDS):
         for _ in range(_STEPS):
@@ -128,7 +157,7 @@ def _adapted(family: Family, logs: Floats, orders: Floats, lags: Floats, steps: 
             best = float(sizes.max()), logs, importance
         importance = importance * (sizes / sizes.max() + 1e-3) ** _SHARPER
         importance = importance / importance.max()
-    return CommonRates(family, np.exp(best[1]), lags, best[2], steps)
+    return CommonRates(family, *ends, np.exp(best[1]), lags, best[2], steps)
 
 
 def _joint(
@@ -149,9 +178,8 @@ def _joint(
 
 def _damped_step(slopes: Floats, errors: Floats) -> Floats:
     size = np.sqrt((slopes**2).sum(axis=0)) + 1e-300
-    count = size.size
-    rows = np.vstack([slopes / size, 1e-3 * np.eye(count)])
-    return np.asarray(np.linalg.lstsq(rows, np.concatenate([errors, np.zeros(count)]), rcond=None)[0] / size)
+    rows = slopes / size
+    return np.asarray(np.linalg.solve(rows.T @ rows + _DAMPING * np.eye(size.size), rows.T @ errors) / size)
 
 
 def _fitted(
