@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from springpot.problem.parts import *  # noqa: F403
     from springpot.problem.system import System
     from springpot.problem.uncertain import uncertain
-    from springpot.scattering import scatter
+    from springpot.scattering import exceedance_over_devices, scatter
     from springpot.simulation.extended import extend
     from springpot.simulation.many import simulate_many
     from springpot.simulation.monte_carlo import simulate
@@ -58,9 +58,9 @@ if TYPE_CHECKING:
         "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
-        "design", "exceedance", "explain", "explore", "extend", "figures", "fit", "free", "load_run", "nominal",
-        "open_study", "read_data", "read_system", "recommended", "scatter", "sensitivity", "simulate", "simulate_many",
-        "study", "theory", "to_toml", "trust", "uncertain",
+        "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "free",
+        "load_run", "nominal", "open_study", "read_data", "read_system", "recommended", "scatter", "sensitivity",
+        "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -85,7 +85,7 @@ _LATER = {
         "problem.oscillator": ("Oscillator",),
         "problem.system": ("System",),
         "problem.uncertain": ("uncertain",),
-        "scattering": ("scatter",),
+        "scattering": ("exceedance_over_devices", "scatter"),
         "simulation": ("load_run", "simulate"),
         "simulation.extended": ("extend",),
         "simulation.many": ("simulate_many",),

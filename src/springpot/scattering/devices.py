@@ -24,6 +24,7 @@ from springpot.simulation.lowering.compose import compose, units_of
 from springpot.simulation.lowering.memory import sums_of
 from springpot.simulation.paths.simulation import Progress, Simulation
 from springpot.simulation.paths.together import advance_devices
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, default_duration, plan_of
 from springpot.simulation.plan.settings import Settings
@@ -54,9 +55,13 @@ def drawn(numbers: Mapping[str, Uncertain], devices: int, seed: int, together: C
     each, rng = devices // SCRAMBLINGS, np.random.default_rng([seed, 0x5CA7])
     points = [qmc.Sobol(len(numbers), scramble=True, seed=rng).random(each) for _ in range(SCRAMBLINGS)]
     chances = np.clip(np.concatenate(points) + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
+    return Draws(chances, values_at(numbers, together, chances))
+
+
+def values_at(numbers: Mapping[str, Uncertain], together: Correlation | None, chances: Floats) -> Floats:
+    """The values of the numbers at points, shape (points, numbers)."""
     lower = chances if together is None else together.of_numbers(chances)
-    values = [number.law.ppf(lower[:, n]) for n, number in enumerate(numbers.values())]
-    return Draws(chances, np.stack(values, axis=1))
+    return np.stack([number.law.ppf(lower[:, n]) for n, number in enumerate(numbers.values())], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,18 +177,28 @@ def plan_of_all(first: Plan, devices: Sequence[System], given: Mapping[str, Any]
     motions, scheme = [motion_of(each) for each in devices], first.settings.numerical_scheme
     some = [first.motion, *motions[:: max(len(motions) // _LOOKED_AT, 1)]]
     if "step" not in options:
-        rates = [motion.resolved_rate for motion in motions]
-        if max(rates) > _UNLIKE * min(rates):
-            raise ValueError(
-                f"step must be given: the fastest rates of the devices are from {min(rates):.3g} to {max(rates):.3g} "
-                "per s, and all need the same step."
-            )
+        check_alike(motions)
         options["step"] = min(motion.default_step(scheme) for motion in some)
     if "duration" not in options:
         step, start = options["step"], first.settings.start
         options["duration"] = max(default_duration(motion, step, start) for motion in some)
     whole = adapt(plan_of(first.system, **options))
-    return whole, [_started(Plan(motion, whole.settings, whole.adapted), whole) for motion in motions]
+    return whole, plans_like(whole, motions)
+
+
+def check_alike(motions: Sequence[Motion]) -> None:
+    """Raise an error if one step does not serve all devices."""
+    rates = [motion.resolved_rate for motion in motions]
+    if max(rates) > _UNLIKE * min(rates):
+        raise ValueError(
+            f"step must be given: the fastest rates of the devices are from {min(rates):.3g} to {max(rates):.3g} "
+            "per s, and all need the same step."
+        )
+
+
+def plans_like(whole: Plan, motions: Sequence[Motion]) -> list[Plan]:
+    """Plans of devices with the settings of the nominal one, and its start."""
+    return [_started(Plan(motion, whole.settings, whole.adapted), whole) for motion in motions]
 
 
 def _started(plan: Plan, whole: Plan) -> Plan:

@@ -19,8 +19,6 @@ from springpot.machine.arrays import Floats
 from springpot.scattering.surface import Surface, logarithmic_surface_of, polynomials, surface_of
 
 SCRAMBLINGS = 16
-T_OF_15 = 2.131  # half-width of a 95 % interval in standard errors, of 16 values
-_ONE_SIDED = 1.753  # the same of a bound
 SHARES = 0.05, 0.5, 0.95
 BELOW = 0.99  # share of the devices of a tolerance
 PREDICTED = 4096
@@ -188,7 +186,7 @@ def estimated(
     parts = [means.without(number) for number in range(SCRAMBLINGS)]
 
     def interval(of: Callable[[Means], float], *, logarithmic: bool = False) -> Interval:
-        return _jackknifed(of(means), np.array([of(part) for part in parts]), logarithmic)
+        return jackknifed(of(means), np.array([of(part) for part in parts]), logarithmic)
 
     def below(share: float) -> Interval:
         logarithmic = means.of_logarithm is not None
@@ -215,13 +213,13 @@ def estimated(
         whole, left_out = means.surface.indices(groups), [part.surface.indices(groups) for part in parts]
         for kind, found in enumerate((alone, together)):
             for place, name in enumerate(names):
-                found[name] = _jackknifed(
+                found[name] = jackknifed(
                     float(whole[kind][place]), np.array([each[kind][place] for each in left_out]), False
                 )
     return Estimates(
         mean=mean, scatter=scatter, path_scatter=math.sqrt(paths), quantiles=quantiles,
-        tolerance=top.value + _ONE_SIDED * top.error, alone=alone, together=together, unexplained=unexplained,
-        above=above, of_devices=means.of_devices,
+        tolerance=top.value + one_sided(SCRAMBLINGS, 0.95) * top.error, alone=alone, together=together,
+        unexplained=unexplained, above=above, of_devices=means.of_devices,
     )  # fmt: skip
 
 
@@ -237,10 +235,19 @@ def _unseen(means: Means) -> Interval:
     return Interval(0.0, math.nan, 0.0, math.sqrt(bound))
 
 
-def _jackknifed(value: float, others: Floats, logarithmic: bool) -> Interval:
+def jackknifed(value: float, others: Floats, logarithmic: bool = False) -> Interval:
+    """An estimate with its interval; ``others`` are those without each of so many independent parts of the data."""
     if logarithmic and (others > 0.0).all() and value > 0.0:
-        own = _jackknifed(math.log(value), np.log(others), False)
+        own = jackknifed(math.log(value), np.log(others))
         return Interval(value, value * own.error, math.exp(own.low), math.exp(own.high))
     count = others.size
     error = math.sqrt((count - 1) / count * float(((others - others.mean()) ** 2).sum()))
-    return Interval(value, error, value - T_OF_15 * error, value + T_OF_15 * error)
+    wide = error * one_sided(count, 0.975)
+    return Interval(value, error, value - wide, value + wide)
+
+
+def one_sided(count: int, share: float) -> float:
+    """A bound in standard errors that holds with this share, of an estimate from so many independent parts."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(count - 1, share))

@@ -127,14 +127,14 @@ def scatter(
     >>> estimates.alone["c"].value > estimates.alone["k"].value
     True
     """
-    numbers = _numbers_of(system)
+    numbers = check_numbers(uncertain_numbers(checked_system(system)), "system")
     known_word(method, [MONTE_CARLO, *METHODS], "method")
     _check_power_of_two(devices, "devices", _FEWEST_DEVICES, _MOST_DEVICES)
     if paths is not None:
         _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
-    together, told = correlated(correlation or {}, [*numbers]), _shares(progress)
+    together, told = correlated(correlation or {}, [*numbers]), shares_of_progress(progress)
     draws = drawn(numbers, devices, seed, together)
     middle, all_systems = nominal(system), partial(systems_of, system, [*numbers], draws.values)
     asked = partial(_asked, quantities, limits)
@@ -235,12 +235,14 @@ def _asked(quantities: Any, limits: Any, known: Sequence[str]) -> tuple[list[str
     return [*dict.fromkeys([*names, *bounds])], {name: (limit,) for name, limit in bounds.items()}
 
 
-def _numbers_of(system: System) -> dict[str, Uncertain]:
-    numbers = uncertain_numbers(checked_system(system))
+def check_numbers(numbers: dict[str, Uncertain], where: str) -> dict[str, Uncertain]:
+    """The uncertain numbers, if there are neither none nor too many."""
     if not numbers:
-        raise ValueError('system must have uncertain numbers, such as sp.Spring(sp.uncertain("k", 3200.0, cov=0.05)).')
+        raise ValueError(
+            f'{where} must have uncertain numbers, such as sp.Spring(sp.uncertain("k", 3200.0, cov=0.05)).'
+        )
     if len(numbers) > MOST_INPUTS:
-        raise ValueError(f"system must have at most {MOST_INPUTS} uncertain numbers, not {len(numbers)}.")
+        raise ValueError(f"{where} must have at most {MOST_INPUTS} uncertain numbers, not {len(numbers)}.")
     return numbers
 
 
@@ -271,7 +273,7 @@ def _limits(given: Any, known: Sequence[str]) -> dict[str, float]:
     return {name: float(limit) for name, limit in given.items()}
 
 
-def _shares(progress: Progress | None) -> Callable[[float, float], Progress | None]:
+def shares_of_progress(progress: Progress | None) -> Callable[[float, float], Progress | None]:
     """What tells a share of the progress, from where on."""
 
     def told(begin: float, share: float) -> Progress | None:

@@ -29,6 +29,8 @@ from springpot.machine.arrays import Floats
 SETS = (1, 1.0), (2, 0.5), (2, 1.0), (3, 0.75), (3, 1.0), (4, 0.5)
 """Degrees and norms of the sets of polynomials that are tried."""
 _DRAWS_A_TERM = 4
+_MOST_TURNS, _FARTHEST = 60, 60.0  # of a logarithm of a probability, and how far it may lie from that of the mean
+_RIDGE = 1e-3
 _TURNS = 6  # of the weights of a logarithmic surface, which converge quickly
 
 Powers = npt.NDArray[np.int64]
@@ -160,6 +162,37 @@ def logarithmic_surface_of(scores: Floats, normal: Sequence[bool], means: Floats
         missed = means - np.exp(np.clip(left_out, whole - 20.0, whole + 20.0))
         found.append(replace(surface, unlikely=float((missed**2).mean())))
     return min(found, key=lambda each: each.unlikely)
+
+
+def probability_surface(terms: Floats, values: Floats) -> Floats:
+    """Coefficients of the logarithm of a mean, from values most of which are 0: the likelihood of Poisson's law.
+
+    Parameters
+    ----------
+    terms : ndarray, shape (draws, terms)
+        The constant first.
+    values : ndarray, shape (draws,)
+        Not negative, and about 1 on average.
+    """
+
+    def missed(found: Floats) -> float:
+        line = np.clip(terms @ found, -_FARTHEST, _FARTHEST)
+        return float((np.exp(line) - values * line).sum() + _RIDGE * (found[1:] ** 2).sum())
+
+    found, penalty = np.zeros(terms.shape[1]), np.diag([0.0, *[2.0 * _RIDGE] * (terms.shape[1] - 1)])
+    found[0] = math.log(float(values.mean()))
+    best = missed(found)
+    for _ in range(_MOST_TURNS):
+        mean = np.exp(np.clip(terms @ found, -_FARTHEST, _FARTHEST))
+        slope = terms.T @ (mean - values) + penalty @ found
+        step = np.linalg.solve((terms.T * mean) @ terms + penalty + 1e-12 * mean.sum() * np.eye(found.size), slope)
+        share = 1.0
+        while (now := missed(found - share * step)) > best and share > 1e-3:
+            share *= 0.5
+        if not now < best - 1e-10 * abs(best):
+            break
+        found, best = found - share * step, now
+    return found
 
 
 def _inverse(terms: Floats) -> Floats:

@@ -74,12 +74,12 @@ def prepared(
     own: Any = None,
     **given: Any,
 ) -> tuple[Simulation, Asked]:
-    plan = door._settled(
+    plan = door.settled(
         plan_of(system, **{"duration": 20.0, "step": 0.1, "threads": threads, "start": "rest", **given})
     )
     if plan.settings.start == "stationary":
         plan = door.adapt(plan)
-    simulation = simulation_of(door._split_early(plan))
+    simulation = simulation_of(door.split_early(plan))
     asked = asked_of(plan, simulation.parts, quantity_of(plan.motion, name, own), np.array(levels), sign)
     return simulation, asked.told_by(tally((simulation, asked), 0, 32, splits=False, stream=9).ends)
 
@@ -115,9 +115,9 @@ def mean_of(samples: Floats) -> tuple[Floats, Floats]:
 def test_a_kept_state_is_complete(system: sp.System, name: str) -> None:
     """With the noise of before, a path goes on from it to the same bits."""
     simulation, asked = prepared(system, name, [3.0])
-    paths = _Paths(simulation, replace(asked, floor=-np.inf), 0, 256, 4, True, Clock(None), lambda _: None)
+    paths = _Paths(simulation, replace(asked, floor=-np.inf), 0, 256, 4, True, Clock(None), lambda _: None, None)
     ends = np.full((256, MARKS), -np.inf)
-    rows = paths.advance(np.arange(256), np.full(256, -1), np.zeros(256, np.int64), ends, 0)
+    rows = paths.advance(np.arange(256), np.full(256, -1), np.zeros(256, np.int64), ends, 0, np.arange(256))
     of_path, kept = [], []
     for path, row in enumerate(rows):
         while row >= 0:
@@ -128,7 +128,7 @@ def test_a_kept_state_is_complete(system: sp.System, name: str) -> None:
     order = np.argsort(paths.kept.step[kept], kind="stable")
     whose, these = np.array(of_path)[order], np.array(kept)[order]
     again = np.empty((len(these), MARKS))
-    paths.advance(whose, these, paths.kept.step[these], again, 0)
+    paths.advance(whose, these, paths.kept.step[these], again, 0, whose)
     np.testing.assert_array_equal(again, ends[whose])
 
 

@@ -50,6 +50,8 @@ class Branches(NamedTuple):
     origin: Numbers  # row of the kept state to start from, or -1: from the start of a run
     born: Numbers  # the step of that state; not sooner than that of the path before it in the block
     marks: Floats  # of the present block, as the observer has them: (MARKS * LANES,)
+    constants: Floats  # of the observer for each path: (paths, count); none where all paths have the same
+    now: Floats  # those of the present block, as the observer has them: (count * LANES,)
     ends: Floats  # (paths, MARKS) at the start of a run; they become those at the end
     head: Numbers  # the first row of each path, or -1
     free: Numbers  # rows of the pool that this call may use
@@ -58,14 +60,15 @@ class Branches(NamedTuple):
 
 
 TABLE = (
-    "any", "every", "limits", "who", "origin", "born", "marks", "ends", "head", "free", "rows", "used", "state",
-    "memory", "sources", "step", "next", "kept",
+    "any", "every", "limits", "who", "origin", "born", "marks", "constants", "now", "ends", "head", "free", "rows",
+    "used", "state", "memory", "sources", "step", "next", "kept", "many",
 )  # fmt: skip
 """Whether there are branches; groups between two checkpoints; the address of floor and rise of the coordinate; those
-of the arrays of `Branches`; how many rows are free; those of the pool; and how many states of sources it keeps.
+of the arrays of `Branches`; how many rows are free; those of the pool; how many states of sources it keeps; and how
+many constants a path has.
 """
-(ANY, EVERY, EDGES, WHO, ORIGIN, BORN, NOW_MARKS, ENDS, HEAD, FREE, FREE_ROWS, USED, KEPT_STATE, KEPT_MEMORY,
- KEPT_SOURCES, KEPT_STEP, KEPT_NEXT, KEPT_COUNT) = range(len(TABLE))  # fmt: skip
+(ANY, EVERY, EDGES, WHO, ORIGIN, BORN, NOW_MARKS, CONSTANTS, NOW_CONSTANTS, ENDS, HEAD, FREE, FREE_ROWS, USED,
+ KEPT_STATE, KEPT_MEMORY, KEPT_SOURCES, KEPT_STEP, KEPT_NEXT, KEPT_COUNT, MANY) = range(len(TABLE))  # fmt: skip
 
 
 def table_of(branches: Branches | None = None) -> tuple[Any, ...]:
@@ -74,23 +77,27 @@ def table_of(branches: Branches | None = None) -> tuple[Any, ...]:
         return (np.zeros(len(TABLE), np.int64),)
     edges, kept = np.array([branches.floor, branches.rise]), branches.kept
     arrays = (
-        edges, branches.who, branches.origin, branches.born, branches.marks, branches.ends, branches.head,
-        branches.free,
+        edges, branches.who, branches.origin, branches.born, branches.marks, branches.constants, branches.now,
+        branches.ends, branches.head, branches.free,
     )  # fmt: skip
     pool = branches.used, kept.state, kept.memory, kept.sources, kept.step, kept.next
     addresses = [array.ctypes.data for array in (*arrays, *pool)]
-    table = [1, branches.every, *addresses[:8], branches.free.size, *addresses[8:], kept.sources.shape[1]]
+    counts = kept.sources.shape[1], branches.constants.shape[1]
+    table = [1, branches.every, *addresses[:10], branches.free.size, *addresses[10:], *counts]
     return np.array(table, np.int64), arrays, pool
 
 
 @njit(**LINKED)
 def open_branches(B, row, who, risen, last):
-    """The numbers of the paths of a block and their marks; its first step."""
+    """The numbers of the paths of a block, their marks and their constants; its first step."""
+    constants, now, many = doubles(B[CONSTANTS]), doubles(B[NOW_CONSTANTS]), B[MANY]
     marks, ends, names, floor = doubles(B[NOW_MARKS]), doubles(B[ENDS]), words(B[WHO]), doubles(B[EDGES])[0]
     for lane in range(LANES):
         who[lane] = names[row + lane]
         for k in range(MARKS):
             marks[k * LANES + lane] = ends[(row + lane) * MARKS + k]
+        for k in range(many):
+            now[k * LANES + lane] = constants[(row + lane) * many + k]
         risen[lane], last[lane] = floor, -1.0
     return integers(B[BORN])[row]
 
@@ -180,7 +187,9 @@ def keep(K, B, T, n, at_birth, row, steps, risen, last):
 
 @cached
 @njit(**ENTRY)
-def choose_parents(ends, levels, splits, generation, first, k0, k1, head, kept, free, count, living, branch, origin):
+def choose_parents(
+    ends, levels, splits, generation, first, k0, k1, head, kept, free, count, ancestors, living, branch, origin
+):  # fmt: skip
     """Replace the paths at or below the level of their repetition by branches of the others.
 
     Parameters
@@ -197,6 +206,8 @@ def choose_parents(ends, levels, splits, generation, first, k0, k1, head, kept, 
         Number of the first path, of the parents' random numbers.
     head, kept, free : ndarray of int, Kept, ndarray of int
         Rows that no branch can need any more are put among the ``count`` free ones.
+    ancestors : ndarray of int
+        From which of the first paths each comes; a branch comes from where its parent does.
     living : ndarray of int
         Room for the numbers of the paths of a repetition.
 
@@ -229,6 +240,7 @@ def choose_parents(ends, levels, splits, generation, first, k0, k1, head, kept, 
             word, _, _, _ = philox(u32(0), u32(first + place), u32(generation), u32(_PARENTS), k0, k1)
             parent = living[(np.int64(word) * alive) >> 32]
             i = head[r * paths + parent]
+            ancestors[place] = ancestors[r * paths + parent]
             branch[made], origin[made] = place, i if i >= 0 else -1 - (r * paths + parent)
             made += 1
     # copies last: until here the paths above the level are those that lived

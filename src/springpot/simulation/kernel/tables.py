@@ -203,21 +203,30 @@ def stacked(systems: Sequence[Tables], blocks: int) -> Tables:
 
 
 def side_by_side(systems: Sequence[Tables], lanes: int) -> Tables:
-    """The tables of several systems with the same `common` numbers, each in so many ``lanes``, or in whole blocks.
+    """The tables of several systems with the same `common` numbers, each in so many neighbouring ``lanes``."""
+    numbers, sweeps = np.stack([each.numbers for each in systems]), np.stack([each.sweep for each in systems])
+    return by_lane(systems[0], numbers, sweeps, np.repeat(np.arange(len(systems)), lanes))
 
-    As many as fill a block share it, and it has numbers of its own.  The numbers of the paths go on from each system to
-    the next.
+
+def by_lane(one: Tables, numbers: Floats, sweeps: npt.NDArray[np.floating], which: npt.NDArray[np.int64]) -> Tables:
+    """The tables of blocks in which each lane has the numbers of one of several systems.
+
+    The numbers of the paths go on from each block to the next.
+
+    Parameters
+    ----------
+    one : Tables
+        Of one of the systems.
+    numbers, sweeps : ndarray, shape (systems, numbers)
+        Of the tables of all.
+    which : ndarray of int
+        The system of each lane: a multiple of LANES of them.
     """
-    many = max(LANES // lanes, 1)
 
-    def apart(numbers: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-        whole = np.repeat(np.stack(numbers), max(lanes // LANES, 1), axis=0)
-        return np.repeat(whole.reshape(-1, many, whole.shape[1]).transpose(0, 2, 1), LANES // many, axis=2).ravel()
+    def apart(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return rows[which].reshape(-1, LANES, rows.shape[1]).transpose(0, 2, 1).ravel()
 
-    return Tables(
-        _with(systems[0], blocks=1, goes_on=1), apart([each.numbers for each in systems]),
-        apart([each.sweep for each in systems]), by_lane=True,
-    )  # fmt: skip
+    return Tables(_with(one, blocks=1, goes_on=1), apart(numbers), apart(sweeps), by_lane=True)
 
 
 def common(tables: Tables) -> bytes:

@@ -39,7 +39,7 @@ def advance_together(simulations: Sequence[Simulation], progress: Progress | Non
         own = [simulations[member] for member in call.members]
         first, count = call.begin * LANES, call.blocks * LANES
         tables = stacked([each.parts.tables for each in own], call.blocks)
-        rows = _rows(own[0], tables, [_start(each, first, count) for each in own], first, stop)
+        rows = _rows(own[0], tables, [start_of(each, first, count) for each in own], first, stop)
         for member, found in zip(call.members, rows.reshape(len(own), count, -1), strict=True):
             rooms[member][first : first + count] = found
         return sum(_path_steps(each) * call.blocks / _blocks(each) for each in own) / whole
@@ -69,7 +69,7 @@ def advance_devices(simulations: Sequence[Simulation], progress: Progress | None
     def do(begin: int, stop: npt.NDArray[np.uint8]) -> float:
         own, first = simulations[begin : begin + size], begin * paths
         tables = side_by_side([each.parts.tables for each in own], paths) if is_shared else own[0].parts.tables
-        starts = [_start(each, first + n * paths, paths) for n, each in enumerate(own)]
+        starts = [start_of(each, first + n * paths, paths) for n, each in enumerate(own)]
         room[begin : begin + size] = _rows(own[0], tables, starts, first, stop).reshape(len(own), paths, -1)
         return len(own) / len(simulations)
 
@@ -135,11 +135,11 @@ def _structure(simulation: Simulation) -> Hashable:
     )  # fmt: skip
 
 
-def _start(simulation: Simulation, first: int, paths: int) -> Floats:
+def start_of(simulation: Simulation, first: int, paths: int, stream: int = 0) -> Floats:
     """x and v at time 0 of so many paths of a system, which are numbered from ``first`` on."""
     before = first % LANES
     whole = -(-(before + paths) // LANES) * LANES
-    states = simulation.parts.states(simulation.settings, first - before, whole, 0)
+    states = simulation.parts.states(simulation.settings, first - before, whole, stream)
     return np.broadcast_to(states, (whole, states.shape[1]))[before : before + paths]
 
 

@@ -113,6 +113,26 @@ class Potential:
 
 
 @dataclass(frozen=True, eq=False)
+class ModesNear:
+    """What normal modes can bring to a quantity.
+
+    Attributes
+    ----------
+    placed, moved : ndarray, shape (modes, coordinates)
+        What displacements from the place of rest, and velocities, bring of each mode, over the usual size of the
+        quantity.  The root of the sum of both squares is what the mode can bring in a cycle.
+    rest : ndarray, shape (coordinates,)
+    usual : float
+        The usual size, in the units of the quantity.
+    """
+
+    placed: Floats
+    moved: Floats
+    rest: Floats
+    usual: float
+
+
+@dataclass(frozen=True, eq=False)
 class Motion:
     """A system and what follows from it alone.  Made by `springpot.simulation.plan.motions.motion_of`.
 
@@ -316,12 +336,10 @@ class Motion:
         places = self.rest if x is None else self.system.coordinates.places_of(x)
         return float(seen.row @ places), float(seen.row @ self.system.coordinates.places_of(v))
 
-    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> tuple[Floats, Floats, Floats] | None:
+    def modes_near(self, seen: Seen, *, of_speed: bool, by_energy: bool) -> ModesNear | None:
         """By which splitting tells how near a motion is to a large value, where its potential does not.
 
-        Of each mode what displacements, and velocities, bring to a quantity, over its usual size; and the place of
-        rest.  The root of the sum of both squares is what the mode can bring in a cycle.  With ``by_energy`` it is the
-        root of the energy of the mode.
+        With ``by_energy`` a mode brings the root of its energy.
         """
         if self.potential is not None:
             return None
@@ -339,7 +357,7 @@ class Motion:
             shares = np.abs(seen.row @ modes.shapes) * (w if of_speed else 1.0)
         usual = math.sqrt(float((shares**2 * modes.temperature / w**2).sum())) or 1.0
         placed = (shares / usual)[:, None] * modes.shapes.T @ at.mass
-        return placed, placed / w[:, None], self.rest
+        return ModesNear(placed, placed / w[:, None], self.rest, usual)
 
     def intensity_of(self, seen: Seen, time: Any = None) -> Any:
         """Of white noise in the acceleration of a displacement, in m^2 s^-3; at times in s with its envelopes."""

@@ -16,7 +16,7 @@ what belongs to the step.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, cast
@@ -35,7 +35,7 @@ from springpot.simulation.kernel.loading import Code
 from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps
-from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motion import ModesNear, Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.watch.distributions import observer_of
@@ -48,23 +48,18 @@ _RARE = 0.02  # share of plain paths above the coordinate that tells how many it
 LEAST_RAISED = 0.8  # share of the potential energy beside a lossy wall: measured best for restitutions of 0.4 to 0.9
 
 _FIRST = len(HEADER)
-_FREQUENCY = HEADER.index("frequency")
 _TERMS = 12  # of the potential beside the quadratic one
-# constants; then arrays with a number for each lane: the marks, and room for what is found in a step
+# numbers that all lanes share
+_PLACED, _SIGN, _BEGIN, _HALF, _IN_STEPS, _COUNT, _POINTS, _MODES, _IN_PHASE = range(_FIRST, _FIRST + 9)
+# then arrays with a number for each lane: marks, room for what is found in a step, and constants
+_MARKS = _FIRST + 9
+_MOST, _BY_HALF, _POTENTIAL, _SPEED, _TOGETHER = (_MARKS + n * LANES for n in range(1, 6))
+_CONSTANTS = _TOGETHER + LANES
 (
-    _PLACED, _SIGN, _COSINE, _SINE, _TURNING, _LOWEST, _HIGHEST, _SQUARES, _PUSH, _STIFFNESS, _BEHIND, _LEFT, _RAISED,
-    _STRUCK, _BEGIN, _HALF, _IN_STEPS, _OVER, _CENTRE, _COUNT, _COEFFICIENTS,
-) = range(_FIRST, _FIRST + 21)  # fmt: skip
-_MARKS = _COEFFICIENTS + _TERMS
-_MOST = _MARKS + LANES
-_BY_HALF = _MOST + LANES
-_POTENTIAL = _MARKS + MARKS * LANES
-_SPEED = _POTENTIAL + LANES
-_TOGETHER = _SPEED + LANES
-_POINTS = _TOGETHER + LANES  # then of each mode its offset, and what each displacement and velocity adds to it
-_MODES = _POINTS + 1
-_IN_PHASE = _POINTS + 2
-_SHAPES = _POINTS + 3
+    _COSINE, _SINE, _TURNING, _SLOW, _LOWEST, _HIGHEST, _CENTRE, _SQUARES, _PUSH, _OVER, _SCALE, _NEAR, _STIFFNESS,
+    _BEHIND, _LEFT, _RAISED, _STRUCK, _COEFFICIENTS,
+) = (_CONSTANTS + n * LANES for n in range(18))  # fmt: skip
+_SHAPES = _COEFFICIENTS + _TERMS * LANES  # of each mode its offset, and what each displacement and velocity adds to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +167,12 @@ class Asked:
         """Where in the array, with its header, the marks are."""
         return slice(_MARKS, _MARKS + MARKS * LANES)
 
+    @property
+    def constants(self) -> slice:
+        """Where those of each lane are; what is behind them is not of a lane."""
+        array = self.observers[0].initial
+        return slice(_CONSTANTS, int(array[_IN_STEPS - _FIRST]) or _FIRST + array.size)
+
     def told_by(self, ends: Floats) -> Asked:
         """With what plain paths tell of the coordinate: ``ends`` are their marks, (paths, MARKS).
 
@@ -204,65 +205,114 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
         1 if levels of a quantity with sides are exceeded upwards, -1 downwards.
     """
     motion, units, (low, high) = plan.motion, parts.units, plan.settings.window_steps
-    kind, seen, up = quantity.kind, quantity.seen, sign if quantity.has_sides else 0.0
+    kind, seen = quantity.kind, quantity.seen
     scale = {"own": 1.0, "energy": units.speed**2}.get(kind, units.speed if quantity.unit == "m s-1" else units.length)
     kernels = np.asarray(levels, float) * (sign if quantity.has_sides else 1.0) / scale
-    constants = np.zeros(_MARKS - _FIRST)
-
-    def put(at: int, value: Any) -> None:
-        constants[at - _FIRST : at - _FIRST + np.size(value)] = value
-
-    if kind == "force":
-        over = parts.felt.exceeding(seen.feels[0])
-    else:  # by which noise lets velocities exceed the observed ones
-        over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
-    put(_PLACED, 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0)
-    put(_SIGN, up)
-    put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
-    put(_CENTRE, 0.0 if kind == "force" else parts.place)
-    put(_LOWEST, sorted(end / units.length for end in (seen.low, seen.high)))
-    if kind in ("v", "speed"):
-        put(_PUSH, 1.0)
-    if kind in ("v", "speed", "force"):
-        put(_OVER, over if motion.is_modulated else 0.0)
-        kernels = kernels if motion.is_modulated else kernels - over
-    if kind in ("energy", "amplitude"):
-        frequency = motion.system.natural_frequency if kind == "energy" else motion.system.resonance
-        put(_SQUARES, (frequency * units.time) ** 2)
-        put(_PUSH, over)
-        if kind == "amplitude":
-            kernels = 0.5 * (frequency * units.time * kernels) ** 2
-    put(_BEGIN, low)
-    put(_HALF, low + (high - low) // (2 * GROUP) * GROUP)
-    by_energy = kind in ("own", "impact_speed")  # of impacts as good, and better than the speed without the place
-    modes = motion.modes_near(seen, of_speed=quantity.unit == "m s-1", by_energy=by_energy)
-    shapes, spacing, target = np.zeros(3), SPACING, math.nan
-    if modes is None:
-        _put_energy(put, motion, parts, quantity, sign)
-        spacing *= motion.law.temperature / units.speed**2
-        if kind not in ("force", "own"):
-            target = _target(plan, kind, float(levels[-1]), sign) / units.speed**2
-    else:
-        placed, moved, rest = modes
-        rows = np.hstack([-(placed @ rest)[:, None], units.length * placed, units.speed * moved])
-        shapes = np.concatenate([[rest.size, len(rows), float(not by_energy)], rows.ravel()])
-        put(_STRUCK, -math.inf)
-    rooms = np.concatenate([np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES), shapes])
-    shares = np.zeros(0)
-    if motion.is_modulated and over > 0.0:
-        put(_IN_STEPS, _FIRST + constants.size + rooms.size)
+    if kind == "amplitude":
+        kernels = 0.5 * (motion.system.resonance * units.time * kernels) ** 2
+    own, target, modes = _constants(plan, parts, quantity, float(levels[-1]), sign)
+    spacing = SPACING * (motion.law.temperature / units.speed**2 if modes is None else 1.0)
+    placed = 1.0 if kind in ("x", "distance", "force") else -1.0 if kind in ("impact_speed", "own") else 0.0
+    half, terms = low + (high - low) // (2 * GROUP) * GROUP, max(np.flatnonzero(own[_BEYOND]) + 1, default=0)
+    shapes = (0.0, 0.0, 0.0) if modes is None else (modes.rest.size, len(modes.placed), float(not _by_energy(kind)))
+    by_lane = np.repeat(own, LANES)
+    shared = np.array([placed, sign if quantity.has_sides else 0.0, low, half, 0.0, terms, *shapes])
+    rooms, shares = np.concatenate([np.full(MARKS * LANES, -np.inf), np.zeros(3 * LANES)]), np.zeros(0)
+    if motion.is_modulated and (own[_of(_OVER)] > 0.0 or own[_of(_SQUARES)] > 0.0):
+        shared[_IN_STEPS - _FIRST] = _CONSTANTS + by_lane.size
         shares = np.pad(roughness_in_steps(plan, parts.felt, seen), (0, GROUP), mode="edge")
-    initial = np.concatenate([constants, rooms, shares])
+    initial = np.concatenate([shared, rooms, by_lane, shares])
     on_energy, on_modes, on_steps, on_impacts = _compiled()
     nearness = Observer(on_energy if modes is None else on_modes, None, initial, per_path=True)
-    own = observer_of(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
-    own = replace(own, on_steps=on_steps)  # also where only impacts are seen
-    observers = nearness, *([quantity.observer] if quantity.observer else []), own
+    seeing = observer_of(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
+    seeing = replace(seeing, on_steps=on_steps)  # also where only impacts are seen
+    observers = nearness, *([quantity.observer] if quantity.observer else []), seeing
     duration = (high - low) * plan.settings.step
     downwards = quantity.has_sides and sign < 0.0
     return Asked(
         quantity.name, quantity.unit, levels, kernels, observers, spacing, duration, target, downwards=downwards
     )
+
+
+def constants_of(
+    nominal: tuple[Plan, Parts], devices: Sequence[tuple[Plan, Parts]], quantity: Quantity, asked: Asked, sign: float,
+    factors: Floats,
+) -> Floats:  # fmt: skip
+    """The constants of devices by lane, shape (devices, constants), where the nominal one has been asked.
+
+    ``factors`` are the levels of each device over those of the nominal one.  What a device reaches, and its coordinate,
+    are brought to the scale of the nominal one, so that they have the same levels.
+    """
+    level = float(asked.given[-1])
+    _, target, modes = _constants(*nominal, quantity, level, sign)
+    found = []
+    for (plan, parts), factor in zip(devices, factors.tolist(), strict=True):
+        own, its_target, its_modes = _constants(plan, parts, quantity, factor * level, sign)
+        stretch, near = factor, 1.0 / factor**2
+        if quantity.kind == "amplitude":
+            stretch = (factor * plan.system.resonance / nominal[0].system.resonance) ** 2
+        if modes is not None and its_modes is not None:
+            near *= (its_modes.usual / modes.usual) ** 2
+        elif math.isfinite(target) and min(target, its_target) > 0.0:
+            near = target / its_target
+        own[_of(_SCALE)], own[_of(_NEAR)] = 1.0 / stretch, near
+        found.append(own)
+    return np.array(found)
+
+
+def _of(place: int) -> int:
+    """The number of a constant."""
+    return (place - _CONSTANTS) // LANES
+
+
+def _by_energy(kind: str) -> bool:
+    """Whether modes count by their energy: of impacts as good, and better than the speed without the place."""
+    return kind in ("own", "impact_speed")
+
+
+_BEYOND = slice(_of(_COEFFICIENTS), _of(_SHAPES))
+
+
+def _constants(
+    plan: Plan, parts: Parts, quantity: Quantity, level: float, sign: float
+) -> tuple[Floats, float, ModesNear | None]:
+    """Those of a system, in the kernel's units; the coordinate at a level; and the modes that it is of, if any."""
+    motion, units, kind, seen = plan.motion, parts.units, quantity.kind, quantity.seen
+    modes = motion.modes_near(seen, of_speed=quantity.unit == "m s-1", by_energy=_by_energy(kind))
+    shapes = np.zeros(0)
+    if modes is not None:
+        rest = -(modes.placed @ modes.rest)[:, None]
+        shapes = np.hstack([rest, units.length * modes.placed, units.speed * modes.moved]).ravel()
+    found = np.concatenate([np.zeros(_of(_SHAPES)), shapes])
+
+    def put(at: int, value: Any) -> None:
+        found[_of(at) : _of(at) + np.size(value)] = value
+
+    if kind == "force":
+        over = parts.felt.exceeding(seen.feels[0])
+    else:  # by which noise lets velocities exceed the observed ones
+        over = SHIFT * math.sqrt(motion.intensity_of(seen) * plan.settings.step) / units.speed
+    put(_COSINE, (1.0, 0.0, 0.0) if kind == "force" else parts.half_drift)
+    put(_SLOW, 1.0 / (parts.felt.scale if seen.feels else parts.frequency))
+    put(_CENTRE, 0.0 if kind == "force" else parts.place)
+    put(_LOWEST, sorted(end / units.length for end in (seen.low, seen.high)))
+    put(_SCALE, 1.0)
+    put(_NEAR, 1.0)
+    if kind in ("v", "speed"):
+        put(_PUSH, 1.0)
+    if kind in ("v", "speed", "force"):
+        put(_OVER, over)
+    if kind in ("energy", "amplitude"):
+        frequency = motion.system.natural_frequency if kind == "energy" else motion.system.resonance
+        put(_SQUARES, (frequency * units.time) ** 2)
+        put(_PUSH, over)
+    if modes is not None:
+        put(_STRUCK, -math.inf)
+        return found, math.nan, modes
+    _put_energy(put, motion, parts, quantity, sign)
+    if kind in ("force", "own"):
+        return found, math.nan, None
+    return found, _target(plan, kind, level, sign) / units.speed**2, None
 
 
 def _put_energy(put: Callable[[int, Any], None], motion: Motion, parts: Parts, quantity: Quantity, sign: float) -> None:
@@ -275,7 +325,6 @@ def _put_energy(put: Callable[[int, Any], None], motion: Motion, parts: Parts, q
     if quantity.kind == "x" and (loss := _loss(motion, sign)):
         put(_BEHIND, energy(loss.place / parts.units.length))
         put(_LEFT, (loss.left, loss.raised))
-    put(_COUNT, len(energy.beyond))
     put(_COEFFICIENTS, energy.beyond)
 
 
@@ -357,24 +406,24 @@ def _compiled() -> tuple[Code, ...]:
     def on_energy(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
         if n < low:
             return
-        sign, stiffness, behind, left = array[_SIGN], array[_STIFFNESS], array[_BEHIND], array[_LEFT]
-        raised, terms = array[_RAISED], int(array[_COUNT])
+        sign, terms = array[_SIGN], int(array[_COUNT])
         for j in range(GROUP):
             at = j * LANES
             if terms > 0:
                 for lane in range(LANES):
                     array[_POTENTIAL + lane] = 0.0
                 for k in range(terms - 1, -1, -1):
-                    c = array[_COEFFICIENTS + k]
                     for lane in range(LANES):
+                        c = array[_COEFFICIENTS + k * LANES + lane]
                         array[_POTENTIAL + lane] = (array[_POTENTIAL + lane] + c) * x[at + lane]
             for lane in range(LANES):
-                here, speed = x[at + lane], v[at + lane]
-                above = 0.5 * stiffness * here * here + array[_POTENTIAL + lane] - behind
+                here, speed, behind = x[at + lane], v[at + lane], array[_BEHIND + lane]
+                above = 0.5 * array[_STIFFNESS + lane] * here * here + array[_POTENTIAL + lane] - behind
                 energy = 0.5 * speed * speed + above
                 above = above if above > 0.0 else 0.0
-                kept = (left if sign * speed < 0.0 else 1.0) * (energy - above) + raised * above
-                energy = behind + (kept if energy > 0.0 else energy)
+                left = array[_LEFT + lane] if sign * speed < 0.0 else 1.0
+                kept = left * (energy - above) + array[_RAISED + lane] * above
+                energy = array[_NEAR + lane] * (behind + (kept if energy > 0.0 else energy))
                 top = array[_MARKS + lane]
                 array[_MARKS + lane] = energy if energy > top else top
 
@@ -387,37 +436,36 @@ def _compiled() -> tuple[Code, ...]:
         for lane in range(LANES):
             array[_TOGETHER + lane] = 0.0
         for m in range(modes):
-            at = _SHAPES + m * (2 * points + 1)
+            at = _SHAPES + m * (2 * points + 1) * LANES
             for lane in range(LANES):
-                array[_POTENTIAL + lane], array[_SPEED + lane] = array[at], 0.0
+                array[_POTENTIAL + lane], array[_SPEED + lane] = array[at + lane], 0.0
             for k in range(points):
-                of_x, of_v, i = array[at + 1 + k], array[at + 1 + points + k], (GROUP * (k + 1) - 1) * LANES
+                of_x, i = at + (1 + k) * LANES, (GROUP * (k + 1) - 1) * LANES
+                of_v = of_x + points * LANES
                 for lane in range(LANES):
-                    array[_POTENTIAL + lane] += of_x * x[i + lane]
-                    array[_SPEED + lane] += of_v * v[i + lane]
+                    array[_POTENTIAL + lane] += array[of_x + lane] * x[i + lane]
+                    array[_SPEED + lane] += array[of_v + lane] * v[i + lane]
             for lane in range(LANES):
                 square = array[_POTENTIAL + lane] ** 2 + array[_SPEED + lane] ** 2
                 array[_TOGETHER + lane] += math.sqrt(square) if in_phase else square
         for lane in range(LANES):
             whole, top = array[_TOGETHER + lane], array[_MARKS + lane]
-            whole = 0.5 * (whole * whole if in_phase else whole)
+            whole = array[_NEAR + lane] * (0.5 * (whole * whole if in_phase else whole))
             array[_MARKS + lane] = whole if whole > top else top
 
     @callback(ON_STEPS)
     def on_steps(x: Any, v: Any, step: float, n: int, low: int, high: int, array: Any) -> None:
         if n < low:
             return
-        sign, squares, push = array[_SIGN], array[_SQUARES], array[_PUSH]
-        cosine, sine, turning, slow = array[_COSINE], array[_SINE], array[_TURNING], 1.0 / array[_FREQUENCY]
-        lowest, highest, centre = array[_LOWEST], array[_HIGHEST], array[_CENTRE]
-        in_steps = int(array[_IN_STEPS])
+        sign, in_steps = array[_SIGN], int(array[_IN_STEPS])
         for j in range(GROUP):
             at = j * LANES
             share = array[in_steps + n + j] if in_steps > 0 else 1.0
-            over, pushed = array[_OVER] * share, push * share if squares > 0.0 else push
             if array[_PLACED] > 0.0:
                 for lane in range(LANES):
-                    here, speed = x[at + lane], abs(v[at + lane]) * slow if sine > 0.0 else 0.0
+                    lowest, highest, centre = array[_LOWEST + lane], array[_HIGHEST + lane], array[_CENTRE + lane]
+                    cosine, sine, turning = array[_COSINE + lane], array[_SINE + lane], array[_TURNING + lane]
+                    here, speed = x[at + lane], abs(v[at + lane]) * array[_SLOW + lane] if sine > 0.0 else 0.0
                     end = highest if here > 0.0 else -lowest
                     out = abs(here)
                     end = end if sign == 0.0 else highest if sign > 0.0 else -lowest
@@ -427,15 +475,16 @@ def _compiled() -> tuple[Code, ...]:
                     far = cosine * out + sine * speed
                     far = math.sqrt(out * out + speed * speed) if turning * out > cosine * speed else far
                     far += rest
-                    far = (far if far < end else end) + over
+                    far = array[_SCALE + lane] * ((far if far < end else end) + array[_OVER + lane] * share)
                     most = array[_MOST + lane]
                     array[_MOST + lane] = far if far > most else most
             elif array[_PLACED] == 0.0:
                 for lane in range(LANES):
-                    here, speed = x[at + lane], v[at + lane]
+                    here, speed, squares = x[at + lane], v[at + lane], array[_SQUARES + lane]
                     out = abs(speed) if sign == 0.0 else sign * speed
                     energy = 0.5 * (speed * speed + squares * here * here) if squares > 0.0 else 0.0
-                    value = pushed * out + energy + over
+                    pushed = array[_PUSH + lane] * (share if squares > 0.0 else 1.0)
+                    value = array[_SCALE + lane] * (pushed * out + energy + array[_OVER + lane] * share)
                     most = array[_MOST + lane]
                     array[_MOST + lane] = value if value > most else most
         if n < array[_BEGIN]:  # what comes before the time that counts is forgotten
@@ -447,10 +496,10 @@ def _compiled() -> tuple[Code, ...]:
 
     @callback(ON_IMPACTS)
     def on_impacts(count: float, speed: float, lane: int, array: Any) -> None:
-        energy = array[_STRUCK] + 0.5 * speed * speed
+        energy = array[_NEAR + lane] * (array[_STRUCK + lane] + 0.5 * speed * speed)
         if energy > array[_MARKS + lane]:
             array[_MARKS + lane] = energy
-        if speed > array[_MOST + lane]:
-            array[_MOST + lane] = speed
+        if array[_SCALE + lane] * speed > array[_MOST + lane]:
+            array[_MOST + lane] = array[_SCALE + lane] * speed
 
     return on_energy, on_modes, on_steps, on_impacts

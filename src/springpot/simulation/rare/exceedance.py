@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -22,6 +22,7 @@ from springpot.problem.system import System, checked_system
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
+from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import DEFAULTS, Options, StartKind
 from springpot.simulation.plan.plan import Plan, default_start, plan_of
@@ -288,10 +289,10 @@ def exceeded(
     own_functions = [*system.with_functions, *(each.name for each, _, _ in wanted if each.kind == "own")]
     file = SavedFile(_checked_place(save, own_functions))
     clock = Clock(max_time)
-    plan = _settled(plan)
+    plan = settled(plan)
     if plan.settings.start == "stationary":
         plan = adapt(plan)
-    simulation = simulation_of(_split_early(plan))
+    simulation = simulation_of(split_early(plan))
     curves, level = dict[str, ExceedanceCurve](), dict[str, ExceedanceLevel]()
     for number, (quantity, given, sign) in enumerate(wanted):
         own, told = Clock(clock.left / (len(wanted) - number)), _share(progress, number, len(wanted))
@@ -424,16 +425,17 @@ def _checked_place(save: object, functions: list[str]) -> Path | None:
     return save
 
 
-def _settled(plan: Plan) -> Plan:
-    """The plan with whole groups of steps, and before the time that counts the one that a stationary start takes."""
-    settings, motion = plan.settings, plan.motion
+def settled(plan: Plan, others: Sequence[Motion] = ()) -> Plan:
+    """The plan with whole groups of steps, and before the time that counts the one that a stationary start takes, for
+    other devices too.
+    """
+    settings = plan.settings
     steps = -(-settings.steps // GROUP) * GROUP
     step, ahead = settings.duration / steps, 0
     if settings.start == "stationary":
-        ahead = (
-            math.ceil(motion.settled_after(settings.start, EARLY if motion.is_thermal else SETTLED) / (GROUP * step))
-            * GROUP
-        )
+        times = EARLY if plan.motion.is_thermal else SETTLED
+        latest = max(motion.settled_after(settings.start, times) for motion in (plan.motion, *others))
+        ahead = math.ceil(latest / (GROUP * step)) * GROUP
     if steps + ahead > MOST_STEPS:
         raise ValueError(
             f"duration and {ahead * step:.3g} s before it, in which the motion settles, take too many steps."
@@ -442,7 +444,7 @@ def _settled(plan: Plan) -> Plan:
     return plan.but(step=step, duration=whole, window=(ahead * step, whole))
 
 
-def _split_early(plan: Plan) -> Plan:
+def split_early(plan: Plan) -> Plan:
     """The plan whose window begins before the time that counts: a path that is high then has come from somewhere.
 
     If it could not branch sooner, all that is rare would come from the few paths that are highest at that time.

@@ -13,6 +13,9 @@ Cerou and Guyader, "Adaptive multilevel splitting for rare event analysis", Stoc
 Gazeau, Goudenege, Lelievre and Rousset, "Unbiasedness of some generalized adaptive multilevel splitting algorithms",
 Ann. Appl. Probab. 26, 2016.
 
+Where devices differ, each repetition has devices of its own, and so many neighbouring paths begin as one device.  A
+branch is of the device of its parent, so that devices that come near to the event are copied too.
+
 The noise of a path is a function of seed, generation, number and step, and what a repetition gives depends on nothing
 but its number: not on threads, nor on the repetitions beside it.
 """
@@ -21,8 +24,9 @@ from __future__ import annotations
 
 import itertools
 import threading
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +37,10 @@ from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.simulation.kernel.branches import MARKS, Branches, choose_parents
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.tables import by_lane
+from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.paths.simulation import Simulation, addresses_of
+from springpot.simulation.paths.together import start_of
 from springpot.simulation.rare.asked import Asked
 
 Numbers = npt.NDArray[np.int64]
@@ -64,6 +71,10 @@ class Tally:
         Whether all repetitions have ended by themselves.
     ends : ndarray, shape (paths, MARKS)
         The marks of plain paths.
+    of_devices : ndarray, shape (devices, levels)
+        What the branches of the paths of each device add to the probability by the end, in their repetition.
+    of_ancestors : ndarray, shape (paths,)
+        The same of each of the first paths, to that of the last level.
     """
 
     exceeded: Floats
@@ -73,6 +84,8 @@ class Tally:
     path_steps: float
     complete: bool
     ends: Floats
+    of_devices: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    of_ancestors: Floats = field(default_factory=lambda: np.zeros(0))
 
     def apart(self) -> list[Tally]:
         """Each repetition of plain paths alone."""
@@ -82,6 +95,41 @@ class Tally:
                   self.ends[n.start * paths : n.stop * paths])
             for n in (slice(k, k + 1) for k in range(len(self.weights)))
         ]  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Population:
+    """Devices of repetitions: so many neighbouring paths begin as one.
+
+    Attributes
+    ----------
+    simulations : sequence of Simulation
+        Of the devices, with the same settings and the same `common` numbers, in the order of the repetitions.
+    constants : ndarray, shape (devices, constants)
+        Of the observers of what is asked.
+    weights : ndarray, shape (devices,)
+        With which a device counts: its probability over that with which it was drawn.
+    """
+
+    simulations: Sequence[Simulation]
+    constants: Floats
+    weights: Floats
+
+    @cached_property
+    def _numbers(self) -> tuple[Floats, npt.NDArray[np.floating]]:
+        tables = [each.parts.tables for each in self.simulations]
+        return np.stack([each.numbers for each in tables]), np.stack([each.sweep for each in tables])
+
+    def parts_of(self, which: Numbers) -> Parts:
+        """The kernel's arguments for lanes of these devices."""
+        parts = self.simulations[0].parts
+        return replace(parts, tables=by_lane(parts.tables, *self._numbers, which))
+
+    def starts(self, first: int, paths: int, stream: int) -> Floats:
+        """x and v at time 0 of each of so many first paths of the devices."""
+        return np.concatenate([
+            start_of(each, first + n * paths, paths, stream) for n, each in enumerate(self.simulations)
+        ])  # fmt: skip
 
 
 def repetitions(
@@ -96,6 +144,7 @@ def repetitions(
     clock: Clock,
     tell: Callable[[float], None],
     watch: Callable[[Tally], None] | None = None,
+    population: Population | None = None,
 ) -> Tally:
     """So many repetitions of so many paths each, from the one with the number ``first`` on.
 
@@ -113,6 +162,8 @@ def repetitions(
         Called several times a second, with the iterations so far.
     watch : callable
         Called after each iteration with what is known by then of every level: most of those that are frequent.
+    population : Population, optional
+        The devices of these repetitions; without, all paths are of ``simulation``.
 
     Raises
     ------
@@ -121,25 +172,41 @@ def repetitions(
     ValueError
         If a function of the user gives no number.
     """
-    run = _Paths(simulation, asked, first * paths, count * paths, stream, splits, clock, tell)
+    run = _Paths(simulation, asked, first * paths, count * paths, stream, splits, clock, tell, population)
     size, levels = count * paths, asked.levels
+    devices = 1 if population is None else len(population.simulations)
+    each, ancestors = size // devices, np.arange(size)
+    worth = np.ones(1) if population is None else population.weights
+    of_ancestors, of_devices = np.zeros(0), np.zeros((0, levels.size))
+    if population is not None:
+        of_ancestors, of_devices = np.zeros(size), np.zeros((devices, levels.size))
     ends = np.full((count, paths, MARKS), -np.inf)
     flat = ends.reshape(size, MARKS)
-    head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0)
+    head = run.advance(np.arange(size), np.full(size, -1), np.zeros(size, np.int64), flat, 0, ancestors)
     work = float(size) * run.steps
     weights, reached, going = np.ones(count), np.full(count, -np.inf), np.full(count, splits)
     gone, iterations = np.zeros((count, 2, levels.size)), np.zeros(count, np.int64)
     rank = int(REPLACED * paths) - 1
 
-    def counted(which: npt.NDArray[np.bool_], weights: Floats) -> Floats:
-        """What the paths give that are marked, each with the weight of its repetition."""
+    def counted(which: npt.NDArray[np.bool_], weights: Floats) -> tuple[Floats, Floats, Floats]:
+        """What the paths give that are marked, each with the weight of its repetition and of its device; the same by
+        devices, and by the first paths.
+        """
         shares, these = np.empty_like(gone), np.flatnonzero(which)
-        place = these // paths * (levels.size + 1)
+        repetition, device = these // paths, ancestors[these] // each
+        own = None if population is None else weights[repetition] / paths * worth[device]
         for k in (0, 1):
             beyond = np.searchsorted(levels, flat[these, 2 - k], side="left")  # levels that each path has exceeded
-            counts = np.bincount(place + beyond, minlength=count * (levels.size + 1)).reshape(count, -1)
-            shares[:, k] = counts[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:]
-        return shares * (weights / paths)[:, None, None]
+            counts = _beyond_levels(repetition, beyond, own, (count, levels.size))
+            shares[:, k] = counts * (weights / paths)[:, None] if own is None else counts
+        if own is None:
+            return shares, of_devices, of_ancestors
+        last = np.where(beyond == levels.size, own, 0.0)
+        return (
+            shares,
+            _beyond_levels(device, beyond, own, (devices, levels.size)),
+            np.bincount(ancestors[these], last, size).astype(np.float64),
+        )
 
     there = np.ones((count, paths), bool)
     branch, origin = np.empty(size, np.int64), np.empty(size, np.int64)
@@ -148,13 +215,17 @@ def repetitions(
         at = np.partition(ends[:, :, 0], rank, axis=1)[:, rank]
         going &= at < asked.target
         if not going.any() or generation > MOST_ITERATIONS:
-            marks = np.zeros((0, MARKS)) if splits else flat
-            return Tally(gone + counted(there, weights), weights, reached, iterations, work, True, marks)
+            marks, found = np.zeros((0, MARKS)) if splits else flat, counted(there, weights)
+            return Tally(
+                gone + found[0], weights, reached, iterations, work, True, marks, of_devices + found[1],
+                of_ancestors + found[2],
+            )  # fmt: skip
         before = Tally(gone, weights.copy(), reached.copy(), iterations.copy(), work, False, flat[:0])
         if watch is not None:
-            watch(replace(before, exceeded=gone + counted(there, weights)))
+            watch(replace(before, exceeded=gone + counted(there, weights)[0]))
         replaced = (ends[:, :, 0] <= at[:, None]) & going[:, None]
-        gone += counted(replaced, weights)
+        found = counted(replaced, weights)
+        gone, of_devices, of_ancestors = gone + found[0], of_devices + found[1], of_ancestors + found[2]
         living_still = there & ~replaced
         left = np.count_nonzero(replaced, axis=1)
         iterations += going
@@ -164,7 +235,7 @@ def repetitions(
         reached[going] = at[going]
         made, run.unused = choose_parents(
             ends, at, going, generation << 16 | stream, first * paths, *run.keys, head, run.kept, run.free, run.unused,
-            living, branch, origin,
+            ancestors, living, branch, origin,
         )  # fmt: skip
         # blocks of branches that are born together; of the same step in the order of the paths
         groups = run.kept.step[origin[:made]] // GROUP
@@ -173,9 +244,9 @@ def repetitions(
         of, rows = branch[:made][order], origin[:made][order]
         born, marks = GROUP * groups[order], np.empty((made, MARKS))
         try:
-            head[of] = run.advance(of, rows, born, marks, generation)
+            head[of] = run.advance(of, rows, born, marks, generation, ancestors[of])
         except OutOfTimeError:
-            return replace(before, exceeded=gone + counted(living_still, before.weights))
+            return replace(before, exceeded=gone + counted(living_still, before.weights)[0])
         flat[of] = marks
         work += float((run.steps - born).sum())
     raise AssertionError
@@ -186,7 +257,7 @@ class _Paths:
 
     def __init__(
         self, simulation: Simulation, asked: Asked, first: int, paths: int, stream: int, splits: bool, clock: Clock,
-        tell: Callable[[float], None],
+        tell: Callable[[float], None], population: Population | None,
     ) -> None:  # fmt: skip
         settings, parts = simulation.settings, simulation.parts
         self.settings, self.parts, self.asked, self.first, self.stream = settings, parts, asked, first, stream
@@ -200,10 +271,19 @@ class _Paths:
         pool = paths * min(self.most, ROWS_OF_A_PATH) + calls * self.most if splits else 0
         self.kept = parts.room_for_states(pool)
         self.free, self.unused = np.arange(pool)[::-1].copy(), pool
+        self.population = population
+        if population is not None:
+            self.each = paths // len(population.simulations)
+            self.starts = population.starts(first, self.each, stream)
         self.lock = threading.Lock()
 
-    def advance(self, paths: Numbers, rows: Numbers, born: Numbers, ends: Floats, generation: int) -> Numbers:
-        """Run paths from kept states; ``ends``, their marks, becomes those at the end.  Returns their first rows."""
+    def advance(
+        self, paths: Numbers, rows: Numbers, born: Numbers, ends: Floats, generation: int, ancestors: Numbers
+    ) -> Numbers:  # fmt: skip
+        """Run paths from kept states; ``ends``, their marks, becomes those at the end.  Returns their first rows.
+
+        ``ancestors`` are those of the first paths from which they come.
+        """
         self.clock.check()
         settings, parts = self.settings, self.parts
         blocks = -(-len(paths) // LANES)
@@ -214,7 +294,11 @@ class _Paths:
         marks[: len(paths)] = ends
         head, stop, calls = np.full(size, -1), np.zeros(1, np.uint8), itertools.count()
         together = max(1, min(BLOCKS_OF_A_CALL, blocks // (6 * settings.threads)))
-        states = parts.states(settings, self.first, size if generation == 0 else LANES, self.stream)
+        population, of, device = self.population, _padded(ancestors, size, 0), np.zeros(size, np.int64)
+        if population is None:
+            states = parts.states(settings, self.first, size if generation == 0 else LANES, self.stream)
+        else:
+            states, device = self.starts[of], of // self.each
         word, observers = generation << 16 | self.stream, self.asked.observers
 
         def work() -> None:
@@ -224,11 +308,15 @@ class _Paths:
             while not stop[0] and (number := together * next(calls)) < blocks:
                 some = slice(number * LANES, min(number + together, blocks) * LANES)
                 mine, used = self._take((some.stop - some.start) * self.most), np.zeros(2, np.int64)
+                kernel, constants = self.kernel, np.zeros((0, 0))
+                if population is not None:
+                    kernel, constants = population.parts_of(device[some]).kernel(), population.constants[device[some]]
                 branches = Branches(
                     self.every, self.asked.floor, self.asked.spacing, who[some], origin[some], begin[some],
-                    array[self.asked.marks], marks[some], head[some], mine, used, self.kept,
+                    array[self.asked.marks], constants, array[self.asked.constants], marks[some], head[some], mine,
+                    used, self.kept,
                 )  # fmt: skip
-                self.kernel(
+                kernel(
                     states[some] if len(states) > LANES else states, 0, (some.stop - some.start) // LANES, settings,
                     *self.keys, word, False, addresses, record, stop, out, branches,
                 )  # fmt: skip
@@ -259,6 +347,13 @@ class _Paths:
         with self.lock:
             self.free[self.unused : self.unused + rows.size] = rows[::-1]
             self.unused += rows.size
+
+
+def _beyond_levels(of: Numbers, beyond: Numbers, weights: Floats | None, shape: tuple[int, int]) -> Floats:
+    """How many paths, or how much of their weights, of each repetition or device exceed each level."""
+    many, levels = shape
+    counts = np.bincount(of * (levels + 1) + beyond, weights, many * (levels + 1)).reshape(many, -1)
+    return np.asarray(counts[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:])
 
 
 def _padded(numbers: Numbers, size: int, filling: int) -> Numbers:

@@ -1,0 +1,117 @@
+"""The probability that a device has of its own, over the devices: from what paths of few devices add to the mean.
+
+Splitting tells the probability of single devices badly: most devices add nothing.  Its logarithm is a smooth function
+of the normal scores of the uncertain numbers, so that a polynomial of them is fitted, by the likelihood of Poisson's
+law.
+Errors are by a jackknife over the repetitions, which have devices of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from springpot.machine.arrays import Floats
+from springpot.scattering.estimates import BELOW, PREDICTED, Interval, jackknifed, one_sided
+from springpot.scattering.stages import Stage, normal_scores
+from springpot.scattering.surface import Powers, polynomials, powers_of, probability_surface
+
+_SHARES = 0.5, 0.95  # lower quantiles are of devices that hardly ever exceed the level
+_SETS = (1, 1.0), (2, 1.0)
+_A_TERM = 4  # devices that exceed the level, for each term of the polynomial
+_FARTHEST = 50.0  # of a logarithm from that of the mean
+
+
+@dataclass(frozen=True, eq=False)
+class OwnProbability:
+    """Of the devices, at the last level.
+
+    Attributes
+    ----------
+    quantiles : dict of Interval
+        Below which these shares of the devices have it.
+    tolerance : float
+        Below which 99 % of the devices have it, 95 % sure.
+    alone, together : dict of Interval
+        First-order and total Sobol indices of its logarithm.
+    above : Interval or None
+        Share of the devices that have more than a limit.
+    """
+
+    quantiles: dict[float, Interval]
+    tolerance: float
+    alone: dict[str, Interval]
+    together: dict[str, Interval]
+    above: Interval | None
+
+
+def own_probability(
+    stage: Stage, inputs: Sequence[str], groups: Sequence[Sequence[int]], seed: int, limit: float | None
+) -> OwnProbability | None:
+    """All of it; None where too few devices exceeded the last level, or paths were not split.
+
+    Parameters
+    ----------
+    stage : Stage
+    inputs : sequence of str
+        Names of the groups of numbers.
+    groups : sequence of sequence of int
+    seed : int
+    limit : float or None
+    """
+    repetitions, each, _ = stage.of_repetitions.shape
+    values = stage.tally.of_devices[:, -1] * each / stage.weights
+    numbers = stage.scores.shape[1]
+    sets = [own for own in (powers_of(numbers, *terms) for terms in _SETS)
+            if np.count_nonzero(values) >= _A_TERM * len(own)]  # fmt: skip
+    if not sets or not stage.splits:
+        return None
+    size, of = float(values.mean()), np.arange(len(values)) // each
+    normal = (True,) * numbers
+
+    def fitted(powers: Powers) -> tuple[float, list[Floats]]:
+        """What is missed of each repetition without it; the coefficients of all, and without each."""
+        terms, missed, found = polynomials(stage.scores, normal, powers), 0.0, list[Floats]()
+        for n in range(repetitions):
+            found.append(probability_surface(terms[of != n], values[of != n] / size))
+            line = np.minimum(terms[of == n] @ found[-1], _FARTHEST)
+            missed += float((np.exp(line) - values[of == n] / size * line).sum())
+        return missed, [probability_surface(terms, values / size), *found]
+
+    powers, (_, coefficients) = min(((own, fitted(own)) for own in sets), key=lambda each: each[1][0])
+    new = polynomials(normal_scores(numbers, seed, PREDICTED), normal, powers)
+    lines = [np.sort(np.minimum(new @ own + math.log(size), 0.0)) for own in coefficients]
+
+    def interval(of_line: Callable[[Floats], float]) -> Interval:
+        found = [of_line(line) for line in lines]
+        return jackknifed(found[0], np.array(found[1:]))
+
+    def below(share: float) -> Interval:
+        return interval(lambda line: float(np.quantile(line, share)))
+
+    def as_probability(own: Interval) -> Interval:
+        low, value, high = (math.exp(min(end, 0.0)) for end in (own.low, own.value, own.high))
+        return Interval(value, value * own.error, low, high)
+
+    touched = powers[1:] > 0
+    alone, together = dict[str, Interval](), dict[str, Interval]()
+    for name, group in zip(inputs, groups, strict=True):
+        own = touched[:, list(group)].any(axis=1)
+        others = np.delete(touched, list(group), axis=1).any(axis=1)
+        for found, which in ((alone, own & ~others), (together, own)):
+            squares = [each[1:] ** 2 for each in coefficients]
+            shares = np.array([float(each[which].sum() / each.sum()) for each in squares])
+            found[name] = jackknifed(float(shares[0]), shares[1:])
+    top = below(BELOW)
+    above = None
+    if limit is not None:
+        share = interval(lambda line: float((line > math.log(limit)).mean()))
+        above = Interval(share.value, share.error, max(share.low, 0.0), min(share.high, 1.0))
+    return OwnProbability(
+        quantiles={share: as_probability(below(share)) for share in _SHARES},
+        tolerance=min(math.exp(top.value + one_sided(repetitions, 0.95) * top.error), 1.0),
+        alone=alone, together=together, above=above,
+    )  # fmt: skip

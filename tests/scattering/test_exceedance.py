@@ -1,0 +1,277 @@
+"""`sp.exceedance_over_devices`: against averages of single devices, in units of the errors."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import springpot as sp
+from springpot.machine.arrays import Floats
+from springpot.machine.progress import Clock
+from springpot.scattering.stages import Tilt, normal_scores
+from springpot.scattering.surface import polynomials, powers_of, probability_surface
+from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.rare.asked import asked_of, constants_of, quantity_of
+from springpot.simulation.rare.splitting import Population, Tally, repetitions
+from tests.scattering.problems import RARE, RARE_LIMIT, rare_device
+from tests.sizes import validation
+
+WALLED = sp.System(
+    sp.Spring(1.0), sp.Springpot(0.5, 0.2), sp.Barrier(-0.3, 0.8), sp.WhiteNoise(0.2)
+)  # fmt: skip
+PAIR = sp.System(
+    sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(1.0, between=("ground", "a")),
+    sp.Spring(0.6, between=("a", "b")), sp.Springpot(0.4, 0.2, between=("ground", "a")),
+    sp.Dashpot(0.1, between=("a", "b")), sp.WhiteNoise(0.2, on="a"),
+)  # fmt: skip
+MODULATED = sp.System(
+    sp.Spring(1.0), sp.Dashpot(0.2), sp.WhiteNoise(0.2, envelope=sp.ExponentialEnvelope(slow=0.05, fast=0.5))
+)
+
+
+def tallies(system: sp.System, name: str, level: float, splits: bool, by_device: bool) -> Tally:
+    plan = plan_of(system, duration=20.0, step=0.1, start="rest", seed=5, threads=2)
+    simulation = simulation_of(plan)
+    quantity = quantity_of(plan.motion, name)
+    asked = asked_of(plan, simulation.parts, quantity, np.array([0.6 * level, level]), 1.0)
+    population, given = None, {"clock": Clock(None), "tell": lambda _: None}
+    if by_device:
+        pairs = [(plan, simulation.parts)] * 4
+        constants = constants_of(pairs[0], pairs, quantity, asked, 1.0, np.ones(4))
+        population = Population([simulation] * 4, constants, np.ones(4))
+    first = repetitions(simulation, asked, first=0, count=32, paths=64, stream=7, splits=False, **given)
+    return repetitions(
+        simulation, asked.told_by(first.ends), first=0, count=2, paths=256, stream=8 + splits, splits=splits,
+        population=population, **given,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "level"),
+    [
+        (WALLED, "x", 3.0),
+        (WALLED, "impact_speed", 3.0),
+        (WALLED, "amplitude", 2.6),
+        (PAIR, "b_x", 3.5),
+        validation(PAIR, "a_speed", 2.5),
+        validation(WALLED, "v", 2.6),
+        validation(WALLED, "energy", 3.5),
+        validation(MODULATED, "v", 2.0),
+    ],
+)
+@pytest.mark.parametrize("splits", [False, True])
+def test_devices_that_are_alike_are_one(system: sp.System, name: str, level: float, splits: bool) -> None:
+    """By lane the same numbers, to rounding: the same paths exceed the levels, and the same ones are split."""
+    plain, apart = (tallies(system, name, level, splits, by_device) for by_device in (False, True))
+    assert apart.exceeded == pytest.approx(plain.exceeded, rel=0.02 if splits else 1e-9)
+    if splits:
+        assert plain.exceeded[:, 1].min() > 0.0
+    else:
+        assert apart.ends == pytest.approx(plain.ends, rel=1e-4)
+    by_repetition = apart.of_devices.reshape(2, 2, 2).sum(axis=1)
+    assert by_repetition == pytest.approx(apart.exceeded[:, 1], rel=1e-9)
+    assert apart.of_ancestors.reshape(2, -1).sum(axis=1) == pytest.approx(apart.exceeded[:, 1, -1], rel=1e-9)
+
+
+def nodes(count: int) -> tuple[Floats, Floats]:
+    scores, weights = np.polynomial.hermite_e.hermegauss(count)
+    return scores, weights / weights.sum()
+
+
+def averaged(system_at: Any, name: str, level_at: Any, count: int, **given: Any) -> tuple[float, float]:
+    """The mean over the normal score of one number, from single devices, and its standard error."""
+    mean = square = 0.0
+    for score, weight in zip(*nodes(count), strict=True):
+        own = sp.exceedance(system_at(score), {name: [level_at(score)]}, seed=int(500 + 50 * score), **given)[name]
+        mean += weight * float(own.probability[0])
+        square += (weight * float(own.error[0])) ** 2
+    return mean, math.sqrt(square)
+
+
+@pytest.mark.parametrize(
+    ("name", "level"),
+    [("x", 3.2), validation("impact_speed", 3.4), validation("speed", 3.2), validation("energy", 5.0)],
+)
+def test_one_number_scatters(name: str, level: float) -> None:
+    """Behind a lossy wall, with memory: the mean over devices of the probabilities of each."""
+
+    def device(coefficient: float) -> sp.System:
+        return sp.System(sp.Spring(1.0), sp.Springpot(0.5, coefficient), sp.Barrier(-0.3, 0.8), sp.WhiteNoise(0.2))
+
+    given: dict[str, Any] = {"duration": 20.0, "step": 0.05, "start": "rest"}
+    wide = math.sqrt(math.log1p(0.2**2))
+    mean, error = averaged(
+        lambda z: device(0.2 * math.exp(wide * z - 0.5 * wide**2)), name, lambda _: level, 7, rtol=0.1, **given
+    )
+    uncertain = device(sp.uncertain("C", 0.2, cov=0.2))
+    found = sp.exceedance_over_devices(uncertain, {name: level}, rtol=0.1, **given)[name]
+    assert 1e-5 < mean < 3e-3
+    assert abs(found.probability[0] - mean) < 3.5 * math.hypot(error, found.error[0])
+    assert found.probability[0] > 1.1 * found.nominal.probability[0]
+    assert found.by_mean["C"][0].value < -0.5
+    assert found.devices_seen > 50
+
+
+@pytest.mark.validation
+def test_an_order_and_a_gap_scatter() -> None:
+    """Common modes of memory, and walls at other places: against single devices at the same draws."""
+
+    def device(order: float, gap: float) -> sp.System:
+        return sp.System(
+            sp.Mass(0.8), sp.Spring(3200.0), sp.Springpot(order, 150.0), sp.Barrier(-gap, 0.7),
+            sp.WhiteNoise.from_psd(0.01, "g2/Hz"),
+        )  # fmt: skip
+
+    given: dict[str, Any] = {"duration": 2.0, "step": 1e-3, "start": "rest"}
+    places, weights = np.polynomial.legendre.leggauss(3)
+    mean = square = 0.0
+    for order, share in zip(0.3 + 0.05 * places, weights / 2.0, strict=True):
+        for score, weight in zip(*nodes(5), strict=True):
+            own = sp.exceedance(
+                device(order, 0.006 + 6e-4 * score), {"x": [0.013]}, rtol=0.1, seed=int(1e4 * order), **given
+            )
+            mean += share * weight * float(own["x"].probability[0])
+            square += (share * weight * float(own["x"].error[0])) ** 2
+    uncertain = device(sp.uncertain("order", bounds=(0.25, 0.35)), sp.uncertain("gap", 0.006, sd=6e-4))
+    found = sp.exceedance_over_devices(uncertain, {"x": 0.013}, rtol=0.1, **given)["x"]
+    assert abs(found.probability[0] - mean) < 3.5 * math.hypot(math.sqrt(square), found.error[0])
+
+
+@pytest.mark.parametrize(
+    ("limit", "known", "share"), [(RARE_LIMIT[0], RARE[0], 0.05), validation(RARE_LIMIT[1], RARE[1], 0.1)]
+)
+def test_a_linear_oscillator_whose_limit_scatters(limit: float, known: dict[str, Any], share: float) -> None:
+    """Damping, noise and limit: against a table of single devices, integrated by Gauss and Hermite."""
+    system, level = rare_device(limit)
+    found = sp.exceedance_over_devices(
+        system,
+        {"amplitude": level},
+        duration=100.0,
+        step=0.3,
+        start="rest",
+        rtol=0.1,
+        limits={"amplitude": known["limit"]},
+    )["amplitude"]
+    assert abs(found.probability[0] / known["probability"] - 1.0) < 3.5 * found.error[0] / found.probability[0] + share
+    assert known["probability"] / found.nominal.probability[0] == pytest.approx(known["times"], rel=0.3)
+    for n, name in enumerate(("c", "q", "limit")):
+        for own, exact in ((found.by_mean, known["by_mean"]), (found.by_scatter, known["by_scatter"])):
+            assert abs(own[name][0].value - exact[n]) < 4.0 * own[name][0].error + 0.05
+    own = found.of_devices
+    assert own is not None
+    assert own.quantiles[0.95].value == pytest.approx(known["quantile"], rel=0.25)
+    assert own.above is not None
+    assert own.above.value == pytest.approx(known["above"], rel=0.3)
+    assert own.together["c"].value > own.together["q"].value > own.together["limit"].value
+
+
+def test_what_is_not_rare_is_counted_on_plain_paths() -> None:
+    """Where the nominal device exceeds the level in one of four runs."""
+    device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.3)), sp.WhiteNoise(0.2))
+    given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest"}
+    found = sp.exceedance_over_devices(device, {"x": [1.0, 1.6]}, rtol=0.03, **given)["x"]
+    assert not found.splits
+    assert found.of_devices is None
+    wide = math.sqrt(math.log1p(0.3**2))
+    mean, error = averaged(
+        lambda z: sp.System(sp.Spring(1.0), sp.Dashpot(0.2 * math.exp(wide * z - 0.5 * wide**2)), sp.WhiteNoise(0.2)),
+        "x", lambda _: 1.6, 5, rtol=0.03, **given,
+    )  # fmt: skip
+    assert abs(found.probability[1] - mean) < 3.5 * math.hypot(error, found.error[1])
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("C", 0.2, cov=0.2)), sp.WhiteNoise(0.2))
+    one, two = (
+        sp.exceedance_over_devices(
+            device, {"x": 3.2}, duration=20.0, step=0.1, start="rest", rtol=0.3, threads=threads
+        )["x"]
+        for threads in (1, 2)
+    )
+    assert one.probability.tobytes() == two.probability.tobytes()
+    assert one.shares.tobytes() == two.shares.tobytes()
+
+
+def test_weights_of_the_second_stage_give_the_laws_back() -> None:
+    """Means over the laws, from devices that are drawn elsewhere."""
+    tilt = Tilt(np.array([-1.2, 0.8]), np.linalg.cholesky(np.array([[0.8, 0.2], [0.2, 1.2]])))
+    drawn = [tilt.drawn(normal_scores(2, 3, 64, number)) for number in range(64)]
+    scores, weights = np.concatenate([z for z, _ in drawn]), np.concatenate([w for _, w in drawn])
+    assert weights.max() <= 4.0
+    for function, exact in (
+        (np.ones(len(scores)), 1.0), (scores[:, 0], 0.0), (scores[:, 1] ** 2, 1.0), (scores[:, 0] * scores[:, 1], 0.0),
+        (np.exp(-scores[:, 0]), math.exp(0.5)),
+    ):  # fmt: skip
+        assert (weights * function).mean() == pytest.approx(exact, abs=0.04)
+
+
+def test_the_surface_of_a_probability() -> None:
+    """A logarithm of second degree, from counts most of which are 0."""
+    scores = normal_scores(2, 1, 4096)
+    powers = powers_of(2, 2, 1.0)
+    terms = polynomials(scores, (True, True), powers)
+    exact = np.array([-4.0, 1.0, -0.6, -0.15, 0.1, 0.0])
+    counts = np.random.default_rng(2).poisson(np.exp(terms @ exact))
+    assert np.count_nonzero(counts) < 700
+    found = probability_surface(terms, counts.astype(float))
+    assert np.abs(found - exact).max() < 0.15
+
+
+def test_a_report_a_dict_and_correlated_numbers() -> None:
+    device = sp.System(
+        sp.Spring(sp.uncertain("k", 1.0, cov=0.1)), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)),
+        sp.WhiteNoise(sp.uncertain("q", 0.2, cov=0.1)),
+    )  # fmt: skip
+    found = sp.exceedance_over_devices(
+        device, {"x": [2.5, 3.5]}, duration=20.0, step=0.1, start="rest", rtol=0.2, correlation={("k", "c"): 0.8},
+        limits={"x": 1e-3},
+    )  # fmt: skip
+    text = str(found)
+    told = "Exceedance in 20 s, 3 uncertain numbers", "x > 2.5 m", "nominal device", "over devices", "limit 0.001"
+    for words in (*told, "95 % of devices are below", "which number matters"):
+        assert words in text
+    assert found.inputs == ("k and c", "q")
+    assert [*found["x"].by_mean] == ["q"]
+    plain = json.loads(json.dumps(found.to_dict()))
+    assert plain["curves"]["x"]["index"]["k and c"]["value"] == found["x"].of_devices.alone["k and c"].value
+    assert found["x"].draws.shape == (len(found["x"].shares), 3)
+
+
+K = sp.uncertain("k", 1.0, cov=0.1)
+B = sp.uncertain("b", 3.0, cov=0.1)
+DEVICE = sp.System(sp.Spring(K), sp.Dashpot(0.2), sp.WhiteNoise(0.2))
+
+
+@pytest.mark.parametrize(
+    ("system", "levels", "given", "words"),
+    [
+        (WALLED, {"x": 3.0}, {}, "system or levels must have uncertain numbers"),
+        (DEVICE, 3.0, {}, "levels must be a dict of names and levels"),
+        (DEVICE, {}, {}, "levels must be a dict of names and levels"),
+        (DEVICE, {"y": 3.0}, {}, "levels has 'y', which is no quantity"),
+        (DEVICE, {"x": [B, 4.0]}, {}, "levels of x must be plain numbers, or multiples"),
+        (DEVICE, {"x": [B, K * 4.0]}, {}, "levels of x must be plain numbers, or multiples"),
+        (DEVICE, {"spring_force": 3.0}, {}, "levels of spring_force cannot be asked of devices"),
+        (DEVICE, {"x": 3.0}, {"limits": {"v": 0.1}}, "limits must be of x, not 'v'"),
+        (DEVICE, {"x": 3.0}, {"limits": {"x": 1.5}}, "limits of x must be"),
+        (DEVICE, {"x": 3.0}, {"limits": 0.1}, "limits must be a dict of quantities and probabilities"),
+        (DEVICE, {"x": 3.0}, {"rtol": 2.0}, "rtol must be"),
+        (DEVICE, {"x": 3.0}, {"duration": -1.0}, "duration must be"),
+        (DEVICE, {"x": 3.0}, {"correlation": {("k", "c"): 0.5}}, "correlation must be of k"),
+        (DEVICE, {"x": sp.uncertain("b", 3.0, sd=2.0)}, {}, "levels of x must have one sign in all devices"),
+        (
+            sp.System(sp.Spring(1.0), sp.Maxwell(K, 1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2)), {"x": 3.0}, {},
+            "system must have devices that share blocks of paths",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_sentence(system: Any, levels: Any, given: Any, words: str) -> None:
+    with pytest.raises((TypeError, ValueError)) as caught:
+        sp.exceedance_over_devices(system, levels, **{"duration": 20.0, "step": 0.1, "start": "rest", **given})
+    assert str(caught.value).startswith(words)
+    assert str(caught.value).count("\n") == 0
