@@ -5,6 +5,12 @@ from __future__ import annotations
 import gc
 import linecache
 import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
 
 from springpot.machine.one_thread import ONE_THREAD
 
@@ -21,3 +27,18 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
     gc.enable()
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of its own of 768 kB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = shutil.which("mount")
+    if mount is None or os.geteuid() != 0:
+        pytest.skip("only root may mount a file system")
+    done = subprocess.run([mount, "-t", "tmpfs", "-o", "size=768k", "none", folder], capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip(f"mounting is refused here: {done.stderr.strip()}")
+    yield folder
+    subprocess.run(["umount", folder], check=True)

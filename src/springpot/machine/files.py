@@ -131,10 +131,15 @@ def open_text(path: str | Path, title: str, largest: int) -> Iterator[TextIO]:
         yield io.TextIOWrapper(file, "utf-8-sig")
 
 
-def append_line(path: str | Path, line: bytes) -> None:
+def append_line(path: str | Path, line: bytes) -> int:
     """Write a line at the end of a file, which is made if missing; a line that a killed process began stays as it is.
 
     An empty line only makes the file.
+
+    Returns
+    -------
+    int
+        Where the line begins.
 
     Raises
     ------
@@ -145,11 +150,15 @@ def append_line(path: str | Path, line: bytes) -> None:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(errno.EINVAL, "it is not a file, but a pipe or a device", str(path))
         if not line:
-            return
+            return file.tell()
+        begun = False
         if file.tell():
             file.seek(-1, os.SEEK_END)
-            line = line if file.read(1) == b"\n" else b"\n" + line
-        file.write(line + b"\n")
+            begun = file.read(1) != b"\n"
+        left = memoryview(b"\n" * begun + line + b"\n")
+        while left:  # a disk that is nearly full takes a part, and says so only when it is asked again
+            left = left[file.write(left) :]
+        return file.tell() - len(line) - 1  # others may have written meanwhile
 
 
 @contextlib.contextmanager

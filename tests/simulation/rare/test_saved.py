@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -16,11 +15,15 @@ import numpy as np
 import pytest
 
 import springpot as sp
+from springpot.machine import record
 from springpot.machine.faults import FileError
 from springpot.machine.files import append_line
+from springpot.machine.record import line_of, parts_of
 from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.rare.saved import SavedFile
 from springpot.simulation.rare.splitting import Tally
+from tests.kills import fill, kill_when, lines_in
+from tests.sizes import validation
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
 SHORT: dict[str, Any] = {"duration": 5.0, "step": 0.1, "start": "rest", "rtol": 0.5, "threads": 1}
@@ -95,8 +98,7 @@ def test_a_file_that_was_cut_has_what_is_whole(tmp_path: Path) -> None:
 
 
 WRONG: list[tuple[str, Any]] = [
-    ("of", 1), ("of", [1, 1, 2, 0]), ("of", [1, True, 2]), ("of", [1, True, 2, -1]), ("of", [1, True, 2, 2**80]),
-    ("of", [1.0, True, 2, 0]), ("key", 3), ("key", None), ("exceeded", "x"), ("exceeded", None), ("exceeded", []),
+    ("exceeded", "x"), ("exceeded", None), ("exceeded", []),
     ("exceeded", [[[0.1]]]), ("exceeded", [[[0.1], [float("nan")]]]), ("exceeded", {"a": 1}),
     ("exceeded", [[[0.1], [1e308]]]), ("exceeded", [[[0.1], [-0.1]]]), ("exceeded", [[[1, 2], [3]]]),
     ("exceeded", [[[True], [True]]]), ("weights", [[0.1]]), ("weights", [10**400]), ("weights", [2.0]),
@@ -106,27 +108,41 @@ WRONG: list[tuple[str, Any]] = [
 ]  # fmt: skip
 
 
+def parts(line: bytes) -> tuple[str, bytes]:
+    found = parts_of("exceedance", line)
+    assert found is not None
+    return found
+
+
 @pytest.mark.parametrize(("name", "value"), WRONG)
 def test_wrong_kinds_with_a_right_checksum_are_no_repetition(tmp_path: Path, name: str, value: Any) -> None:
     place = tmp_path / "file"
     first, second = written(place, 2).splitlines()
-    own = json.loads(first.split(b" ", 2)[2])
-    body = json.dumps(own | {name: value}).encode()
-    checksum = hashlib.sha256(body).hexdigest()[:32].encode()
-    place.write_bytes(b"exceedance " + checksum + b" " + body + b"\n" + second + b"\n")
+    key, own = parts(first)
+    place.write_bytes(line_of("exceedance", key, json.loads(own) | {name: value}) + b"\n" + second + b"\n")
     found = read(place)
     assert [*found] == [1]
     assert same(found[1], tally(1))
 
 
+def test_a_repetition_under_the_key_of_another_one_is_not_read_as_that(tmp_path: Path) -> None:
+    """Kinds and numbers that a key may not have are other keys, for it is a digest of them."""
+    place = tmp_path / "file"
+    written(place, 1)
+    saved = SavedFile(place).of(CONTENT, LEVELS)
+    assert saved.find(*of(0)) is not None
+    for other in ((1, 1, PATHS, 0), (1, True, PATHS, -1), (1.0, True, PATHS, 0), (1, True, PATHS, 2**80)):
+        assert saved.find(*other) is None
+
+
 @pytest.mark.parametrize("body", [b"[" * 100_000, b"3", b"{}", b'"key"', b"NaN", b"9" * 5000, b"\xff\xfe", b'{"key":'])
 def test_what_is_no_repetition_with_a_right_checksum_is_left_alone(tmp_path: Path, body: bytes) -> None:
     place = tmp_path / "file"
-    whole = written(place, 1)
-    checksum = hashlib.sha256(body).hexdigest()[:32].encode()
-    place.write_bytes(whole + b"exceedance " + checksum + b" " + body + b"\n")
-    found = read(place)
-    assert [*found] == [0]
+    first, second = written(place, 2).splitlines()
+    rest = parts(first)[0].encode() + b" " + body
+    checksum = hashlib.sha256(rest).hexdigest()[:32].encode()
+    place.write_bytes(b"exceedance " + checksum + b" " + rest + b"\n" + second + b"\n")
+    assert [*read(place)] == [1]
 
 
 @pytest.mark.parametrize(
@@ -142,12 +158,6 @@ def test_a_file_of_something_else_is_refused_and_stays(tmp_path: Path, content: 
     with pytest.raises(FileError, match="save must be a file of exceedance or a new one, and"):
         sp.exceedance(LIGHT, {"x": 1.0}, **SHORT, save=place)
     assert place.read_bytes() == content
-
-
-def test_a_file_without_checksums_is_said_to_be_one(tmp_path: Path) -> None:
-    (tmp_path / "file").write_bytes(b'{"key": "abc", "of": [0, false, 64, 0]}\n')
-    with pytest.raises(FileError, match=r"springpot 0\.2 wrote it, without checksums\.$"):
-        SavedFile(tmp_path / "file")
 
 
 def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
@@ -196,15 +206,14 @@ def test_a_file_that_cannot_be_read_or_written_is_refused_before_the_work(tmp_pa
 def test_a_full_disk_ends_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was computed is the result, and what had been written can be read."""
     place, limit = tmp_path / "file", 3
-    import springpot.simulation.rare.saved as module
 
-    def until_full(path: Path, line: bytes) -> None:
+    def until_full(path: Path, line: bytes) -> int:
         nonlocal limit
         limit -= 1
-        append_line(path if limit >= 0 else Path("/dev/full"), line)
+        return append_line(path if limit >= 0 else Path("/dev/full"), line)
 
     whole = sp.exceedance(LIGHT, {"x": 1.0}, **SHORT)
-    monkeypatch.setattr(module, "append_line", until_full)
+    monkeypatch.setattr(record, "append_line", until_full)
     with pytest.warns(sp.RareEventWarning, match="could not be written any more"):
         found = sp.exceedance(LIGHT, {"x": 1.0}, **SHORT, save=place)
     assert found.probability["x"] == whole.probability["x"]
@@ -224,26 +233,52 @@ def test_a_damaged_file_gives_the_right_probability(tmp_path: Path) -> None:
     assert again.probability["x"] == whole.probability["x"]
 
 
-KILLED = """
+CALL = """
 import sys, springpot as sp
 light = sp.System(sp.Spring(1.0), sp.Springpot(1.0, 0.1), sp.Barrier(-50.0), sp.WhiteNoise(0.2))
-sp.exceedance(light, {"x": 5.0}, duration=40.0, step=0.02, start="rest", rtol=0.02, threads=1, save=sys.argv[1])
+found = sp.exceedance(light, {"x": 5.0}, duration=20.0, step=0.05, start="rest", rtol=0.2, threads=1, save=sys.argv[1])
+print(found["x"].probability, found["x"].error)
 """
+QUICK = [sys.executable, "-c", CALL]
 
 
-def test_a_kill_leaves_whole_repetitions(tmp_path: Path) -> None:
-    """SIGKILL, when some are there: all lines but the last are whole."""
-    place = tmp_path / "file"
-    process = subprocess.Popen([sys.executable, "-c", KILLED, str(place)])
-    try:
-        until = time.monotonic() + 120.0
-        while not place.exists() or place.read_bytes().count(b"\n") < 40:
-            assert time.monotonic() < until
-            assert process.poll() is None
-            time.sleep(0.02)
-    finally:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, int]:
+    """What the call says, and how many repetitions it writes."""
+    place = tmp_path_factory.mktemp("whole") / "file"
+    return subprocess.run([*QUICK, place], capture_output=True, text=True, check=True).stdout, lines_in(place)
+
+
+@pytest.mark.parametrize("share", [0.3, validation(0.05), validation(0.6)])
+def test_a_killed_call_goes_on_to_the_same_bits(share: float, tmp_path: Path, uninterrupted: tuple[str, int]) -> None:
+    """SIGKILL; all that had ended is read, and no line but the last is not whole."""
+    said, whole = uninterrupted
+    place, count = tmp_path / "file", int(share * whole)
+    kill_when([*QUICK, place], lambda: lines_in(place) >= count)
     lines = place.read_bytes().split(b"\n")[:-1]
-    assert len(lines) >= 40
-    assert all(hashlib.sha256(line[44:]).hexdigest()[:32].encode() == line[11:43] for line in lines)
+    assert count <= len(lines) < whole
+    assert all(parts_of("exceedance", line) for line in lines)
+    done = subprocess.run([*QUICK, place], capture_output=True, text=True, check=True)
+    assert done.stdout == said
+    assert lines_in(place) - whole in (0, 1)  # one that was begun may stand between
+
+
+def test_two_calls_at_once_share_a_file_and_say_the_same(tmp_path: Path, uninterrupted: tuple[str, int]) -> None:
+    place = tmp_path / "file"
+    two = [subprocess.Popen([*QUICK, place], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert [process.communicate()[0] for process in two] == [uninterrupted[0]] * 2
+    assert all(parts_of("exceedance", line) for line in place.read_bytes().splitlines())
+    again = subprocess.run([*QUICK, place], capture_output=True, text=True, check=True)
+    assert again.stdout == uninterrupted[0]
+
+
+def test_a_disk_that_becomes_full_ends_no_call(small_disk: Path, uninterrupted: tuple[str, int]) -> None:
+    place = small_disk / "file"
+    fill(small_disk / "ballast", room=20_000)
+    done = subprocess.run([*QUICK, place], capture_output=True, text=True, check=True)
+    assert done.stdout == uninterrupted[0]
+    assert "could not be written any more (no space left on device)" in done.stderr
+    assert 0 < lines_in(place) < uninterrupted[1]
+    (small_disk / "ballast").unlink()
+    again = subprocess.run([*QUICK, place], capture_output=True, text=True, check=True)
+    assert (again.stdout, again.stderr) == (uninterrupted[0], "")
