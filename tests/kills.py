@@ -35,8 +35,8 @@ def lines_in(file: Path) -> int:
 
 
 def fill(file: Path, room: int = 0) -> None:
-    """Write until the disk is full, and leave so many bytes."""
-    with contextlib.suppress(OSError), file.open("wb", buffering=0) as out:
+    """Write at the end of a file until the disk is full, and leave so many bytes."""
+    with contextlib.suppress(OSError), file.open("ab", buffering=0) as out:
         while out.write(bytes(4096)):
             pass
     with file.open("r+b") as out:

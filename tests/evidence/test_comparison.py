@@ -19,7 +19,7 @@ from springpot.evidence.cells import PaperCell
 from springpot.evidence.comparison import compare
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import PAPER_MAP, read_map, trust
-from springpot.evidence.validity import CELLS, gaps_of, make_map, simulate_cell
+from springpot.evidence.validity import CELLS, gaps_of
 from springpot.figures.comparison import plot_comparison
 from springpot.simulation import simulate
 from springpot.theory import (
@@ -292,32 +292,6 @@ def test_units_do_not_matter_to_trust() -> None:
     other = oscillator(0.3, 0.5 * 20.0**1.7, 20.0, 3.0, 0.5 * length, 0.8, "below")
     for method in ("envelope", "memory_closure"):
         assert trust(other, method).gaps == pytest.approx(trust(unit, method).gaps)
-
-
-@pytest.mark.validation  # every day: the map of systems, in tests/evidence/test_system_map.py
-def test_a_map_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
-    path = tmp_path / "map.csv"
-    cells = [PaperCell(1.0, 1.0, 1.0, 0.0), PaperCell(1.0, 3.0, 1.0, 0.5)]
-
-    class Enough(Exception):
-        pass
-
-    def stop(fraction: float) -> None:
-        raise Enough
-
-    with pytest.raises(Enough):
-        make_map(cells=cells, path=path, progress=stop)
-    assert not path.exists()
-    partial = path.with_suffix(".csv.part")
-    kept = partial.read_text()
-    assert len(kept.splitlines()) == 2
-    make_map(cells=cells, path=path)
-    assert not partial.exists()
-    rows = path.read_text().splitlines()
-    assert len(rows) == 3
-    assert rows[1].startswith(kept.splitlines()[1])
-    found = simulate_cell(cells[0])
-    assert f"{found['x_mean']:.6g}" in rows[1]
 
 
 @pytest.mark.parametrize(

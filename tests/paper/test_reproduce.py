@@ -3,14 +3,18 @@
 import csv
 import math
 import re
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.kills import fill, kill_when, lines_in
+from tests.sizes import validation
 
-from springpot.machine.faults import per_cent
+from springpot.machine.faults import FileError, per_cent
 from springpot.paper import figures, montecarlo, pages, reproduce
-from springpot.paper.montecarlo import Estimate, Gap, Point, collapse, pooled, settled, shortfall, write_rows
+from springpot.paper.montecarlo import Estimate, Gap, Point, collapse, pooled, settled, shortfall
 from springpot.problem.oscillator import Oscillator, Springpot
 
 HEADER = [
@@ -88,21 +92,93 @@ def test_runs_are_independent(small_fig2):
     assert len({row.mu_mc / row.q for row in rows}) == len({row.mu_adapted / row.q for row in rows}) == 4
 
 
-def test_rows_are_kept_when_interrupted_and_the_old_file_too(tmp_path, small_fig2):
-    def rows():
-        yield small_fig2[2][0]
-        raise KeyboardInterrupt
+def files_of(folder):
+    return {place.name: place.read_bytes() for place in folder.iterdir()}
 
-    table = tmp_path / "fig2.csv"
+
+def test_points_are_kept_when_interrupted_and_the_old_file_too(tmp_path, small_fig2, monkeypatch):
+    """And they are not computed again: the same call goes on, to the same bytes."""
+
+    def stop(fraction, text):
+        if fraction == 0.5:
+            raise KeyboardInterrupt
+
+    table, record = tmp_path / "fig2.csv", tmp_path / "fig2.csv.record"
     table.write_text("old")
     with pytest.raises(KeyboardInterrupt):
-        write_rows(table, rows(), lambda fraction, text: None, 2)
+        figures.fig2(tmp_path, **SMALL, progress=stop)
     assert table.read_text() == "old"
-    part = tmp_path / "fig2.csv.part"
-    assert len(part.read_text(encoding="utf-8").splitlines()) == 2
-    write_rows(table, small_fig2[2], lambda fraction, text: None, 4)
-    assert len(table.read_text(encoding="utf-8").splitlines()) == 5
-    assert not part.exists()
+    assert lines_in(record) == 2
+    made = []
+    monkeypatch.setattr(montecarlo, "_point", lambda *task: made.append(task) or POINT(*task))
+    figures.fig2(tmp_path, **SMALL)
+    assert [task[:2] for task in made] == [(0.7, 5.0), (1.0, 5.0)]
+    assert files_of(tmp_path) == files_of(small_fig2[0][0].parent)
+
+
+POINT = montecarlo._point
+CALL = f"""
+import sys
+from pathlib import Path
+from springpot.paper import figures
+figures.fig2(Path(sys.argv[1]), **{SMALL!r}, threads=1)
+"""
+COMMAND = [sys.executable, "-c", CALL]
+
+
+@pytest.mark.parametrize("points", [1, validation(3)])
+def test_a_killed_figure_goes_on_to_the_same_bytes(points, tmp_path, small_fig2):
+    """SIGKILL of the process: the next one computes what is left."""
+    record = tmp_path / "fig2.csv.record"
+    kill_when([*COMMAND, tmp_path], lambda: lines_in(record) >= points)
+    assert [place.name for place in tmp_path.iterdir()] == ["fig2.csv.record"]
+    figures.fig2(tmp_path, **SMALL)
+    assert files_of(tmp_path) == files_of(small_fig2[0][0].parent)
+
+
+def test_damage_in_the_record_of_a_figure_costs_the_damaged_points(tmp_path, small_fig2):
+    record = tmp_path / "fig2.csv.record"
+
+    def stop(fraction, text):
+        if fraction == 0.75:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        figures.fig2(tmp_path, **SMALL, progress=stop)
+    body = bytearray(record.read_bytes())
+    body[len(body) // 2] ^= 1  # a digit of the second point
+    record.write_bytes(body[:-20])  # and the end of the third one
+    figures.fig2(tmp_path, **SMALL)
+    assert files_of(tmp_path) == files_of(small_fig2[0][0].parent)
+    record.write_bytes(b"mine\n")
+    with pytest.raises(FileError, match="record must be a file of figure_2 or a new one"):
+        figures.fig2(tmp_path, **SMALL)
+    assert record.read_bytes() == b"mine\n"
+
+
+@pytest.mark.validation  # every day: of splitting and of studies
+def test_two_processes_draw_one_figure(tmp_path, small_fig2):
+    two = [subprocess.Popen([*COMMAND, str(tmp_path)]) for _ in range(2)]
+    assert [process.wait() for process in two] == [0, 0]
+    assert files_of(tmp_path) == files_of(small_fig2[0][0].parent)
+
+
+def test_a_full_disk_keeps_the_points_of_a_figure(small_disk, small_fig2):
+    ballast, record = small_disk / "ballast", small_disk / "fig2.csv.record"
+
+    def fill_up(fraction, text):
+        if fraction == 0.5:
+            fill(ballast)
+            fill(record)  # to the end of its page
+
+    says = r"^figure '.*fig2\.csv' cannot be written \(No space left on device\): all results so far are kept, and "
+    with pytest.raises(OSError, match=says):
+        figures.fig2(small_disk, **SMALL, progress=fill_up)
+    assert sorted(files_of(small_disk)) == ["ballast", "fig2.csv.record"]
+    ballast.unlink()
+    heard = []
+    figures.fig2(small_disk, **SMALL, progress=lambda fraction, text: heard.append(fraction))
+    assert files_of(small_disk) == files_of(small_fig2[0][0].parent)
 
 
 def test_the_paper_has_21_orders_and_3_intensities():

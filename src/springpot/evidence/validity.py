@@ -13,11 +13,15 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 
 from springpot.evidence.cells import Cell, PaperCell, system_of
 from springpot.evidence.reliability import PAPER_MAP, SYSTEMS_MAP, Map, exists, moment_of
+from springpot.machine.files import write_table
+from springpot.machine.record import Record, digest, writing
+from springpot.machine.versions import __version__
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.options import own_seed
 from springpot.theory.solve import solve_one
@@ -159,33 +163,34 @@ def make_map(
 ) -> Path:
     """Write the map: Monte Carlo where the file has none of a cell (or ``again``), the gaps of theory anew.
 
-    What is simulated is written at once, so an interrupted map goes on where it was.  The map of systems has
-    ``cells=SYSTEM_CELLS`` and the path of `springpot.evidence.reliability.SYSTEMS_MAP`.
+    Each cell that is simulated is kept at once, in a file beside the map with ``.record`` at the end of its name, so an
+    interrupted map goes on where it was, to the same digits.  The file is removed when the map is written.  The map of
+    systems has ``cells=SYSTEM_CELLS`` and the path of `springpot.evidence.reliability.SYSTEMS_MAP`.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written: what was simulated is kept.
     """
     kind = type(cells[0])
     place, simulated = kind._fields, tuple(name + part for name in _map_of(cells[0]).moments for part in ("", "_se"))
     known = {} if again else _read(path, place, simulated)
     rows: list[list[object]] = []
     header: list[str] = []
-    partial = path.with_suffix(".csv.part")
-    known |= _read(partial, place, simulated)
-    with partial.open("a", newline="") as file:
-        writer = csv.writer(file)
-        if file.tell() == 0:
-            writer.writerow([*place, *simulated])
+    record = Record(path.with_suffix(".csv.record"), "validity")
+    with writing(f"map {str(path)!r}"):
         for number, cell in enumerate(cells):
             if cell not in known:
-                known[cell] = simulate_cell(cell, threads=threads)
-                writer.writerow([*cell, *(f"{known[cell][name]:.6g}" for name in simulated)])
-                file.flush()
+                key = digest([__version__, kind.__name__, cell])
+                found = record.of(key, partial(simulate_cell, cell, threads=threads))
+                known[cell] = {name: float(f"{value:.6g}") for name, value in found.items()}  # as the map has them
             gaps = gaps_of(cell, known[cell])
             header = [*place, *simulated, *gaps]
             rows.append([*cell, *(f"{known[cell][n]:.6g}" for n in simulated), *(f"{g:.2f}" for g in gaps.values())])
             if progress is not None:
                 progress((number + 1) / len(cells))
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([header, *rows])
-    partial.unlink()
+        write_table(path, [header, *rows])
+        record.remove()
     return path
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
 import functools
 import io
@@ -12,7 +13,7 @@ import socket
 import stat
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -242,6 +243,13 @@ def write(path: str, content: bytes | memoryview, *, durable: bool = False, priv
                 continue
             raise
         return
+
+
+def write_table(path: Path, rows: Iterable[Iterable[object]]) -> None:
+    """Write rows, the header first, as a CSV file, as `write` does."""
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write(str(path), text.getvalue().encode())
 
 
 def netcdf_of(tree: DataTree, encoding: Mapping[str, Any] | None = None) -> memoryview:

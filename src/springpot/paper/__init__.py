@@ -15,7 +15,7 @@ __all__ = ["reproduce"]
 _SHARES = {"fig1": 0.01, "fig2": 0.87, "errata": 0.12}
 _FILES = {
     "fig1": ("fig1.png",),
-    "fig2": ("fig2.csv", "fig2.csv.part", "fig2.png", "fig2.md"),
+    "fig2": ("fig2.csv", "fig2.csv.record", "fig2.png", "fig2.md"),
     "errata": ("errata.md", "errata.png"),
 }
 
@@ -34,8 +34,8 @@ def reproduce(
         ``"fig1"`` is the Fourier series, ``"fig2"`` the mean square amplitude with its Monte Carlo, ``"errata"`` a page
         of the slips in the print with the numbers that show them, and a picture of the main one.
     out : str or path
-        Folder for the files; made where it does not exist.  The rows of ``fig2.csv`` are kept in ``fig2.csv.part`` as
-        they come, and renamed when all are there: an interrupted run leaves that file, and the others as they were.
+        Folder for the files; made where it does not exist.  The points of figure 2 are kept in ``fig2.csv.record`` as
+        they come: an interrupted run leaves that file, and the others as they were, and the same call goes on from it.
     progress : callable, optional
         Called with the fraction done, from 0 to 1, and a line of text.
     threads : int, optional

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import astuple, fields
 from pathlib import Path
 from typing import Literal
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from springpot.figures import COLORS, bars, new_figure, plot_fourier_error, plot_fourier_series, save
 from springpot.machine.arrays import Floats
+from springpot.machine.files import write, write_table
+from springpot.machine.record import Record, writing
 from springpot.paper import montecarlo, pages
 from springpot.paper.montecarlo import ALPHAS, INTENSITIES, Estimate, Point
 from springpot.problem.oscillator import Oscillator
@@ -86,8 +89,8 @@ def fig2(
     Returns
     -------
     list of Path
-        ``fig2.csv``, ``fig2.png`` and ``fig2.md``.  While points are being computed the rows done are in
-        ``fig2.csv.part``; an interrupted run leaves that file and no other.
+        ``fig2.csv``, ``fig2.png`` and ``fig2.md``.  While points are being computed those done are in
+        ``fig2.csv.record``; an interrupted run leaves that file and no other, and the same call goes on from there.
 
     Raises
     ------
@@ -95,18 +98,26 @@ def fig2(
         If a file cannot be written.
     """
     table = out / "fig2.csv"
-    coming = montecarlo.points(
-        alphas, intensities, paths=paths, duration=duration, step=step, seed=seed, threads=threads
-    )
-    rows = montecarlo.write_rows(table, coming, progress, len(alphas) * len(intensities))
-    settings = (
-        f"Monte Carlo as in the paper: {paths} paths from rest, Grünwald-Letnikov sum with step {step:g} s, mean over "
-        f"t = {duration / 2:g} to {duration:g} s. The adapted runs start from the stationary mean without the memory "
-        f"of a start: {paths} paths, step {10 * step:g} s, mean over {duration / 2:g} s after the transient."
-    )
-    text = out / "fig2.md"
-    text.write_text(pages.fig2_page(rows, settings, duration), encoding="utf-8")
-    return [table, _draw_fig2(out / "fig2.png", rows, duration), text]
+    record = Record(out / "fig2.csv.record", "figure_2")
+    rows: list[Point] = []
+    with writing(f"figure {str(table)!r}"):
+        for row in montecarlo.points(
+            alphas, intensities, paths=paths, duration=duration, step=step, seed=seed, threads=threads, record=record
+        ):
+            rows.append(row)
+            progress(len(rows) / (len(alphas) * len(intensities)), f"fig2: alpha = {row.alpha:g}, q = {row.q:g}")
+        header = [field.name for field in fields(Point)]
+        write_table(table, [header, *([f"{value:.10g}" for value in astuple(row)] for row in rows)])
+        settings = (
+            f"Monte Carlo as in the paper: {paths} paths from rest, Grünwald-Letnikov sum with step {step:g} s, mean "
+            f"over t = {duration / 2:g} to {duration:g} s. The adapted runs start from the stationary mean without the "
+            f"memory of a start: {paths} paths, step {10 * step:g} s, mean over {duration / 2:g} s after the transient."
+        )
+        text = out / "fig2.md"
+        write(str(text), pages.fig2_page(rows, settings, duration).encode())
+        picture = _draw_fig2(out / "fig2.png", rows, duration)
+        record.remove()
+    return [table, picture, text]
 
 
 def _draw_fig2(path: Path, rows: Sequence[Point], duration: float) -> Path:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import astuple, dataclass, fields
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from scipy import special
 
+from springpot.machine.record import Record, digest
+from springpot.machine.versions import __version__
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.parts import Springpot, WhiteNoise
 from springpot.problem.system import System
@@ -25,7 +26,6 @@ ALPHAS = (0.05, 0.075, *(round(0.05 * n, 2) for n in range(2, 21)))
 INTENSITIES = (1.0, 5.0, 10.0)
 """q of the three curves of Fig. 2, in m^2 s^-3."""
 
-Progress = Callable[[float, str], None]
 StartKind = Literal["rest", "adapted"]
 _STARTS: tuple[Literal["rest"], Literal["stationary"]] = ("rest", "stationary")  # as `run` names them
 
@@ -145,6 +145,7 @@ def points(
     step: float = 1e-3,
     seed: int = 1,
     threads: int | None = None,
+    record: Record,
 ) -> Iterator[Point]:
     """Compute the points of Fig. 2 one after the other.
 
@@ -161,6 +162,8 @@ def points(
         Every run has a seed of its own, made from this one, so that all points are independent.
     threads : int, optional
         All processors by default.
+    record : Record
+        Points in it are not computed again, and each new one is added.
 
     Yields
     ------
@@ -173,29 +176,37 @@ def points(
     seeds = iter(range(1000 * seed, 1000 * seed + 2 * len(alphas) * len(intensities)))
     for q in intensities:
         for alpha in alphas:
-            oscillator = Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q))
-            rest = simulated(
-                oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration),
-                seed=next(seeds), threads=threads, scheme="grunwald", start="rest",
-            )  # fmt: skip
-            begin = settled(oscillator, duration)
-            adapted = simulated(
-                oscillator, paths=paths, duration=begin + duration / 2, step=10 * step,
-                window=(begin, begin + duration / 2), seed=next(seeds), threads=threads, start="stationary",
-            )  # fmt: skip
-            yield Point(
-                alpha=alpha,
-                q=q,
-                mu_printed=averaging(oscillator, form="printed").amplitude_mean_square,
-                mu_corrected=averaging(oscillator).amplitude_mean_square,
-                mu_mc=rest["amplitude_mean_square"].value,
-                mu_mc_se=rest["amplitude_mean_square"].error,
-                mu_end=rest["amplitude_mean_square_end"].value,
-                mu_end_se=rest["amplitude_mean_square_end"].error,
-                mu_adapted=adapted["amplitude_mean_square"].value,
-                mu_adapted_se=adapted["amplitude_mean_square"].error,
-                start_residual=adapted.diagnostics["start_residual"],
-            )
+            settings = (alpha, q, paths, duration, step, next(seeds), next(seeds))
+            yield Point(**record.of(digest([__version__, *settings]), partial(_point, *settings, threads)))
+
+
+def _point(
+    alpha: float, q: float, paths: int, duration: float, step: float, seed: int, seed_of_adapted: int,
+    threads: int | None,
+) -> dict[str, float]:  # fmt: skip
+    oscillator = Oscillator(1.0, Springpot(alpha, 1.0), excitation=WhiteNoise(q))
+    rest = simulated(
+        oscillator, paths=paths, duration=duration, step=step, window=(duration / 2, duration), seed=seed,
+        threads=threads, scheme="grunwald", start="rest",
+    )  # fmt: skip
+    begin = settled(oscillator, duration)
+    adapted = simulated(
+        oscillator, paths=paths, duration=begin + duration / 2, step=10 * step, window=(begin, begin + duration / 2),
+        seed=seed_of_adapted, threads=threads, start="stationary",
+    )  # fmt: skip
+    return {
+        "alpha": alpha,
+        "q": q,
+        "mu_printed": averaging(oscillator, form="printed").amplitude_mean_square,
+        "mu_corrected": averaging(oscillator).amplitude_mean_square,
+        "mu_mc": rest["amplitude_mean_square"].value,
+        "mu_mc_se": rest["amplitude_mean_square"].error,
+        "mu_end": rest["amplitude_mean_square_end"].value,
+        "mu_end_se": rest["amplitude_mean_square_end"].error,
+        "mu_adapted": adapted["amplitude_mean_square"].value,
+        "mu_adapted_se": adapted["amplitude_mean_square"].error,
+        "start_residual": adapted.diagnostics["start_residual"],
+    }
 
 
 def settled(oscillator: System, least: float) -> float:
@@ -220,45 +231,6 @@ def shortfall(oscillator: System, duration: float) -> float:
     result = averaging(oscillator)
     times = np.linspace(duration / 2, duration, 201)
     return 1.0 - float(np.mean(result.mean_square(times))) / result.amplitude_mean_square
-
-
-def write_rows(path: Path, rows: Iterable[Point], progress: Progress, total: int) -> list[Point]:
-    """Write points to a CSV file as they come.
-
-    The rows go to a file beside it, with ``.part`` at the end of its name, which takes its place when all are there.
-    An interrupted run thus keeps what is done in that file, and never mixes it with the result of an earlier run.
-
-    Parameters
-    ----------
-    path : Path
-        Replaced where it exists, at the end.
-    rows : iterable of Point
-    progress : callable
-        Called with the fraction done and a line of text after each row.
-    total : int
-        Number of rows to come.
-
-    Returns
-    -------
-    list of Point
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    done: list[Point] = []
-    part = path.with_name(f"{path.name}.part")
-    with part.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Point)])
-        for row in rows:
-            writer.writerow([f"{value:.10g}" for value in astuple(row)])
-            stream.flush()
-            done.append(row)
-            progress(len(done) / total, f"fig2: alpha = {row.alpha:g}, q = {row.q:g}")
-    part.replace(path)
-    return done
 
 
 def pooled(rows: Sequence[Point], start: StartKind) -> dict[float, Estimate]:
