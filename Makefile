@@ -76,7 +76,7 @@ atlas: export UV_PROJECT_ENVIRONMENT := .tools/atlas
 atlas: | $(UV)  ## simulate and fit the atlas anew, into src/springpot/evidence/atlases/atlas.npz
 	$(UV) sync --quiet --locked --all-extras --compile-bytecode --no-default-groups --group atlas
 	for part in elastic lossy losses; do \
-		.tools/atlas/bin/springpot study run atlas/$$part.toml --store $(ATLAS)/$$part.zarr || exit; \
+		.tools/atlas/bin/springpot study run atlas/$$part.toml --store $(ATLAS)/$$part.store || exit; \
 	done
 	.tools/atlas/bin/python atlas/make.py $(ATLAS) src/springpot/evidence/atlases/atlas.npz
 

@@ -36,7 +36,7 @@ from springpot.evidence.atlases.lookup import (
 )
 from springpot.studies.question import read_study
 from springpot.studies.store import open_store
-from springpot.studies.tasks import columns_of, tasks
+from springpot.studies.tasks import tasks
 from springpot.theory import NotCoveredError, fokker_planck
 from springpot.theory.result import MOMENTS
 
@@ -55,15 +55,14 @@ Known = dict[Point, tuple[Moments, Moments]]
 def simulated(stores: Path, name: str, third: str) -> Known:
     """Values and standard errors of a study, by (order, c, position or restitution)."""
     study = read_study(HERE / f"{name}.toml")
-    store = open_store(stores / f"{name}.zarr", study)
+    store = open_store(stores / f"{name}.store", study)
     found = {}
     for task in tasks(study):
-        answer = store.read(task)
+        answer = store.find(task)
         if answer is None:
             raise SystemExit(f"{name} is not complete: springpot study run atlas/{name}.toml first.")
-        numbers = dict(zip(columns_of("monte_carlo"), answer.numbers, strict=True))
-        values = {moment: numbers[moment] for moment in MOMENTS}
-        errors = {moment: numbers[f"{moment}_se"] for moment in MOMENTS}
+        values = {moment: answer.numbers.get(moment, math.nan) for moment in MOMENTS}
+        errors = {moment: answer.numbers.get(f"{moment}_se", math.nan) for moment in MOMENTS}
         for moment, value in values.items():
             extrapolated = name != "elastic" and moment.startswith("impact")
             errors[moment] = math.hypot(errors[moment], (EXTRAPOLATED if extrapolated else FLOOR) * abs(value))

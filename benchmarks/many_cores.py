@@ -256,7 +256,7 @@ def _dask(quick: bool) -> tuple[float, float]:
         for count in (few, many):
             axes = {"coefficient": {"linspace": [0.1, 1.0, count // 10]}, "order": {"linspace": [0.1, 1.0, 10]}}
             study = read_study({"name": "dask", "methods": ["averaging"], "axes": axes})
-            place = Path(folder) / f"{count}.zarr"
+            place = Path(folder) / f"{count}.store"
             taken.append(spent(lambda: run_study(study, place, workers=1, labelled=False)))  # noqa: B023
     ours, theirs = ((large - small) / (many - few) for small, large in zip(*taken, strict=True))
     return ours, theirs

@@ -51,18 +51,18 @@ def overhead(place: Path, count: int) -> Row:
 
     alone()
     number = iter(range(100))
-    whole = best_wall(lambda: run_study(study, place / f"overhead{next(number)}.zarr", threads=1))
+    whole = best_wall(lambda: run_study(study, place / f"overhead{next(number)}.store", threads=1))
     bare = best_wall(alone)
     note = f"{count} tasks of {1e3 * bare / count:.2g} ms on one thread; goal: at most 2 ms"
     return Row(SECTION, "cost of a task beyond its computation", 1e3 * (whole - bare) / count, "ms", note=note)
 
 
 def status(place: Path, count: int, times: int) -> Row:
-    """``springpot study status`` as it is typed: Python's start, every chunk read, every checksum compared."""
+    """``springpot study status`` as it is typed: Python's start, every line read, every checksum compared."""
     study = _grid("status", ["averaging"], count)
-    store = open_store(place / "status.zarr", study)
+    store = open_store(place / "status.store", study)
     for task in tasks(study):
-        store.write(task, Answer((1.0,) * len(study.columns_of(task.method)), "", ()))
+        store.write(task, Answer({column.name: 1.0 for column in study.columns_of(task.method)}, "", ()))
     words = [sys.executable, "-m", "springpot", "study", "status", str(store.path)]
     seconds = best_wall(lambda: subprocess.run(words, check=True, capture_output=True), times)
     return Row(SECTION, f"study status, {count:,} tasks", seconds, "s wall", note="goal: at most 5 s")
@@ -84,9 +84,9 @@ def _second_worker(place: Path, quick: bool) -> Row:
     taken = []
     for workers in (1, 2):
         with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
-            run_study(nothing, place / f"nothing{workers}.zarr", scheduler=cluster.scheduler_address)
+            run_study(nothing, place / f"nothing{workers}.store", scheduler=cluster.scheduler_address)
             begun = time.perf_counter()
-            run_study(study, place / f"workers{workers}.zarr", scheduler=cluster.scheduler_address)
+            run_study(study, place / f"workers{workers}.store", scheduler=cluster.scheduler_address)
             taken.append(time.perf_counter() - begun)
     note = f"{count} tasks of {taken[0] / count:.2g} s: {taken[0]:.3g} s with one; goal: at least 1.9 times as fast"
     ratio = taken[0] / taken[1] if taken[1] > 0.0 else None
@@ -100,8 +100,8 @@ def _memory(place: Path, quick: bool) -> Row:
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
     few, many = (50, 100) if quick else (1_000, 10_000)
-    run_study(_grid("few", ["averaging"], few), place / "few.zarr", workers=2)
+    run_study(_grid("few", ["averaging"], few), place / "few.store", workers=2)
     before = peak()
-    run_study(_grid("many", ["averaging"], many), place / "many.zarr", workers=2)
+    run_study(_grid("many", ["averaging"], many), place / "many.store", workers=2)
     note = f"peak after {many:,} tasks on two workers, beyond the {before:.0f} MB after {few:,}"
     return Row(SECTION, "memory of the scheduling process", peak() - before, "MB", note=note)

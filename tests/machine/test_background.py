@@ -15,7 +15,7 @@ from tests.explorer.conftest import running
 from tests.explorer.talk import tab
 from tests.explorer.test_fitting import RUBBER, many_impacts, send
 from tests.signals import in_the_background
-from tests.studies.samples import COMMAND, RUNS, chunks, write_toml
+from tests.studies.samples import COMMAND, RUNS, lines, write_toml
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 
@@ -58,7 +58,7 @@ def test_a_study(tmp_path: Path) -> None:
             [*COMMAND, "run", str(file), "--store", str(store), "--threads", "1"], stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, text=True, start_new_session=True,
         )  # fmt: skip
-    while not chunks(store) and process.poll() is None:
+    while not lines(store) and process.poll() is None:
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     with pytest.raises(subprocess.TimeoutExpired):

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import os
+import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import springpot as sp
+from springpot.machine.record import ENDING, parts_of
 from springpot.studies.columns import columns_of
 from springpot.studies.question import Study, read_study
+from springpot.studies.store import KIND
 from springpot.studies.tasks import Task
 
 __all__ = [
-    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "chunks", "content", "given", "named", "orphans", "with_device",
-    "write_toml",
+    "COMMAND", "DEVICE", "RUNS", "STOPS", "THEORY", "content", "given", "lines", "named", "orphans",
+    "replaced", "with_device", "write_toml",
 ]  # fmt: skip
 
 COMMAND = [sys.executable, "-m", "springpot", "study"]
@@ -86,15 +89,30 @@ def _value(value: Any) -> str:
     return json.dumps(value)
 
 
-def content(store: Path) -> dict[str, bytes]:
-    """Every file of a store."""
-    return {str(file.relative_to(store)): file.read_bytes() for file in sorted(store.rglob("*")) if file.is_file()}
+def content(store: Path) -> dict[str, Any]:
+    """Every file of a store by its name; all records together by their lines, whoever has written them and when."""
+    files = {str(file.relative_to(store)): file.read_bytes() for file in sorted(store.rglob("*")) if file.is_file()}
+    return {name: body for name, body in files.items() if not name.endswith(ENDING)} | {"lines": set(lines(store))}
 
 
-def chunks(store: Path, array: str = "numbers") -> list[Path]:
-    """Files of answers; unlike `Path.rglob`, a walk passes over folders that are removed meanwhile."""
-    found = ((Path(folder), names) for folder, _, names in os.walk(store))
-    return sorted(place / name for place, names in found if place.name == array for name in names if name[-2:] == ".0")
+def lines(store: Path, method: str = "") -> list[bytes]:
+    """The results in a store as they are written, file by file; those of one method if it is named.
+
+    Files that are removed meanwhile are passed over.
+    """
+    found = list[bytes]()
+    for file in filter(Path.is_file, sorted(store.glob(f"*{ENDING}"))):
+        with contextlib.suppress(FileNotFoundError):
+            found += [line for line in file.read_bytes().splitlines() if parts_of(KIND, line)]
+    return [line for line in found if b' {"method": "%b' % method.encode() in line]
+
+
+def replaced(store: Path, number: int, line: bytes) -> None:
+    """Write something else in the place of a line of a store that one process has made."""
+    (file,) = store.glob(f"*{ENDING}")
+    own = file.read_bytes().splitlines(keepends=True)
+    own[number] = line
+    file.write_bytes(b"".join(own))
 
 
 def orphans(store: Path) -> list[str]:
@@ -102,6 +120,8 @@ def orphans(store: Path) -> list[str]:
     return [file.name for file in [*store.rglob(".*"), *store.parent.glob(f".{store.name}.*")]]
 
 
-def named(task: Task, numbers: Sequence[float]) -> Iterator[tuple[str, float]]:
-    """The numbers of a result with the names of their columns."""
-    return zip((column.name for column in columns_of(task.method, task.base, task.settings)), numbers, strict=True)
+def named(task: Task, numbers: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+    """The numbers of a result with the names of their columns; NaN where there are none."""
+    names = [column.name for column in columns_of(task.method, task.base, task.settings)]
+    assert numbers.keys() <= set(names)
+    return ((name, numbers.get(name, math.nan)) for name in names)

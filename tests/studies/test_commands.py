@@ -17,7 +17,7 @@ from springpot import cli
 from springpot.cli.studying import _size, _time
 from springpot.studies.question import Study, read_study
 from tests.sizes import validation
-from tests.studies.samples import RUNS, THEORY, chunks, content, write_toml
+from tests.studies.samples import RUNS, THEORY, content, lines, replaced, write_toml
 
 PNG = b"\x89PNG"
 
@@ -76,7 +76,7 @@ def test_check(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["shape"] == {"order": 3, "restitution": 2}
     assert found["tasks"] == {"averaging": 6, "monte_carlo": 6}
     assert found["without_answer"] == {"averaging": 0.0, "monte_carlo": 0.0}
-    disk = sum(-(-file.stat().st_size // 4096) * 4096 for file in [*chunks(made), *chunks(made, "sentences")])
+    disk = sum(map(len, lines(made / "runs.zarr")))
     assert disk <= found["bytes"] <= 3 * disk
     assert found["seconds"] == pytest.approx(sum(found["processor_seconds"].values()) / found["threads"])
 
@@ -138,9 +138,9 @@ def test_run_resumes(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     run = ("run", made / "runs.toml", "--store", store)
     assert asked(capsys, *run)[0] == (
         f"{store}: 12 tasks, 12 already there, 0 computed.\n"
-        f'finished: xarray.open_datatree({str(store)!r}, engine="zarr") opens it.\n'
+        f'finished: xarray.open_datatree({str(store / "labelled")!r}, engine="zarr") opens it.\n'
     )
-    chunks(store)[0].unlink()
+    replaced(store, 0, b"")
     assert json.loads(asked(capsys, *run, "--json")[0]) == {
         "store": str(store), "tasks": 12, "found": 11, "computed": 1, "failed": 0, "labelled": True,
     }  # fmt: skip
@@ -193,17 +193,16 @@ def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     store = Path(shutil.copytree(made / "runs.zarr", tmp_path / "runs.zarr"))
     out = asked(capsys, "status", store)[0]
     assert [line.split() for line in out.splitlines()[2:-1]] == [
-        ["averaging", "6", "0", "0"],
-        ["monte_carlo", "6", "0", "0"],
+        ["averaging", "6", "0"],
+        ["monte_carlo", "6", "0"],
     ]
     assert out.endswith("\nlabelled group, for xarray: right\n")
-    theory = chunks(store / "theory")
-    theory[0].write_bytes(b"damaged")
-    theory[1].unlink()
-    (store / "theory" / "zarr.json").unlink()
+    of_theory = [number for number, line in enumerate(lines(store)) if line in lines(store, "averaging")]
+    replaced(store, of_theory[1], b"damaged\n")
+    replaced(store, of_theory[0], b"")
     out = asked(capsys, "status", store)[0]
-    assert ["averaging", "4", "1", "1"] in [line.split() for line in out.splitlines()]
-    assert "damaged descriptions: theory/zarr.json\n" in out
+    assert ["averaging", "4", "2"] in [line.split() for line in out.splitlines()]
+    assert "\ndamaged lines: 1; what they held is missing, or was computed again.\n" in out
     assert out.endswith(
         f"springpot study run FILE --store {store} computes what is missing and repairs what is damaged.\n"
     )
@@ -211,9 +210,8 @@ def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         "name": "runs",
         "shape": {"order": 3, "restitution": 2},
         "done": {"averaging": 4, "monte_carlo": 6},
-        "damaged": {"averaging": 1, "monte_carlo": 0},
-        "missing": {"averaging": 1, "monte_carlo": 0},
-        "damaged_metadata": ["theory/zarr.json"],
+        "missing": {"averaging": 2, "monte_carlo": 0},
+        "damaged": 1,
         "labelled": "outdated",
     }
     assert "there is no store" in asked(capsys, "status", tmp_path / "none.zarr", code=2)[1]
@@ -222,7 +220,7 @@ def test_status(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 def test_status_loads_nothing_heavy(made: Path) -> None:
     code = (
         f"import sys; from springpot.cli import main; main(['study', 'status', {str(made / 'runs.zarr')!r}])\n"
-        "print(sorted({'numba', 'xarray', 'matplotlib', 'scipy', 'distributed'} & set(sys.modules)))"
+        "print(sorted({'numba', 'xarray', 'zarr', 'matplotlib', 'scipy', 'distributed'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
     assert done.stdout.splitlines()[-1] == "[]", done.stderr

@@ -80,14 +80,14 @@ def test_labels_and_units(place: Path) -> None:
 
 
 def test_nothing_is_read_before_it_is_looked_at(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    read, times = Store.read, 0
+    find, times = Store.find, 0
 
     def counted(store: Store, task: tasks.Task) -> tasks.Answer | None:
         nonlocal times
         times += 1
-        return read(store, task)
+        return find(store, task)
 
-    monkeypatch.setattr(Store, "read", counted)
+    monkeypatch.setattr(Store, "find", counted)
     tree = sp.open_study(place)
     few = tree["simulation"]["x_mean"].sel(order=1.0).isel(case=[0, 2])
     assert repr(tree)
@@ -109,9 +109,9 @@ def test_selections_are_those_of_the_whole(place: Path) -> None:
 def test_numbers_that_are_not_there_yet_are_nan(place: Path) -> None:
     wider = {**ZIPPED, "axes": {"order": [0.5, 0.75, 1.0]}}
     part = open_store(place)
-    from springpot.studies.dataset import open_tree
+    from springpot.studies.dataset import to_xarray
 
-    tree = open_tree(Store(part.path, given(wider), part.versions))
+    tree = to_xarray(Store(part.path, given(wider), part.versions))
     assert tree["simulation"]["done"].values.tolist() == [[True] * 3, [False] * 3, [True] * 3]
     assert np.isnan(tree["simulation"]["x_mean"].sel(order=0.75).values).all()
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import signal
-import subprocess
-import time
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +19,7 @@ from springpot.studies.question import read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
 from springpot.studies.tasks import tasks
+from tests.kills import kill_when, lines_in
 from tests.sizes import validation
 from tests.studies.samples import COMMAND, content, write_toml
 
@@ -42,17 +40,8 @@ RARE: dict[str, Any] = {
 
 def killed(file: Path, store: Path, lines: int) -> None:
     """Kill a run as soon as so many repetitions of a cell are on disk."""
-    process = subprocess.Popen([*COMMAND, "run", file, "--store", store, "--threads", "1"], stdout=subprocess.DEVNULL)
-    until = time.monotonic() + 60.0
-    while True:
-        ended = [kept.read_bytes().count(b"\n") for kept in store.glob("*/*/numbers/*.repetitions")]
-        if ended and max(ended) >= lines:
-            break
-        assert process.poll() is None, "it ended before the kill"
-        assert time.monotonic() < until
-        time.sleep(0.005)
-    process.kill()
-    assert process.wait() == -signal.SIGKILL
+    run = [*COMMAND, "run", file, "--store", store, "--threads", "1"]
+    kill_when(run, lambda: any(lines_in(kept) >= lines for kept in store.glob("*.repetitions")))
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +58,10 @@ def test_a_kill_in_a_cell_keeps_its_repetitions_and_the_bits(
     file, store = write_toml(tmp_path / "rare.toml", RARE), tmp_path / "rare.zarr"
     study = read_study(file)
     killed(file, store, lines)
-    kept = [*store.glob("*/*/numbers/*.repetitions")]
+    kept = [*store.glob("*.repetitions")]
     assert len(kept) == 1
     ended = kept[0].read_bytes().rpartition(b"\n")[0].splitlines()
-    before = {tuple(json.loads(line.split(b" ", 2)[2])["of"]) for line in ended}
+    before = {tuple(json.loads(line.split(b" ", 3)[3])["of"]) for line in ended}
     added, add = list[tuple[Any, ...]](), Saved.add
 
     def watched(saved: Saved, tally: Tally, *of: Any) -> None:

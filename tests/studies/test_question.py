@@ -21,7 +21,6 @@ from springpot.evidence.recommendation import all_methods
 from springpot.machine.faults import FileError
 from springpot.simulation.plan.plan import COARSEST
 from springpot.studies.axes import spread
-from springpot.studies.layout import place_of
 from springpot.studies.question import Method, Study, read_study, system_at
 from springpot.studies.tables import PARAMETERS
 from springpot.studies.tasks import check_some, task_at, tasks
@@ -346,7 +345,7 @@ def test_ranges() -> None:
 def test_a_finer_range_meets_the_points_of_the_coarser_one() -> None:
     def orders(count: int) -> set[int]:
         study = read_study({**GIVEN, "axes": {"order": {"linspace": [0.1, 0.9, count]}}})
-        return {task.slot for task in tasks(study)}
+        return {task.key for task in tasks(study)}
 
     assert orders(5) < orders(9) < orders(17)
 
@@ -379,9 +378,9 @@ def test_keys_come_from_content() -> None:
         runs(duration=20),
         list(tasks(read_study({**RUNS, **MONTE_CARLO, "axes": {"order": [0.1, 0.5]}})))[1],
     ):
-        assert (same.slot, same.check, same.seed) == (base.slot, base.check, base.seed)
+        assert (same.key, same.seed) == (base.key, base.seed)
     others = [base, only(seed=8), runs(paths=129), only(fixed={"side": "below"}), only(axes={"order": [0.5000001]})]
-    assert len({task.slot for task in others}) == len({task.seed for task in others}) == len(others)
+    assert len({task.key for task in others}) == len({task.seed for task in others}) == len(others)
 
 
 def test_monte_carlo_starts_stationary_unless_the_file_says_otherwise() -> None:
@@ -393,7 +392,7 @@ def test_monte_carlo_starts_stationary_unless_the_file_says_otherwise() -> None:
 
     left_out, stationary, rest = task(), task(start="stationary"), task(start="rest")
     assert left_out == stationary
-    assert left_out.slot != rest.slot
+    assert left_out.key != rest.key
     assert "start" not in task(initial_velocity=1.0).settings
     assert "start" not in task(derivative="riemann-liouville").settings
     by_rtol = read_study({**RUNS, "methods": ["monte_carlo"], "monte_carlo": {"rtol": 0.1}})
@@ -404,7 +403,6 @@ def test_names_are_those_of_the_library() -> None:
     both = {*all_methods(sp.Oscillator()), *all_methods(DEVICE)} - {"recommended", "why_none_is_recommended"}
     assert {*get_args(Method)} == {*both, "monte_carlo", "exceedance"}
     assert set(PARAMETERS) < set(Study.model_fields["fixed"].annotation.model_fields)  # type: ignore[union-attr]
-    assert {place_of(method).partition("/")[0] for method in get_args(Method)} == {"theory", "simulation"}
 
 
 def test_a_study_survives_its_document(tmp_path: Path) -> None:

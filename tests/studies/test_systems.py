@@ -23,7 +23,7 @@ from springpot.studies.running import run_study
 from springpot.studies.store import StoreError, open_store
 from springpot.studies.template import of_system
 from tests.struck import rates_of
-from tests.studies.samples import DEVICE, STOPS, chunks, content, given, named, orphans, with_device, write_toml
+from tests.studies.samples import DEVICE, STOPS, content, given, named, orphans, replaced, with_device, write_toml
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_labels_and_units(place: Path) -> None:
 @pytest.mark.validation  # every day: the exports of a study of oscillators, in test_dataset.py and test_labelled.py
 def test_a_finished_store_opens_without_us_and_exports_hold_the_same(place: Path, tmp_path: Path) -> None:
     tree = sp.open_study(place)
-    with xarray.open_datatree(place, engine="zarr", group="labelled") as found:
+    with xarray.open_datatree(place / "labelled", engine="zarr") as found:
         np.testing.assert_array_equal(found["simulation"]["barrier_power"], tree["simulation"]["barrier_power"])
     file = export(open_store(place), tmp_path / "stops.nc")
     with xarray.open_datatree(file, engine="h5netcdf") as found:
@@ -152,10 +152,10 @@ def test_keys_come_from_content() -> None:
         return next(tasks.tasks(given(STOPS, methods=["monte_carlo"], **changes)))
 
     base = first()
-    assert first(name="other").slot == base.slot
+    assert first(name="other").key == base.key
     others = [base, first(seed=8), first(system=with_numbers(DEVICE, {"parts.upper.restitution": 0.9}))]
     others.append(first(system=sp.System(**{**dict(DEVICE.named()), "more": sp.Dashpot(0.1)})))
-    assert len({task.slot for task in others}) == len({task.seed for task in others}) == len(others)
+    assert len({task.key for task in others}) == len({task.seed for task in others}) == len(others)
 
 
 def test_a_part_that_is_left_out_at_a_point_keeps_the_names_of_a_system() -> None:
@@ -360,7 +360,7 @@ def test_panels_of_walls(place: Path) -> None:
 def test_an_interrupted_study_is_completed_to_the_same_bytes(place: Path, tmp_path: Path) -> None:
     path = tmp_path / "study.zarr"
     assert run_study(given(STOPS), path, threads=1, shard=(2, 3)).computed == 8
-    chunks(path)[0].write_bytes(b"damaged")
+    replaced(path, 0, b"damaged\n")
     assert run_study(given(STOPS), path, threads=2).computed == 17
     assert content(path) == content(place)
     assert orphans(path) == []

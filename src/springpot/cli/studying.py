@@ -48,7 +48,7 @@ def new(
         raise ValueError(f"the study file must end in .toml, not {place.name!r}.")
     if not place.resolve().parent.is_dir():
         raise ValueError(f"the study file must lie in a folder that exists, but {str(place.parent)!r} does not.")
-    endings = {"file": "toml", "store": "zarr", "picture": "png", "table": "csv"}
+    endings = {"file": "toml", "store": "store", "picture": "png", "table": "csv"}
     places = {name: shell_word(place.with_suffix(f".{ending}")) for name, ending in endings.items()}
     words = OF_OSCILLATORS
     if system is not None:
@@ -143,9 +143,10 @@ def run(
 ) -> int:
     """Run a study: compute what the store does not hold yet.  After an interruption, the same command resumes it.
 
-    Example: springpot study run dampers.toml --store dampers.zarr
+    Example: springpot study run dampers.toml --store dampers.store
     """
     with leave_at_once():
+        from springpot.studies.labelled import LABELLED
         from springpot.studies.question import read_study
         from springpot.studies.running import run_study
 
@@ -165,7 +166,8 @@ def run(
     else:
         print(f"{store}: {outcome.tasks} tasks, {outcome.found} already there, {outcome.computed} computed.")
         if outcome.labelled:
-            print(f'finished: xarray.open_datatree({outcome.path.as_posix()!r}, engine="zarr") opens it.')
+            group = (outcome.path / LABELLED).as_posix()
+            print(f'finished: xarray.open_datatree({group!r}, engine="zarr") opens it.')
     if outcome.failures:
         task, reason = outcome.failures[0]
         where = ", ".join(f"{label_of(name)} {task.point[name]:g}" for name in study.columns)
@@ -176,9 +178,9 @@ def run(
 
 @app.command
 def status(store: _Store, *, json_: Json = False) -> int:
-    """Count what is done, damaged and missing in a store.  Every result is read and its checksum compared.
+    """Count what is done and missing in a store.  Every result is read and its checksum compared.
 
-    Example: springpot study status dampers.zarr
+    Example: springpot study status dampers.store
     """
     from springpot.studies.labelled import status as look
     from springpot.studies.store import open_store
@@ -187,18 +189,16 @@ def status(store: _Store, *, json_: Json = False) -> int:
     counts = look(opened)
     if json_:
         print_json({"name": opened.study.name, "shape": opened.study.shape, "done": counts.done,
-                    "damaged": counts.damaged, "missing": counts.missing,
-                    "damaged_metadata": opened.damaged_metadata(), "labelled": counts.labelled})  # fmt: skip
+                    "missing": counts.missing, "damaged": counts.damaged, "labelled": counts.labelled})  # fmt: skip
         return 0
     print(f"{opened.study.name}: {' x '.join(f'{count} {name}' for name, count in opened.study.shape.items())}")
     print_table(
-        [["", "done", "damaged", "missing"]]
-        + [[m, str(counts.done[m]), str(counts.damaged[m]), str(counts.missing[m])] for m in opened.study.methods]
+        [["", "done", "missing"]] + [[m, str(counts.done[m]), str(counts.missing[m])] for m in opened.study.methods]
     )
-    if descriptions := opened.damaged_metadata():
-        print(f"damaged descriptions: {', '.join(descriptions)}")
+    if counts.damaged:
+        print(f"damaged lines: {counts.damaged}; what they held is missing, or was computed again.")
     print(f"labelled group, for xarray: {counts.labelled}")
-    if any((*counts.damaged.values(), *counts.missing.values(), *descriptions)) or counts.labelled != "right":
+    if any(counts.missing.values()) or counts.labelled != "right":
         words = f"springpot study run FILE --store {shell_word(store)}"
         print(f"{words} computes what is missing and repairs what is damaged.")
     return 0
@@ -213,7 +213,7 @@ def export(
 ) -> int:
     """Write all results of a store to one file: netCDF or Zarr with units and labels, or a table (CSV).
 
-    Example: springpot study export dampers.zarr dampers.nc
+    Example: springpot study export dampers.store dampers.nc
     """
     with leave_at_once():
         from springpot.studies.export import export as write
@@ -245,7 +245,7 @@ def plot(
 ) -> int:
     """Draw the results of a store: curves of theory and Monte Carlo, or maps, with one panel for each quantity.
 
-    Example: springpot study plot dampers.zarr --out dampers.png
+    Example: springpot study plot dampers.store --out dampers.png
     """
     with leave_at_once():
         from springpot.figures.studies import plot_study

@@ -101,7 +101,7 @@ class Record:
         own = f"{socket.gethostname()}.{os.getpid()}.{os.urandom(4).hex()}{ENDING}"
         self._folder = path if shared else None
         self._own = path / own if shared else path
-        self._kind, self._title = kind, title
+        self._kind, self._title, self._most = kind, title, _LARGEST_OF_MANY if shared else _LARGEST
         self._places: dict[str, tuple[Path, int]] = {}
         self._ends = defaultdict[Path, int](int)
         self._lock = threading.Lock()
@@ -129,8 +129,7 @@ class Record:
         with self._lock:
             for path in [*self._grown()]:
                 title = f"{self._title} {str(path)!r}"
-                most = _LARGEST if self._folder is None else _LARGEST_OF_MANY
-                with contextlib.suppress(FileNotFoundError), open_bytes(path, title, most) as file:
+                with contextlib.suppress(FileNotFoundError), open_bytes(path, title, self._most) as file:
                     at = file.seek(self._ends[path])
                     while line := file.readline(_LONGEST):
                         if (parts := parts_of(self._kind, line)) is not None:
@@ -160,7 +159,7 @@ class Record:
             return None
         path, at = self._places[key]
         try:
-            with open_bytes(path, self._title, _LARGEST_OF_MANY) as file:
+            with open_bytes(path, self._title, self._most) as file:
                 file.seek(at)
                 parts = parts_of(self._kind, file.readline(_LONGEST))
             return json.loads(parts[1]) if parts is not None and parts[0] == key else None

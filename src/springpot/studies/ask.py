@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from springpot.studies.dataset import open_tree
+from springpot.studies.dataset import to_xarray
 from springpot.studies.question import Study, read_study
 from springpot.studies.running import run_study
 from springpot.studies.store import open_store
@@ -45,12 +45,12 @@ def open_study(store: str | Path) -> xarray.DataTree:
     Examples
     --------
     >>> try:
-    ...     open_study("nowhere.zarr")
+    ...     open_study("nowhere.store")
     ... except ValueError as error:
     ...     print(str(error).partition(":")[0])
-    there is no store 'nowhere.zarr'
+    there is no store 'nowhere.store'
     """
-    return open_tree(open_store(store))
+    return to_xarray(open_store(store))
 
 
 def study(
@@ -113,7 +113,7 @@ def study(
     """
     content = read_study(source)
     with tempfile.TemporaryDirectory(prefix="springpot-") if store is None else nullcontext("") as folder:
-        place = Path(folder) / "study.zarr" if store is None else store
+        place = Path(folder) / "study" if store is None else store
         outcome = run_study(
             content, place, threads=threads, workers=workers, scheduler=scheduler, progress=progress,
             labelled=store is not None,

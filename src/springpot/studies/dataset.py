@@ -35,17 +35,11 @@ class Results:
     @cached_property
     def all(self) -> list[Answer | None]:
         only = self.store.study.model_copy(update={"methods": (self.method,)})
-        return [self.store.found(task) for task in tasks(only)]
-
-    @cached_property
-    def places(self) -> dict[str, int]:
-        """Of each column its place among the numbers."""
-        return {column.name: place for place, column in enumerate(self.store.study.columns_of(self.method))}
+        return [self.store.find(task) for task in tasks(only)]
 
     def numbers(self, column: str) -> Floats:
         """Of all points; NaN where there are none."""
-        place = self.places.get(column)
-        return np.array([math.nan if answer is None or place is None else answer.numbers[place] for answer in self.all])
+        return np.array([math.nan if answer is None else answer.numbers.get(column, math.nan) for answer in self.all])
 
     def done(self) -> npt.NDArray[np.bool_]:
         return np.array([answer is not None for answer in self.all])
@@ -54,7 +48,7 @@ class Results:
         return np.array(["" if answer is None else answer.said for answer in self.all], object)
 
 
-def open_tree(store: Store) -> xarray.DataTree:
+def to_xarray(store: Store) -> xarray.DataTree:
     """The grid with all numbers of the store, as `springpot.open_study` describes it."""
     import xarray
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 from springpot.studies.axes import spread
 from springpot.studies.question import Study
-from springpot.studies.tasks import SENTENCES, Task, check_some, compute, task_at
+from springpot.studies.tasks import Task, check_some, compute, task_at
 
 SAMPLE = 12  # tasks of a method that are tried
 LARGEST_SAMPLE = 1.0  # s spent on each method
 CHECKED = 500  # points at which the settings of Monte Carlo are checked
-BLOCK = 4096  # bytes of the smallest file on disk
+WORDS, DIGITS = 500, 26  # bytes of a line in the store without its numbers, and of a number without its name
 ROUGH = {"rtol": 0.02, "paths": 512}  # settings with which Monte Carlo is tried; its pilot runs are a fixed cost
 LONGEST_TRY = 0.3  # s after the pilot runs, when the time of a task is extrapolated
 LONGEST_PILOT = 3.0  # s for pilot runs, which cannot be extrapolated
@@ -64,8 +64,7 @@ def estimate(study: Study) -> Estimate:
     used: dict[str, int] = {}
     room = 0
     for method in study.methods:
-        for size in (8 * (2 + len(study.columns_of(method))), SENTENCES):
-            room += count * math.ceil((size + 4) / BLOCK) * BLOCK
+        room += count * (WORDS + sum(DIGITS + len(column.name) for column in study.columns_of(method)))
         tried = [task_at(study, method, index) for index in spread(count, SAMPLE)]
         _cost(tried[0])  # loads the method
         costs, begun = [], time.perf_counter()

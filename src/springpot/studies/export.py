@@ -9,9 +9,9 @@ from pathlib import Path
 
 from springpot.machine.files import netcdf_of, write
 from springpot.problem.numbers import label_of
-from springpot.studies.dataset import Results, open_tree, result_columns
-from springpot.studies.labelled import write_zarr
-from springpot.studies.store import Store, is_store, metadata_of, whole_folder
+from springpot.studies.dataset import Results, result_columns, to_xarray
+from springpot.studies.labelled import to_zarr
+from springpot.studies.store import Store, is_store, whole_folder
 
 
 def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
@@ -46,12 +46,12 @@ def export(store: Store, path: str | Path, *, overwrite: bool = False) -> Path:
         raise ValueError(f"the file to export to must lie in a folder that exists, but {str(path.parent)!r} does not.")
     _check_replaced(path, overwrite)
     if path.suffix == ".nc":
-        write(str(path), netcdf_of(open_tree(store)))
+        write(str(path), netcdf_of(to_xarray(store)))
     elif path.suffix == ".csv":
         write(str(path), _table(store).encode())
     else:
         with whole_folder(path) as partial:
-            write_zarr(open_tree(store), partial)
+            to_zarr(to_xarray(store), partial)
             if path.is_dir():
                 shutil.rmtree(path)
     return path
@@ -65,7 +65,7 @@ def _check_replaced(path: Path, overwrite: bool) -> None:
     if path.suffix == ".zarr":
         if is_store(path):
             raise ValueError(f"{what!r} is the store of a study, which export does not replace: give another name.")
-        if not path.is_dir() or not metadata_of(path):
+        if not (path / "zarr.json").is_file():
             raise ValueError(f"{what!r} exists and is not a Zarr group: give another name, or remove it first.")
     elif path.is_dir():
         raise ValueError(f"{what!r} is a folder: give another name, or remove it first.")
@@ -83,8 +83,7 @@ def _table(store: Store) -> str:
     for method in study.methods:
         answers = Results(store, method)
         for point, answer in zip(study.points(), answers.all, strict=True):
-            numbers = dict(zip(answers.places, answer.numbers, strict=True)) if answer else {}
-            cells = (numbers.get(name, math.nan) for name in columns)
+            cells = (answer.numbers.get(name, math.nan) if answer else math.nan for name in columns)
             end = (1, answer.said) if answer else (0, "")
             rows.append([method, *(point[name] for name in study.columns), *cells, *end])
     names = ["method", *map(label_of, study.columns), *columns, "done", "said"]

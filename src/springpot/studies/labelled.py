@@ -1,10 +1,9 @@
-"""Status of a store, and the labelled group of a finished study: beside the working chunks, for any xarray.
+"""Status of a store, and the labelled group of a finished study: beside its record, for any xarray.
 
-    study.zarr/zarr.json         its consolidated metadata list the labelled group, and nothing else
-    study.zarr/labelled          groups theory and simulation, as `springpot.open_study` gives them
+    study/labelled          a Zarr group with theory and simulation, as `springpot.open_study` gives them
 
 The group is written under another name and renamed when every task has a result; it is removed before a store is
-changed.  It has a digest of the results, and the root has one of its files.  So an outdated or damaged group is
+changed.  The record says of the digest of its files of which results it is.  So an outdated or damaged group is
 detected, and the next run writes it again.  `open_study` never reads it.
 """
 
@@ -19,19 +18,20 @@ import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
-from springpot.machine.files import Damaged, make_room, partial_name, read_file, write
-from springpot.studies.dataset import open_tree
-from springpot.studies.layout import LABELLED, NOT_IN_THE_FORMAT
-from springpot.studies.store import ATTRIBUTE, Store, document, metadata_of, root_of, whole_folder
+from springpot.machine.files import Damaged, make_room, partial_name, read_file
+from springpot.machine.record import digest
+from springpot.studies.dataset import to_xarray
+from springpot.studies.store import Store, document, whole_folder
 from springpot.studies.tasks import tasks
 
 if TYPE_CHECKING:
     import xarray
 
-ANSWERS, FILES = "springpot_answers_sha256", "labelled_sha256"
+LABELLED = "labelled"
 LARGEST = 2**31  # bytes of one of its files
+NOT_IN_THE_FORMAT = "Consolidated metadata"  # an extension by Zarr and xarray, which other readers ignore
 
 State = Literal["right", "outdated", "damaged", "missing"]
 
@@ -42,37 +42,36 @@ class Status:
 
     Attributes
     ----------
-    done, damaged, missing : dict
+    done, missing : dict
         Number of tasks of each method.
+    damaged : int
+        Damaged lines of the record; what they held is missing, or was computed again.
     answers : str or None
-        Digest of all results; None if some are damaged or missing.
+        Digest of all results; None if some are missing.
     labelled : {"right", "outdated", "damaged", "missing"}
         State of the group that any xarray can open.
     """
 
     done: dict[str, int]
-    damaged: dict[str, int]
     missing: dict[str, int]
+    damaged: int
     answers: str | None
     labelled: State
 
 
 def status(store: Store) -> Status:
-    """Read all results of a store, and verify their checksums."""
-    done, damaged, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(3))
-    digest = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
+    """Read all results of a store, those that other processes have added too, and verify their checksums."""
+    store.record.read()
+    done, missing = (dict.fromkeys(map(str, store.study.methods), 0) for _ in range(2))
+    of_all = hashlib.sha256(json.dumps([document(store.study), store.versions], sort_keys=True).encode())
     for task in tasks(store.study):
-        try:
-            answer = store.read(task)
-        except Damaged:
-            damaged[task.method] += 1
-            continue
+        answer = store.find(task)
         (missing if answer is None else done)[task.method] += 1
         if answer is not None:
-            digest.update(struct.pack(f"<QQ{len(answer.numbers)}d", task.slot, task.check, *answer.numbers))
-            digest.update(json.dumps([answer.statement, answer.warnings]).encode())
-    answers = None if any((*damaged.values(), *missing.values())) else digest.hexdigest()
-    return Status(done, damaged, missing, answers, _state(store, answers))
+            content = [task.key, answer.numbers, answer.statement, answer.warnings]
+            of_all.update(json.dumps(content, sort_keys=True).encode())
+    answers = None if any(missing.values()) else of_all.hexdigest()
+    return Status(done, missing, store.record.damaged, answers, _state(store, answers))
 
 
 def _state(store: Store, answers: str | None) -> State:
@@ -80,14 +79,10 @@ def _state(store: Store, answers: str | None) -> State:
     if not os.path.lexists(place):
         return "missing"
     try:
-        if answers is None or metadata_of(place)["attributes"].get(ANSWERS) != answers:
-            return "outdated"
-        now, listed = _described(store, place)
-        kept = metadata_of(store.path)
-        unchanged = kept["attributes"][ATTRIBUTE].get(FILES) == now[FILES]  # else Zarr may be unable to list them
-        return "right" if unchanged and kept == json.loads(root_of(now, listed)) else "damaged"
-    except (OSError, Damaged, KeyError, TypeError, AttributeError):
+        written_of = store.record.get(_key(place))
+    except (OSError, Damaged):
         return "damaged"
+    return "damaged" if written_of is None else "right" if written_of == {LABELLED: answers} else "outdated"
 
 
 def finish(store: Store) -> bool:
@@ -102,32 +97,28 @@ def finish(store: Store) -> bool:
     if found.answers is None:
         return False
     if found.labelled != "right":
-        tree = open_tree(store)
-        tree.attrs[ANSWERS] = found.answers
         with whole_folder(store.path / LABELLED) as partial:
-            write_zarr(tree, partial)
-            described = root_of(*_described(store, partial))
+            to_zarr(to_xarray(store), partial)
+            key, words = _key(partial), {LABELLED: found.answers}
+            if store.record.get(key) != words:
+                store.record.add(key, words)
             take_away_labelled(store)
-        write(f"{store.path}/zarr.json", described, durable=True)
     return True
 
 
 def take_away_labelled(store: Store) -> None:
-    """Remove the labelled group, if there is one; first from the root's list, which never lists a missing group."""
+    """Remove the labelled group, if there is one."""
     place = store.path / LABELLED
-    if not os.path.lexists(place):
-        return
-    write(f"{store.path}/zarr.json", root_of(store.described()), durable=True)
-    if place.is_symlink() or not place.is_dir():
+    if place.is_dir() and not place.is_symlink():
+        aside = store.path / partial_name(f"{LABELLED}-before")
+        with suppress(FileNotFoundError):  # another process was quicker
+            os.rename(place, aside)
+        shutil.rmtree(aside, ignore_errors=True)
+    elif os.path.lexists(place):
         make_room(str(place), folder=True)
-        return
-    aside = store.path / partial_name(f"{LABELLED}-before")
-    with suppress(FileNotFoundError):  # another process was quicker
-        os.rename(place, aside)
-    shutil.rmtree(aside, ignore_errors=True)
 
 
-def write_zarr(tree: xarray.DataTree, place: Path) -> None:
+def to_zarr(tree: xarray.DataTree, place: Path) -> None:
     """Write a tree as a Zarr (version 3) group with consolidated metadata and a checksum in every chunk."""
     from zarr.codecs import ZstdCodec
 
@@ -147,13 +138,11 @@ def write_zarr(tree: xarray.DataTree, place: Path) -> None:
         plain.to_zarr(place, zarr_format=3, consolidated=True, encoding=encoding, mode="w-")
 
 
-def _described(store: Store, place: Path) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """What the root says of a store with the labelled group in a folder, and the group's metadata, which it lists."""
+def _key(place: Path) -> str:
+    """Of the labelled group in a folder, in the record: a digest of all its files."""
     files = (Path(folder, name) for folder, _, names in os.walk(place) for name in names)
-    digest, listed = hashlib.sha256(), {}
+    of_all = hashlib.sha256()
     for name in sorted(file.relative_to(place).as_posix() for file in files):
         body = read_file(f"{place}/{name}", LARGEST) or b""
-        digest.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
-        if Path(name).name == "zarr.json":
-            listed[f"{LABELLED}/{name}"] = body
-    return {**store.described(), FILES: digest.hexdigest()}, listed
+        of_all.update(struct.pack("<Q", len(body)) + name.encode() + b"\0" + body)
+    return digest([LABELLED, of_all.hexdigest()])

@@ -1,8 +1,9 @@
 """Run a study: compute its missing tasks.
 
 Tasks run in threads of this process, in workers of a Dask cluster, or in one shard of a job array.  Each task is a pure
-function and writes its own chunk, so the store does not depend on where it ran.  Several processes may use one store at
-the same time: each takes the missing tasks in its own random order and skips those that another has finished.
+function, and the process that computed it adds its result to the store's record, so the results do not depend on where
+it ran.  Several processes may use one store at the same time: each takes the missing tasks in its own random order and
+skips those that another has finished.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from springpot.machine.interrupt import sigterm_as_ctrl_c
 from springpot.machine.processors import threads_available
 from springpot.studies.labelled import finish, take_away_labelled
 from springpot.studies.question import Study
-from springpot.studies.store import Store, StoreError, open_store, writing
+from springpot.studies.store import Store, StoreError, open_store
 from springpot.studies.tasks import Task, check_some, compute, tasks
 from springpot.studies.workers import Workers, without_ctrl_c
 
@@ -74,7 +75,7 @@ class _Count:
     progress: Progress | None
     computed: int = 0
     others: int = 0
-    under_way: dict[int, float] = field(default_factory=dict)
+    under_way: dict[str, float] = field(default_factory=dict)
     failures: list[tuple[Task, str]] = field(default_factory=list)
     stopping: bool = False
     lock: threading.Lock = field(default_factory=threading.Lock)
@@ -149,8 +150,8 @@ def run_study(
     >>> from springpot.studies import read_study
     >>> orders = read_study({"name": "orders", "methods": ["averaging"], "axes": {"order": [0.25, 0.5]}})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     first = run_study(orders, f"{folder}/orders.zarr")
-    ...     again = run_study(orders, f"{folder}/orders.zarr")
+    ...     first = run_study(orders, f"{folder}/orders.store")
+    ...     again = run_study(orders, f"{folder}/orders.store")
     >>> first.computed, again.computed, again.found
     (2, 0, 2)
     """
@@ -176,19 +177,19 @@ def run_study(
         store = open_store(path, study)
         store.remove_orphans()
         mine = [task for index, task in enumerate(tasks(study)) if index % of == number - 1]
-        missing = [task for task in mine if not store.has(task)]
+        missing = [task for task in mine if store.find(task) is None]
         # random order: two processes on one store rarely compute the same task, and the time left is estimated well
         random.SystemRandom().shuffle(missing)
         count = _Count(len(missing), progress)
         if missing:
-            with writing(path):
+            with store.writing():
                 take_away_labelled(store)
             if workers is not None or scheduler is not None:
                 _on_a_cluster(store, missing, count, workers, scheduler)
             else:
                 _on_threads(store, missing, count, threads)
         try:
-            with writing(path):
+            with store.writing():
                 whole = labelled and not count.failures and finish(store)
         except OSError:
             if count.computed:
@@ -223,7 +224,7 @@ def _one(store: Store, task: Task, threads: int, count: _Count) -> None:
         if count.stopping:
             raise Stopped
         with count.lock:
-            count.under_way[task.slot] = fraction
+            count.under_way[task.key] = fraction
 
     try:
         found: bool | str = _computed(store, task, threads, alive)
@@ -234,7 +235,7 @@ def _one(store: Store, task: Task, threads: int, count: _Count) -> None:
     except Exception as error:
         found = f"{type(error).__name__}: {error}"
     with count.lock:
-        count.under_way.pop(task.slot, None)
+        count.under_way.pop(task.key, None)
         count.ended(task, found)
 
 
@@ -286,7 +287,7 @@ def _submit_all(client: Any, own: Workers | None, store: Store, missing: Sequenc
     def submit(some: Sequence[Task]) -> None:
         """All in one message: a worker that gets several knows of all of them when it begins the first."""
         # new keys each time: a cluster may cache the result of a key
-        keys = [f"springpot-{task.slot}-{os.urandom(4).hex()}" for task in some]
+        keys = [f"springpot-{task.key}-{os.urandom(4).hex()}" for task in some]
         of_key.update(zip(keys, some, strict=True))
         for future in client.map(_remote, [str(store.path)] * len(some), some, key=keys):
             future.add_done_callback(ended.put)

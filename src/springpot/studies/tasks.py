@@ -1,7 +1,7 @@
 """The tasks of a study: one point of the grid and one method each.
 
-A task's key is a digest of everything that its result depends on, so that place in the store and seed of Monte Carlo do
-not change when the grid grows.
+A task's key is a digest of everything that its result depends on, so that it and the seed of Monte Carlo do not change
+when the grid grows.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from springpot.machine.faults import FileError, NotCoveredError
+from springpot.machine.record import digest
 from springpot.problem.basquin import Basquin
 from springpot.problem.parts.excitations import Excitation
 from springpot.problem.system import System
@@ -24,16 +25,13 @@ from springpot.studies.columns import columns_of, numbers_of_curves, numbers_of_
 from springpot.studies.question import Point, Study, system_at
 from springpot.studies.tables import SIMULATED
 
-SLOTS = 2**60
-"""Length of a store's arrays: a task's slot is a digest, and only slots with a result take space."""
-SENTENCES = 4096  # bytes kept of each result's statement and warnings
 SYSTEMS_TRIED, AXES_TRIED = 4, 3  # points, and axes of the corners, at which settings for systems are checked
 ANSWERS_FORMAT = 1  # part of every key: to be raised when the meaning of a result changes
 
 
 @dataclass(frozen=True)
 class Task:
-    """What to compute, and the place of the result.
+    """What to compute.
 
     Attributes
     ----------
@@ -46,10 +44,8 @@ class Task:
         Quantities that ``rtol`` controls; empty otherwise.
     seed : int
         From the study's seed and the content; 0 for a theory.
-    slot : int
-        Place in the store's arrays.
-    check : int
-        52 more bits of the digest, saved with the result, so that a misplaced chunk is detected.
+    key : str
+        Of its result in a store.
     base : System
         Whose numbers vary.
     """
@@ -59,8 +55,7 @@ class Task:
     settings: dict[str, Any]
     quantities: tuple[str, ...]
     seed: int
-    slot: int
-    check: int
+    key: str
     base: System
 
     @property
@@ -75,14 +70,14 @@ class Answer:
 
     Attributes
     ----------
-    numbers : tuple of float
-        By `columns_of` the method; NaN where there is none.
+    numbers : dict
+        By the names of the method's columns; those without a value are not there.
     statement : str
         Why there is no result; empty if there is one.
     warnings : tuple of str
     """
 
-    numbers: tuple[float, ...]
+    numbers: dict[str, float]
     statement: str
     warnings: tuple[str, ...]
 
@@ -124,10 +119,8 @@ def _maker(study: Study, method: str) -> Callable[[Point], Task]:
     def task(point: Point) -> Task:
         numbers = {name: value + 0.0 if isinstance(value, float) else value for name, value in point.items()}
         whole = {**content, "point": numbers}
-        digest = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).digest()
-        slot, check = int.from_bytes(digest[:8], "little") >> 4, int.from_bytes(digest[8:16], "little") >> 12
         seed = own_seed(study.seed, whole) if method in SIMULATED else 0
-        return Task(method, point, settings, quantities, seed, slot, check, base)
+        return Task(method, point, settings, quantities, seed, digest(whole), base)
 
     return task
 
@@ -213,8 +206,9 @@ def compute(
         if result is not None:
             felt, unknown = _felt(result, task.settings.get("forces", ()))
             numbers, warnings = result.numbers | felt, (*warnings_of(result), *unknown)
-    columns = columns_of(task.method, task.base, task.settings)
-    return Answer(tuple(numbers.get(column.name, math.nan) for column in columns), statement, warnings)
+    names = (column.name for column in columns_of(task.method, task.base, task.settings))
+    known = {name: float(numbers[name]) for name in names if not math.isnan(numbers.get(name, math.nan))}
+    return Answer(known, statement, warnings)
 
 
 def _felt(result: Any, forces: Iterable[str]) -> tuple[dict[str, float], list[str]]:
@@ -254,7 +248,7 @@ def _exceeded(task: Task, threads: int, progress: Callable[[float], None] | None
         if save is None:
             raise
         save.unlink(missing_ok=True)  # damaged: the repetitions are computed again, to the same bits
-        return _exceeded(task, threads, progress, save)
+        return _exceeded(task, threads, progress, None)
 
 
 def _requests(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ class SavedFile:
     Attributes
     ----------
     path : Path or None
+    record : Record or None
     failure : str
         Why something could not be written; empty if all was.
 
@@ -38,7 +40,7 @@ class SavedFile:
 
     def __init__(self, path: Path | None) -> None:
         self.path, self.failure = path, ""
-        self._record = None if path is None else Record(path, "exceedance", "save")
+        self.record = None if path is None else Record(path, "exceedance", "save")
 
     def of(self, content: list[Any], levels: int) -> Saved:
         """Its repetitions of one quantity.
@@ -52,44 +54,38 @@ class SavedFile:
         """
         return Saved(self, digest(content), levels)
 
-    def find(self, key: str) -> Any:
-        """What a line holds, or None."""
-        return None if self._record is None else self._record.get(key)
 
-    def write(self, key: str, own: dict[str, Any]) -> None:
-        """Write a repetition; where that fails the run goes on without the file, for what it computes is worth more."""
-        if self._record is None or self.failure:
-            return
-        try:
-            self._record.add(key, own)
-        except OSError as error:
-            self.failure = (error.strerror or str(error)).lower()
-
-
+@dataclass(frozen=True)
 class Saved:
-    """The repetitions of one quantity that a file has, and where further ones are written."""
+    """The repetitions of one quantity that a file has, and where further ones are written.
 
-    def __init__(self, file: SavedFile, key: str, levels: int) -> None:
-        self._file, self._key, self._levels = file, key, levels
+    Parameters
+    ----------
+    file : SavedFile
+    key : str
+    levels : int
+    """
 
-    @property
-    def is_file(self) -> bool:
-        """Whether there is a file."""
-        return self._file.path is not None
+    file: SavedFile
+    key: str
+    levels: int
 
     def find(self, stream: int, splits: bool, paths: int, number: int) -> Tally | None:
         """The one of this stream, kind, number of paths, and number."""
-        own = self._file.find(self._name(stream, splits, paths, number))
-        return None if own is None else _tally(own, self._levels, paths)
+        record = self.file.record
+        own = None if record is None else record.get(digest([self.key, stream, splits, paths, number]))
+        return None if own is None else _tally(own, self.levels, paths)
 
     def add(self, tally: Tally, *of: Any) -> None:
-        """Write it."""
-        if tally.complete:
-            numbers = {name: getattr(tally, name).tolist() for name in _NUMBERS}
-            self._file.write(self._name(*of), {"of": of, **numbers, "path_steps": tally.path_steps})
-
-    def _name(self, *of: Any) -> str:
-        return digest([self._key, *of])
+        """Write it; where that fails the run goes on without the file, for what it computes is worth more."""
+        record = self.file.record
+        if record is None or self.file.failure or not tally.complete:
+            return
+        numbers = {name: getattr(tally, name).tolist() for name in _NUMBERS}
+        try:
+            record.add(digest([self.key, *of]), {"of": of, **numbers, "path_steps": tally.path_steps})
+        except OSError as error:
+            self.file.failure = (error.strerror or str(error)).lower()
 
 
 def _tally(own: Any, levels: int, paths: int) -> Tally | None:

@@ -295,7 +295,7 @@ class _Repetitions:
 
     def _computed(self, done: int, wanted: int) -> list[Tally]:
         """Some more of those that are wanted, written as they end, with what is told meanwhile."""
-        threads, is_saved = self.simulation.settings.threads, self.saved.is_file
+        threads, is_saved = self.simulation.settings.threads, self.saved.file.path is not None
         count = min(wanted - done, (1 if self.splits else threads) if is_saved else PATHS_AT_ONCE // self.paths)
         steps = sum(tally.path_steps for tally in self.tallies)
         usual = 1.0 + (float(np.mean(self.tallies[-1].iterations)) if self.tallies else self.asked.iterations)
