@@ -14,6 +14,7 @@ from springpot.evidence.cells import Cell, cell_of, system_of
 from springpot.evidence.recommendation import recommended
 from springpot.evidence.reliability import SYSTEMS_MAP, exists, read_map, trust, warnings_of
 from springpot.evidence.validity import SYSTEM_CELLS, gaps_of, make_map, simulate_cell
+from springpot.machine.record import Record
 from springpot.theory import (
     NotCoveredError,
     averaging_amplitude,
@@ -187,10 +188,10 @@ def test_a_part_that_the_map_has_not_is_named() -> None:
         cell_of(PUMP)
 
 
-def test_the_map_of_systems_goes_on_where_it_was(tmp_path) -> None:
+def test_the_map_of_systems_has_gaps_where_it_can(tmp_path) -> None:
     """What is exact costs nothing, so two such cells make a small map."""
     cells = (Cell(0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.3), Cell(1, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.3))
-    path = make_map(cells=cells, path=tmp_path / "map.csv")
+    path = make_map(Record(tmp_path / "record", "validity"), cells=cells, path=tmp_path / "map.csv")
     with path.open(newline="") as file:
         first, second = csv.DictReader(file)
     assert float(first["linearization:x_mean_square"]) == pytest.approx(0.0, abs=0.01)

@@ -530,10 +530,13 @@ def validity(
     source, of_systems = folder / PAPER_MAP.file.name, folder / SYSTEMS_MAP.file.name
     if simulate_again:
         from springpot.evidence.validity import CELLS, SYSTEM_CELLS, make_map
+        from springpot.machine.record import Record
 
+        record = Record(folder / "validity.record", "validity")  # of both maps, until both are written
         for what, cells, path in (("oscillators", CELLS, source), ("systems", SYSTEM_CELLS, of_systems)):
             with Bar(f"simulating the validity map of {what}") as bar:
-                make_map(cells=cells, path=path, threads=threads, progress=bar)
+                make_map(record, again=True, cells=cells, path=path, threads=threads, progress=bar)
+        record.remove()
     else:
         source.write_bytes(PAPER_MAP.file.read_bytes())
         of_systems.write_bytes(SYSTEMS_MAP.file.read_bytes())

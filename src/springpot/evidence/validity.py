@@ -154,6 +154,7 @@ def gaps_of(cell: PaperCell | Cell, simulated: Mapping[str, float]) -> dict[str,
 
 
 def make_map(
+    record: Record,
     *,
     again: bool = False,
     cells: Sequence[PaperCell | Cell] = CELLS,
@@ -161,11 +162,11 @@ def make_map(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Write the map: Monte Carlo where the file has none of a cell (or ``again``), the gaps of theory anew.
+    """Write the map: Monte Carlo where neither the record nor the file has any (or ``again``: the record alone).
 
-    Each cell that is simulated is kept at once, in a file beside the map with ``.record`` at the end of its name, so an
-    interrupted map goes on where it was, to the same digits.  The file is removed when the map is written.  The map of
-    systems has ``cells=SYSTEM_CELLS`` and the path of `springpot.evidence.reliability.SYSTEMS_MAP`.
+    Each cell that is simulated is kept in the record at once, so an interrupted map goes on where it was, to the same
+    digits; who has given the record removes it in the end.  The gaps of theory are made anew.  The map of systems has
+    ``cells=SYSTEM_CELLS`` and the path of `springpot.evidence.reliability.SYSTEMS_MAP`.
 
     Raises
     ------
@@ -177,7 +178,6 @@ def make_map(
     known = {} if again else _read(path, place, simulated)
     rows: list[list[object]] = []
     header: list[str] = []
-    record = Record(path.with_suffix(".csv.record"), "validity")
     with writing(f"map {str(path)!r}"):
         for number, cell in enumerate(cells):
             if cell not in known:
@@ -190,7 +190,6 @@ def make_map(
             if progress is not None:
                 progress((number + 1) / len(cells))
         write_table(path, [header, *rows])
-        record.remove()
     return path
 
 
