@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import springpot as sp
+from springpot import cli
 from springpot.machine.arrays import Floats
 from springpot.machine.progress import Clock
 from springpot.scattering.stages import Tilt, normal_scores
@@ -275,3 +277,15 @@ def test_what_is_wrong_is_one_sentence(system: Any, levels: Any, given: Any, wor
         sp.exceedance_over_devices(system, levels, **{"duration": 20.0, "step": 0.1, "start": "rest", **given})
     assert str(caught.value).startswith(words)
     assert str(caught.value).count("\n") == 0
+
+
+def test_the_command_of_a_file_with_uncertain_numbers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "device.toml"
+    file.write_text(sp.to_toml(DEVICE), encoding="utf-8")
+    words = ["exceedance", str(file), "--levels", "x", "1.0", "--duration", "20", "--start", "rest", "--step", "0.1"]
+    assert cli.main([*words, "--json"]) == 0
+    curve = json.loads(capsys.readouterr().out)["curves"]["x"]
+    assert curve["devices"] >= 512
+    assert curve["low"][0] < curve["probability"][0] < curve["high"][0]
+    assert cli.main([*words, "--save", "kept"]) == 2
+    assert "save cannot be given where numbers of the system are uncertain" in capsys.readouterr().err

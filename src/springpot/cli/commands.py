@@ -422,7 +422,7 @@ app.command(
     "springpot.cli.exceeding:exceedance",
     name="exceedance",
     help="Rare events: the probability that a quantity exceeds levels within a time, and how often it does; or the "
-    "level that it exceeds with a probability.\n\n"
+    "level that it exceeds with a probability.  Of a file with uncertain numbers: over devices.\n\n"
     "Example: springpot exceedance --order 0.5 --levels x 3.0 --levels x 4.0 --duration 20\n\n"
     "Example: springpot exceedance --order 0.5 --probability x 1e-6 --duration 20",
 )

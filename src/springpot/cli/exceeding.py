@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from springpot.cli.commands import by_name, warn
+from springpot.cli.commands import by_name, tell, warn
 from springpot.cli.flags import MONTE_CARLO, STANDARD, Flags, SystemFile, Threads, monte_carlo, problem_of, written
 from springpot.cli.terminal import Json, Whole, check_picture, print_json
 from springpot.machine.bar import Bar
@@ -62,7 +62,22 @@ def exceedance(
     with leave_at_once():
         from springpot.simulation.rare.exceedance import exceeded, hint_of
 
+        from springpot.problem.free_numbers import uncertain_numbers
+
     asked, sought = (None if given is None else by_name(given) for given in (levels, probability))
+    if uncertain_numbers(problem):
+        for name, word in ((sought, "probability"), (save, "save"), (plot, "plot")):
+            if name is not None:
+                raise ValueError(f"{word} cannot be given where numbers of the system are uncertain.")
+        from springpot.scattering.exceedance import exceeded_by_devices
+
+        with Bar("splitting paths of devices") as bar:
+            over_devices = exceeded_by_devices(
+                problem, asked, duration=duration, rtol=rtol, start=start, step=step, seed=seed, threads=threads,
+                max_time=max_time, progress=bar,
+            )  # fmt: skip
+        warn(*over_devices.warnings)
+        return tell(over_devices, json_)
     hint = hint_of(problem, asked or sought or {}, "--max-time ends it earlier", "springpot theory --levels")
     with Bar("splitting paths", first="simulating", hint=hint) as bar:
         found = exceeded(

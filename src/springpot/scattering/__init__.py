@@ -5,9 +5,11 @@
 from springpot.scattering.estimates import Estimates, Interval
 from springpot.scattering.exceedance import exceedance_over_devices
 from springpot.scattering.exceeded import DeviceExceedance, DevicesThatExceed
+from springpot.scattering.own_probability import OwnProbability
 from springpot.scattering.result import Scatter
 from springpot.scattering.scattered import scatter
 
 __all__ = [
-    "DeviceExceedance", "DevicesThatExceed", "Estimates", "Interval", "Scatter", "exceedance_over_devices", "scatter",
+    "DeviceExceedance", "DevicesThatExceed", "Estimates", "Interval", "OwnProbability", "Scatter",
+    "exceedance_over_devices", "scatter",
 ]  # fmt: skip
