@@ -60,9 +60,8 @@ def exceedance(
     problem = problem_of(file, flags)
     check_picture(plot)
     with leave_at_once():
-        from springpot.simulation.rare.exceedance import exceeded, hint_of
-
         from springpot.problem.free_numbers import uncertain_numbers
+        from springpot.simulation.rare.exceedance import exceeded, hint_of
 
     asked, sought = (None if given is None else by_name(given) for given in (levels, probability))
     if uncertain_numbers(problem):
