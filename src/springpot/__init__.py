@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from springpot.problem.beams import beam
     from springpot.problem.dimensionless import Dimensionless
     from springpot.problem.file import read_system, to_toml
-    from springpot.problem.free_numbers import free, nominal
+    from springpot.problem.free_numbers import free, nominal, with_values
     from springpot.problem.messages import (
         AccuracyWarning,
         NoEffectWarning,
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
         "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "free",
         "load_run", "nominal", "open_study", "read_data", "read_system", "recommended", "scatter", "sensitivity",
-        "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain",
+        "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
 _WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
@@ -80,7 +80,7 @@ _LATER = {
         "problem.beams": ("beam",),
         "problem.dimensionless": ("Dimensionless",),
         "problem.file": ("read_system", "to_toml"),
-        "problem.free_numbers": ("free", "nominal"),
+        "problem.free_numbers": ("free", "nominal", "with_values"),
         "problem.messages": tuple(f"{what}Warning" for what in _WARNINGS),
         "problem.oscillator": ("Oscillator",),
         "problem.system": ("System",),

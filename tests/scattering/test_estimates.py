@@ -125,7 +125,7 @@ def test_polynomials_are_orthonormal() -> None:
 
 def test_numbers_that_vary_together() -> None:
     """A Gaussian copula: with laws of their own, and one index for both."""
-    together = correlated({("k", "c"): 0.8, ("f", "m"): -0.3}, [*NUMBERS])
+    together = correlated({("k", "c"): 0.8, ("f", "m"): -0.3}, NUMBERS)
     draws = drawn(NUMBERS, 4096, 1, together)
     k, c, f, m, q = (draws.values[:, [*NUMBERS].index(name)] for name in "kcfmq")
     assert stats.spearmanr(k, c)[0] == pytest.approx(6.0 / math.pi * math.asin(0.4), abs=0.02)

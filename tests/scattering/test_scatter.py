@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -166,6 +167,54 @@ def test_uncertain_numbers_are_kept_and_copied() -> None:
     assert float(k.law.ppf(0.95)) == pytest.approx(lognormal.ppf(0.95), rel=1e-12)
 
 
+def test_an_expression_of_two_is_lost_and_a_part_refuses_it() -> None:
+    """Elsewhere it is a plain number: theory divides stiffness by mass."""
+    k, m = sp.uncertain("k", 80.0, cov=0.1), sp.uncertain("m", 2.0, cov=0.1)
+    free = sp.free("f", 2.0, (1.0, 3.0))
+    lost = [
+        k * m,
+        k / m,
+        k + m,
+        k - m,
+        k**m,
+        k * k,
+        free * k,
+        2.0 / (k * m),
+        -(k / m),
+        abs(k - m),
+        3.0 - 2 * (m * k) ** 0.5,
+    ]
+    for number in (*lost, pickle.loads(pickle.dumps(k * m))):
+        for make in (sp.Spring, lambda own: sp.PolynomialSpring((1.0, own)), lambda own: sp.Barrier(position=own)):
+            with pytest.raises(ValueError, match="must have one uncertain number, not"):
+                make(number)
+    assert type(free * free) is float
+    pair = sp.System(
+        sp.Mass(m, at="a"), sp.Mass(2.0 * m, at="b"), sp.Spring(k, between=("ground", "a")), sp.WhiteNoise(1.0, on="b"),
+        sp.Spring(k, between=("a", "b")), sp.Dashpot(sp.uncertain("c", 1.0, cov=0.2), between=("ground", "a")),
+    )  # fmt: skip
+    lone = sp.System(sp.Mass(m), sp.Spring(k), sp.Springpot(0.5, k), sp.Barrier(-0.1, 0.7), sp.WhiteNoise(m))
+    assert sp.theory.linear(pair).moments == sp.theory.linear(sp.nominal(pair)).moments
+    assert sp.theory.envelope(lone).moments == sp.theory.envelope(sp.nominal(lone)).moments
+
+
+def test_numbers_have_their_correlation_with_them() -> None:
+    one, other = (
+        sp.uncertain("k", 3200.0, cov=0.1, correlation={"C": 0.6, "absent": 0.1}),
+        sp.uncertain("C", 150.0, cov=0.1),
+    )
+    given = {"devices": 64, "method": "envelope"}
+    own = sp.scatter(mount(k=one, C=other), ["x_mean_square"], **given)
+    told = sp.scatter(mount(k=sp.uncertain("k", 3200.0, cov=0.1), C=other), ["x_mean_square"],
+                      correlation={("k", "C"): 0.6}, **given)  # fmt: skip
+    assert own.report() == told.report()
+    assert "k and C" in own.inputs
+    assert (
+        uncertain_numbers(sp.read_system(tomllib.loads(sp.to_toml(mount(k=2.0 * one)))))["k"].correlation
+        == one.correlation
+    )
+
+
 def test_bounds_leave_out_what_is_beyond() -> None:
     gap = sp.uncertain("gap", 0.0, sd=1.0, bounds=(-1.96, 2.2))
     assert isinstance(gap.law, Bounded)
@@ -203,7 +252,7 @@ TWO = sp.Spring(sp.uncertain("k", 1.0, cov=0.1)), sp.Spring(sp.uncertain("k", 2.
 BOTH = sp.Spring(sp.free("c", 1.0, (0.5, 2.0))), sp.Friction(sp.uncertain("c", 0.1, cov=0.1))
 WRONG: list[Any] = [
     (lambda: sp.uncertain("k", cov=0.1), TypeError, "value must be given with cov"),
-    (lambda: sp.uncertain("k", 1.0, cov=0.1, sd=0.2), TypeError, "k must have one of cov, sd, law and values"),
+    (lambda: sp.uncertain("k", 1.0, cov=0.1, sd=0.2), TypeError, "k must have one of cov, sd, log_sd, law and values"),
     (lambda: sp.uncertain("k", 1.0), TypeError, "or bounds alone, not none of them"),
     (lambda: sp.uncertain("k", -1.0, cov=0.1), ValueError, "value must be above 0 with cov"),
     (lambda: sp.uncertain("k", 1.0, sd=-0.1), ValueError, "sd must be"),
@@ -227,6 +276,18 @@ WRONG: list[Any] = [
     (
         lambda: sp.scatter(mount(), correlation={("k", "C"): 0.9, ("C", "gap"): 0.9, ("k", "gap"): -0.9}),
         ValueError, "correlation must be positive definite, but its least eigenvalue is -0.8",
+    ),
+    (
+        lambda: sp.Spring(sp.uncertain("k", 1.0, cov=0.1) / sp.uncertain("n", 2.0, cov=0.1)),
+        ValueError, "stiffness must have one uncertain number, not k and n in one expression: give the result a law",
+    ),
+    (lambda: sp.uncertain("k", 1.0, cov=0.1, correlation={"k": 0.5}), ValueError, "correlation of k must be with"),
+    (lambda: sp.uncertain("k", 1.0, cov=0.1, correlation={"C": 2.0}), ValueError, "correlation of k and C must be in"),
+    (lambda: sp.uncertain("k", -1.0, log_sd=0.1), ValueError, "value must be above 0 with log_sd"),
+    (
+        lambda: sp.scatter(mount(k=sp.uncertain("k", 3200.0, cov=0.1, correlation={"C": 0.5}),
+                                 C=sp.uncertain("C", 150.0, cov=0.1, correlation={"k": 0.4}))),
+        ValueError, "correlation of C and k must be the same in both, not 0.4 and 0.5",
     ),
     (lambda: sp.simulate(mount()), ValueError, "plain numbers, but k, order, C and gap are uncertain"),
     (lambda: sp.scatter(mount(k=sp.uncertain("k", bounds=(100.0, 40000.0)))), ValueError, "step must be given"),

@@ -15,6 +15,7 @@ from cyclopts import App, Parameter
 from springpot.cli.flags import (
     AS_USUAL,
     MONTE_CARLO,
+    OUTPUT,
     RAINFLOW,
     STANDARD,
     Flags,
@@ -382,6 +383,14 @@ def fit(
         float | None, Parameter(help="Samples per second, of a record without a column of the time.")
     ] = None,
     out: Annotated[str | None, written("Write the system with the found values to a file.")] = None,
+    uncertain: Annotated[
+        bool,
+        Parameter(
+            group=OUTPUT,
+            negative="",
+            help="In that file the numbers are uncertain, by their errors: see springpot scatter.",
+        ),
+    ] = False,
     plot: Annotated[str | None, written("PNG file for data, fit and residuals.")] = None,
     overwrite: Overwrite = False,
     json_: Json = False,
@@ -392,10 +401,13 @@ def fit(
     """
     check_picture(plot)
     place = place_of(out, overwrite)
+    if uncertain and place is None:
+        raise ValueError("uncertain is of the file that out names: give --out too.")
     with leave_at_once():
         from springpot.fitting import fit as find
         from springpot.fitting import read_data
         from springpot.problem.file import read_system, to_toml
+        from springpot.problem.free_numbers import free_numbers, with_values
 
     models = [read_system(name) for name in model]
     measured = read_data(data, rate=rate)
@@ -408,7 +420,12 @@ def fit(
             raise KeyboardInterrupt from None
     warn(*found.warnings)
     if place is not None:
-        place.write_text(to_toml(found.model), encoding="utf-8")
+        model_of_file = found.model
+        if uncertain:
+            own = free_numbers(found.given)  # a noise of the measurement is no number of the device
+            numbers = {name: number for name, number in found.uncertain().items() if name in own}
+            model_of_file = with_values(found.given, numbers)
+        place.write_text(to_toml(model_of_file), encoding="utf-8")
     if plot is not None:
         from springpot.figures.fits import plot_fit
         from springpot.figures.style import save

@@ -23,7 +23,7 @@ from springpot.fitting.statistics import MeasuredStatistics
 from springpot.fitting.transfer import ResponseLikelihood
 from springpot.machine.arguments import check_called
 from springpot.machine.faults import Stopped, listed, shown
-from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.free_numbers import check_certain, free_numbers, with_values
 from springpot.problem.parts.registration import kind_of
 from springpot.problem.system import check_single, checked_system, system_of
 
@@ -166,6 +166,7 @@ def _best_of(models: Sequence[Any], data: Data, how: How) -> Fit:
 
 
 def _fit(model: Any, data: Any, how: How) -> Fit:
+    check_certain(model, "a fit")
     likelihood = _likelihood(model, data, how)
     own = likelihood.coordinates
     if not likelihood.simulated:  # those of statistics were checked before any work
@@ -187,6 +188,7 @@ def _fit(model: Any, data: Any, how: How) -> Fit:
     bic, aicc = _criteria(likelihood, best.deviance)
     return Fit(
         model=with_values(model, in_model) if in_model else model,
+        given=model,
         data=data,
         values=named,
         errors=dict(zip(own.names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),

@@ -10,16 +10,20 @@ import numpy as np
 
 from springpot.fitting.estimate import Confusion, Solution, known_together, profile_along
 from springpot.fitting.likelihood import Likelihood, Table
-from springpot.machine.arguments import finite_number
+from springpot.machine.arguments import Free, Uncertain, finite_number
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, shown
 from springpot.machine.plain import plain
+from springpot.problem.numbers import numbers_of
+from springpot.problem.system import system_of
+from springpot.problem.uncertain import uncertain
 
 if TYPE_CHECKING:
     import xarray
 
 _DOUBTFUL = 0.01
+_LARGEST_OF_ORDER = 0.1  # standard error
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,8 @@ class Fit:
     ----------
     model : System, part or function, or a tuple of them
         With the found values in place of the free numbers; a function as it was given.
+    given : System, part or function, or a tuple of them
+        The same model as it was given, with its free numbers.
     data
         What it was fitted to; a tuple where there are several data sets.
     values, errors : dict
@@ -119,6 +125,7 @@ class Fit:
     """
 
     model: Any
+    given: Any
     data: Any
     values: dict[str, float]
     errors: dict[str, float]
@@ -205,23 +212,79 @@ class Fit:
         >>> [round(end, 3) for end in fit.interval("r")]
         [0.687, 0.716]
         """
+        number = self._likelihood.coordinates.free[self._place(name)]
+        wanted = finite_number(probability, "probability", low=0.0, high=1.0, open_low=True)
+        low, high = self._ends(name, min(wanted, 1.0 - 1e-12))
+        return (math.nan, math.nan) if math.isnan(low) else (max(low, number.low), min(high, number.high))
+
+    def uncertain(self) -> dict[str, Uncertain]:
+        """The numbers as uncertain ones, for `springpot.scatter`: what is not known of one device.
+
+        They are normal with their errors and correlations, in the logarithm where only positive numbers are allowed,
+        within their bounds.  All are one input of `springpot.scatter`, for their errors depend on each other.
+
+        Returns
+        -------
+        dict of Uncertain
+            By name; `springpot.with_values` puts them into a model.
+
+        Raises
+        ------
+        ValueError
+            If a number is held at a bound or its 95 % interval leaves the bounds, or an order has an error above 0.1:
+            the errors are not normal then.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import springpot as sp
+        >>> f = np.geomspace(0.1, 100.0, 16)
+        >>> modulus = 3.0 + 2.0 * (2j * np.pi * f) ** 0.4
+        >>> noise = 1.0 + 0.02 * np.random.default_rng(1).standard_normal((2, f.size))
+        >>> silicone = sp.System(
+        ...     sp.Spring(sp.free("k", 1.0, (0.01, 100.0))),
+        ...     sp.Springpot(sp.free("order", 0.5, (0.01, 0.99)), sp.free("C", 1.0, (0.01, 100.0))),
+        ... )
+        >>> fit = sp.fit(silicone, sp.MeasuredModuli(f, modulus.real * noise[0], modulus.imag * noise[1]))
+        >>> device = sp.System(*sp.with_values(silicone, fit.uncertain()).parts, sp.WhiteNoise(1.0))
+        >>> sp.scatter(device, ["x_mean_square"], method="linear", devices=64).inputs
+        ('k and order and C',)
+        """
+        found, own, orders = dict[str, Uncertain](), self._likelihood.coordinates, _orders(self.given)
+        for place, (number, is_log) in enumerate(zip(own.free, own.logarithmic, strict=True)):
+            name, (low, high) = number.name, self._ends(number.name, 0.95)
+            if not number.low <= low < high <= number.high:
+                ends = "it is held at a bound" if math.isnan(low) else f"its 95 % interval is {low:.4g} to {high:.4g}"
+                raise ValueError(
+                    f"{name} must be known better to be an uncertain number: {ends}, with bounds of {number.low:g} and "
+                    f"{number.high:g}; take rows of a chain, as sp.uncertain({name!r}, values=...)."
+                )
+            if name in orders and self.errors[name] > _LARGEST_OF_ORDER:
+                raise ValueError(
+                    f"{name} must be known to {_LARGEST_OF_ORDER:g} to be an uncertain number, not to "
+                    f"{self.errors[name]:.2g}: so large errors of an order are not normal."
+                )
+            size = self.errors[name] / float(own.slope(self._theta)[place])
+            found[name] = uncertain(
+                name, self.values[name], bounds=(number.low, number.high), **{"log_sd" if is_log else "sd": size},
+                correlation={other: self.correlation(name, other) for other in self.values if other != name},
+            )  # fmt: skip
+        return found
+
+    def _ends(self, name: str, probability: float) -> tuple[float, float]:
+        """Of an interval that may leave the bounds."""
         from scipy import stats
 
-        place = self._place(name)
-        wanted = finite_number(probability, "probability", low=0.0, high=1.0, open_low=True)
-        own = self._likelihood.coordinates
-        half = 0.5 * (1.0 + min(wanted, 1.0 - 1e-12))
-        known, free = self._likelihood.known, max(self.degrees_of_freedom, 1)
-        many = float(stats.norm.ppf(half) if known else stats.t.ppf(half, free))
-        value = self.values[name]
-        reach = many * self.errors[name] / float(own.slope(np.array([*self.values.values()]))[place])
-        if math.isnan(reach):
-            return math.nan, math.nan
-        ends = [
-            value * math.exp(s * min(reach, 600.0)) if own.logarithmic[place] else value + s * reach for s in (-1, 1)
-        ]
-        number = own.free[place]
-        return max(ends[0], number.low), min(ends[1], number.high)
+        own, place, value = self._likelihood.coordinates, self._place(name), self.values[name]
+        known, free, half = self._likelihood.known, max(self.degrees_of_freedom, 1), 0.5 * (1.0 + probability)
+        reach = (
+            float(stats.norm.ppf(half) if known else stats.t.ppf(half, free))
+            * self.errors[name]
+            / float(own.slope(np.array([*self.values.values()]))[place])
+        )
+        if own.logarithmic[place]:
+            return value * math.exp(-min(reach, 600.0)), value * math.exp(min(reach, 600.0))
+        return value - reach, value + reach
 
     def profile(self, name: str, points: int = 21) -> Profile:
         """How the best fit becomes worse when one number is moved and the others follow.
@@ -409,6 +472,13 @@ class Fit:
 
     def _place(self, name: str) -> int:
         return [*self.values].index(known_word(name, self.values, "name"))
+
+
+def _orders(model: Any) -> set[str]:
+    """The free numbers that are orders of springpots."""
+    models = [] if callable(model) else model if isinstance(model, tuple) else [model]
+    named = (item for each in models for item in numbers_of(system_of(each, "model")).items())
+    return {value.name for name, value in named if isinstance(value, Free) and name.endswith(".order")}
 
 
 def _crossings(u: Floats, rise: Floats, level: float, best: float) -> tuple[float, float]:

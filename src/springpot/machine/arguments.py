@@ -101,8 +101,9 @@ class Free(float):
         return self._made(start, low, high)
 
     def at(self, value: float) -> float:
-        """What stands here where the number of that name has a value."""
-        return float(self.times * float(value) ** self.power + self.plus)
+        """What stands here where the number of that name has a value; an uncertain one stays uncertain."""
+        own = value if isinstance(value, Uncertain) else float(value)
+        return self.times * (own if self.power == 1.0 else own**self.power) + self.plus
 
     @property
     def slope(self) -> float:
@@ -146,12 +147,14 @@ class Free(float):
     def __pow__(self, other: Any, modulus: None = None) -> Any:
         plain = _are_plain(other) and other and math.isfinite(other)
         if not plain or self.plus or not (self.low > 0.0 and self.times > 0.0):
-            return float.__pow__(self, other)
+            return _or_lost(float.__pow__(self, other), self, other)
         low, start, high = (float(each**other) for each in (self.low, float(self), self.high))
         return self._made(start, low, high, float(self.times**other), 0.0, float(self.power * other))
 
     def __rtruediv__(self, other: Any) -> Any:
-        return other * self**-1.0 if _are_plain(other) and other else float.__rtruediv__(self, other)
+        if _are_plain(other) and other:
+            return other * self**-1.0
+        return _or_lost(float.__rtruediv__(self, other), self, other)
 
     def __pos__(self) -> Any:
         return self
@@ -177,23 +180,24 @@ class Uncertain(Free):
 
     Notes
     -----
-    Arithmetic is that of a free number: what gives a plain number there loses its scatter here, such as an expression
-    of two marked numbers.  Mark the result itself.
+    Arithmetic is that of a free number.  An expression of two marked numbers is `Lost`, which parts refuse: mark the
+    result itself.
     """
 
-    __slots__ = ("law",)
+    __slots__ = ("correlation", "law")
     law: Any
+    correlation: tuple[tuple[str, float], ...]
 
     def __new__(
         cls, start: float, name: str, low: float, high: float, times: float = 1.0, plus: float = 0.0,
-        power: float = 1.0, law: Any = None,
+        power: float = 1.0, law: Any = None, correlation: tuple[tuple[str, float], ...] = (),
     ) -> Uncertain:  # fmt: skip
         number: Uncertain = super().__new__(cls, start, name, low, high, times, plus, power)  # type: ignore[assignment]
-        number.law = law
+        number.law, number.correlation = law, correlation
         return number
 
     def __getnewargs__(self) -> tuple[Any, ...]:
-        return *super().__getnewargs__(), self.law
+        return *super().__getnewargs__(), self.law, self.correlation
 
     def __repr__(self) -> str:
         if self.itself is not self:
@@ -202,15 +206,67 @@ class Uncertain(Free):
 
     def _made(self, start: float, low: float, high: float, *follows: float) -> Free:
         times, plus, power = follows or (1.0, 0.0, 1.0)
-        return Uncertain(start, self.name, min(low, high), max(low, high), times, plus, power, self.law)
+        return Uncertain(
+            start, self.name, min(low, high), max(low, high), times, plus, power, self.law, self.correlation
+        )
+
+
+class Lost(float):
+    """What an expression of an uncertain and another marked number gives: nothing follows how it scatters.
+
+    Everywhere but in a part it is a plain number, and so is what is made of it.
+
+    Parameters
+    ----------
+    value : float
+    names : tuple of str
+        Of the marked numbers in it.
+
+    Examples
+    --------
+    >>> k, m = Uncertain(80.0, "k", 70.0, 90.0), Uncertain(2.0, "m", 1.9, 2.1)
+    >>> 0.5 * (k / m), (0.5 * (k / m)).names
+    (20.0, ('k', 'm'))
+    """
+
+    __slots__ = ("names",)
+    names: tuple[str, ...]
+
+    def __new__(cls, value: float, names: tuple[str, ...]) -> Lost:
+        number = super().__new__(cls, value)
+        number.names = names
+        return number
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return float(self), self.names
+
+
+def _stays_lost(name: str) -> Callable[..., Any]:
+    plain = getattr(float, name)
+    return lambda self, *others: _or_lost(plain(self, *others), self, *others)
+
+
+for _name in ("neg", "pos", "abs", *(f"{side}{name}" for side in ("", "r") for name in
+                                     ("add", "sub", "mul", "truediv", "pow", "floordiv", "mod"))):  # fmt: skip
+    setattr(Lost, f"__{_name}__", _stays_lost(f"__{_name}__"))
 
 
 def _are_plain(*numbers: Any) -> bool:
-    return all(isinstance(each, int | float) and not isinstance(each, bool | Free) for each in numbers)
+    return all(isinstance(each, int | float) and not isinstance(each, bool | Free | Lost) for each in numbers)
 
 
 def _or_plain(found: Any, plain: Any, *numbers: Any) -> Any:
-    return plain(*numbers) if found is NotImplemented else found
+    return _or_lost(plain(*numbers), *numbers) if found is NotImplemented else found
+
+
+def _or_lost(found: Any, *numbers: Any) -> Any:
+    """Whether a plain result hides how an uncertain number scatters: that of two marked ones, or of a lost one."""
+    marked = [each for each in numbers if isinstance(each, Free | Lost)]
+    scatters = any(isinstance(each, Uncertain | Lost) for each in marked)
+    if type(found) is not float or not scatters or (len(marked) < 2 and isinstance(marked[0], Free)):
+        return found
+    names = (name for each in marked for name in (each.names if isinstance(each, Lost) else (each.name,)))
+    return Lost(found, tuple(dict.fromkeys(names)))
 
 
 def finite_number(

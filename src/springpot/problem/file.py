@@ -57,9 +57,11 @@ _NUMBER = {
             "properties": {
                 "uncertain": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
                 **{
-                    name: {"type": "number"} for name in ("value", "cov", "sd", "low", "high", "times", "plus", "power")
+                    name: {"type": "number"}
+                    for name in ("value", "cov", "sd", "log_sd", "low", "high", "times", "plus", "power")
                 },
                 "values": {"type": "array", "items": {"type": "number"}, "minItems": 3},
+                "correlation": {"type": "object", "additionalProperties": {"type": "number"}},
             },
             "required": ["uncertain"],
             "additionalProperties": False,
@@ -68,7 +70,9 @@ _NUMBER = {
 }
 _FREE = {"free": str, **dict.fromkeys(("start", "low", "high", "times", "plus", "power"), float)}
 _UNCERTAIN = {
-    "uncertain": str, **dict.fromkeys(("value", "cov", "sd", "low", "high", "values", "times", "plus", "power"), float)
+    "uncertain": str, "correlation": dict, **dict.fromkeys(
+        ("value", "cov", "sd", "log_sd", "low", "high", "values", "times", "plus", "power"), float
+    )
 }  # fmt: skip
 _MARKED: dict[str, Any] = {"free": _FREE, "uncertain": _UNCERTAIN}
 _TABLE = tuple[float, ...]
@@ -335,7 +339,7 @@ def _marked(table: Mapping[str, Any], where: str) -> Free:
 
 
 def _uncertain(table: Mapping[str, Any]) -> Uncertain:
-    given = {name: table[name] for name in ("cov", "sd", "values") if name in table}
+    given = {name: table[name] for name in ("cov", "sd", "log_sd", "values", "correlation") if name in table}
     if ("low" in table) != ("high" in table):
         raise ValueError("low and high must be given together.")
     bounds = (table["low"], table["high"]) if "low" in table else None

@@ -155,9 +155,9 @@ def _by_name(model: object, wanted: Callable[[Free], bool]) -> dict[str, Free]:
         number = here.itself
         known = found.setdefault(number.name, number)
         both = np.array([(each, each.low, each.high) for each in (known, number)], float)
-        laws = getattr(known, "law", None), getattr(number, "law", None)
+        laws = [(each.law, each.correlation) if isinstance(each, Uncertain) else None for each in (known, number)]
         if np.abs(both[1] - both[0]).max() > 1e-12 * np.abs(both).max() or laws[0] != laws[1]:
-            same = "start and bounds" if laws == (None, None) else "value and law"
+            same = "start and bounds" if laws[0] is None else "value and law"
             raise ValueError(
                 f"{number.name} must have the same {same} wherever it stands, not {known!r} and {number!r}."
             )
@@ -165,13 +165,14 @@ def _by_name(model: object, wanted: Callable[[Free], bool]) -> dict[str, Free]:
 
 
 def with_values(model: Model, values: Mapping[str, float]) -> Model:
-    """The same model with plain numbers in place of free ones.
+    """The same model with values in place of its free or uncertain numbers.
 
     Parameters
     ----------
     model : System or any part
     values : mapping
-        A value for each name; free numbers that are not named stay free.
+        A value for each name, or an uncertain number, as ``fit.uncertain()`` has them; marked numbers that are not
+        named stay as they are.
 
     Returns
     -------
@@ -186,8 +187,10 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
     --------
     >>> import springpot as sp
     >>> device = sp.System(sp.Mass(2.0), sp.Spring(sp.free("k", 80.0, (10.0, 200.0))))
-    >>> with_values(device, {"k": 98.0}).natural_frequency
+    >>> sp.with_values(device, {"k": 98.0}).natural_frequency
     7.0
+    >>> sp.with_values(device, {"k": sp.uncertain("k", 98.0, cov=0.05)}).of(sp.Spring)
+    (Spring(stiffness=uncertain('k', 98.0, lognormal, 5 %)),)
     """
     _check_names(model, values)
     found: Model = _mapped(model, lambda number: number.at(values[number.name]) if number.name in values else number)

@@ -371,9 +371,9 @@ class System:
     @cached_property
     def per_unit_mass(self) -> System:
         """The same motion with every part divided by the inertia; forces of the ground are forces on the mass."""
-        share = self.mass / self.inertia
+        inertia = float(self.inertia)  # not an uncertain one: a part has one uncertain number in one place
         return System(**{
-            name: part.alone().per_mass(self.inertia, share)
+            name: part.alone().per_mass(inertia, self.mass / inertia)
             for name, part in self.named()
             if "inertia" not in part.powers
         })  # fmt: skip
@@ -388,7 +388,7 @@ class System:
         walls = [stop for stop in self.of(Stop) if not isinstance(stop, SoftStop)]
         return Potential(
             tuple(coefficients[: last + 1]),
-            tuple(part.soft_stop.per_mass(self.inertia) for part in self._acting if part.soft_stop is not None),
+            tuple(part.soft_stop.per_mass(float(self.inertia)) for part in self._acting if part.soft_stop is not None),
             max((wall.position for wall in walls if wall.side == "above"), default=-math.inf),
             min((wall.position for wall in walls if wall.side == "below"), default=math.inf),
         )

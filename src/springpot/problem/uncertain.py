@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -92,6 +93,23 @@ class Lognormal:
 
     def __str__(self) -> str:
         return f"lognormal, {100.0 * self.variation:g} %"
+
+
+@dataclass(frozen=True)
+class OfLogarithm(Lognormal):
+    """Lognormal, by the median, in place of the mean, and the standard deviation of the logarithm."""
+
+    @property
+    def _logarithm(self) -> tuple[float, float]:
+        return math.log(self.mean), self.variation
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """As a file has it."""
+        return {"value": self.mean, "log_sd": self.variation}
+
+    def __str__(self) -> str:
+        return f"lognormal, standard deviation {self.variation:.3g} of the logarithm"
 
 
 @dataclass(frozen=True)
@@ -231,7 +249,8 @@ def _of_each(function: Any, numbers: Any) -> Any:
 
 def uncertain(
     name: str, value: float | None = None, *, cov: float | None = None, sd: float | None = None,
-    bounds: tuple[float, float] | None = None, law: Any = None, values: Any = None,
+    log_sd: float | None = None, bounds: tuple[float, float] | None = None, law: Any = None, values: Any = None,
+    correlation: Mapping[str, float] | None = None,
 ) -> Uncertain:  # fmt: skip
     """Mark a number of a part as one that differs from device to device, for `springpot.scatter`.
 
@@ -240,23 +259,28 @@ def uncertain(
     name : str
         A word of letters, digits and ``_``.  Numbers of the same name are one number; their laws must be the same.
     value : float, optional
-        The mean of the law with ``cov`` or ``sd``; otherwise the nominal value, if that is not the median.
+        The mean of the law with ``cov`` or ``sd``, the median with ``log_sd``; otherwise the nominal value, if that is
+        not the median.
     cov : float, optional
         Standard deviation over the mean: a lognormal law, whose values are positive.
     sd : float, optional
         Standard deviation of a normal law.
+    log_sd : float, optional
+        Standard deviation of the logarithm: a lognormal law too.
     bounds : (float, float), optional
         Alone: all values between two alike.  With another law: its share beyond them is left out; at most 5 %.
     law : object, optional
         A frozen law of `scipy.stats`, or any object with ``ppf`` and ``cdf``.
     values : sequence of float, optional
         Measured values, three or more.
+    correlation : mapping of str to float, optional
+        By the names of other uncertain numbers: the correlation of both normal scores, as `springpot.scatter` takes it.
 
     Returns
     -------
     Uncertain
         A float, which every part takes and keeps.  Theory and pictures have its nominal value.  Plus, minus, times or
-        over a plain number it stays uncertain.
+        over a plain number it stays uncertain.  A part refuses what is made of two of them: give it a law of its own.
 
     Raises
     ------
@@ -279,14 +303,16 @@ def uncertain(
     checked_name(name, "name")
     where = f"in the uncertain number {name}"
     ends = None if bounds is None else ends_of(bounds, where)
-    stated = [word for word, given in (("cov", cov), ("sd", sd), ("law", law), ("values", values)) if given is not None]
+    words = {"cov": cov, "sd": sd, "log_sd": log_sd, "law": law, "values": values}
+    stated = [word for word, given in words.items() if given is not None]
     if len(stated) > 1 or not (stated or ends):
         raise TypeError(
-            f"{name} must have one of cov, sd, law and values, or bounds alone, not "
+            f"{name} must have one of cov, sd, log_sd, law and values, or bounds alone, not "
             f"{' and '.join(stated) or 'none of them'}, {where}."
         )
     middle = None if value is None else _value(value, name)
-    found = _law(name, middle, cov, sd, law, values, ends)
+    tied = _tied(correlation, name)
+    found = _law(name, middle, words, ends)
     if ends and stated:
         found = Bounded(found, *ends)
         if found.cut > _MOST_CUT:
@@ -300,7 +326,20 @@ def uncertain(
     nominal = float(found.ppf(0.5)) if middle is None else middle
     if not low <= nominal <= high:
         raise ValueError(f"value must be between {low:g} and {high:g}, where the law is, not {nominal:g}, {where}.")
-    return Uncertain(nominal, name, low, high, law=found)
+    return Uncertain(nominal, name, low, high, law=found, correlation=tied)
+
+
+def _tied(correlation: Any, name: str) -> tuple[tuple[str, float], ...]:
+    if not isinstance(correlation or {}, Mapping):
+        raise TypeError(
+            f"correlation must be a dict of other names and numbers, such as {{'C': 0.5}}, not {shown(correlation)}."
+        )
+    for other, value in (correlation or {}).items():
+        if other == name:
+            raise ValueError(f"correlation of {name} must be with other numbers.")
+        checked_name(other, "correlation must have names that")
+        finite_number(value, f"correlation of {name} and {other}", low=-1.0, high=1.0)
+    return tuple((other, float(value)) for other, value in (correlation or {}).items())
 
 
 def _value(value: Any, name: str) -> float:
@@ -309,26 +348,24 @@ def _value(value: Any, name: str) -> float:
     return float(real(value, "value", f"It is that of {name}."))
 
 
-def _law(
-    name: str, middle: float | None, cov: Any, sd: Any, law: Any, values: Any, ends: tuple[float, float] | None
-) -> Any:
-    if (cov is not None or sd is not None) and middle is None:
-        raise TypeError(f"value must be given with {'cov' if sd is None else 'sd'}: it is the mean of {name}.")
-    if cov is not None:
-        assert middle is not None
-        spread = finite_number(cov, "cov", low=0.0, high=2.0, open_low=True, hint="It is a share of the mean.")
-        if not middle > 0.0:
-            raise ValueError(f"value must be above 0 with cov, whose law is lognormal, not {middle:g}, in {name}.")
-        return Lognormal(middle, float(spread))
-    if sd is not None:
-        assert middle is not None
-        return Normal(middle, float(finite_number(sd, "sd", low=0.0, open_low=True, hint=f"It is that of {name}.")))
-    if values is not None:
-        known = sorted(map(float, numbers_in(values, "values")))
+def _law(name: str, middle: float | None, words: Mapping[str, Any], ends: tuple[float, float] | None) -> Any:
+    for word, kind in (("cov", Lognormal), ("log_sd", OfLogarithm), ("sd", Normal)):
+        if words[word] is None:
+            continue
+        if middle is None:
+            what = "median" if word == "log_sd" else "mean"
+            raise TypeError(f"value must be given with {word}: it is the {what} of {name}.")
+        most = math.inf if word == "sd" else 2.0
+        spread = finite_number(words[word], word, low=0.0, high=most, open_low=True, hint=f"It is that of {name}.")
+        if word != "sd" and not middle > 0.0:
+            raise ValueError(f"value must be above 0 with {word}, whose law is lognormal, not {middle:g}, in {name}.")
+        return kind(middle, float(spread))
+    if words["values"] is not None:
+        known = sorted(map(float, numbers_in(words["values"], "values")))
         if len(known) < _FEWEST_VALUES:
             raise ValueError(f"values must be at least {_FEWEST_VALUES} numbers, not {len(known)}, in {name}.")
         return Measured(tuple(known))
-    if law is not None:
+    if (law := words["law"]) is not None:
         quantiles = getattr(law, "ppf", None) or getattr(law, "icdf", None)
         if not (callable(quantiles) and callable(getattr(law, "cdf", None))):
             raise TypeError(

@@ -101,15 +101,19 @@ class Correlation:
         return np.asarray(np.where(self.tied, found, chances))
 
 
-def correlated(given: Any, names: Sequence[str]) -> Correlation:
-    """Checked, from the correlations of pairs.
+def correlated(given: Any, numbers: Mapping[str, Uncertain]) -> Correlation:
+    """Checked, from the correlations of pairs, and those that the numbers themselves have.
 
     Raises
     ------
     TypeError, ValueError
         If a pair or a number is wrong, or there are no such numbers.
     """
-    matrix, words = np.eye(len(names)), "correlation must be a dict of pairs and numbers, such as {('k', 'C'): 0.5}"
+    names = [*numbers]
+    matrix, words = (
+        _own_correlations(numbers),
+        "correlation must be a dict of pairs and numbers, such as {('k', 'C'): 0.5}",
+    )
     if not isinstance(given, Mapping):
         raise TypeError(f"{words}, not {shown(given)}.")
     for pair, value in given.items():
@@ -120,7 +124,7 @@ def correlated(given: Any, names: Sequence[str]) -> Correlation:
                 raise ValueError(
                     f"correlation must be of {listed(names)}, not of {shown(name)}{meant(str(name), names)}."
                 )
-        one, other = map([*names].index, pair)
+        one, other = map(names.index, pair)
         if matrix[one, other] != 0.0:
             raise ValueError(f"correlation must have the pair {pair[0]} and {pair[1]} once.")
         matrix[one, other] = matrix[other, one] = finite_number(
@@ -133,6 +137,22 @@ def correlated(given: Any, names: Sequence[str]) -> Correlation:
             "in this way."
         )
     return Correlation(matrix)
+
+
+def _own_correlations(numbers: Mapping[str, Uncertain]) -> Floats:
+    """With others that are there."""
+    names, matrix = [*numbers], np.eye(len(numbers))
+    for place, number in enumerate(numbers.values()):
+        for name, value in number.correlation:
+            if name in numbers:
+                other = names.index(name)
+                if matrix[place, other] not in (0.0, value):
+                    raise ValueError(
+                        f"correlation of {number.name} and {name} must be the same in both, not {value:g} and "
+                        f"{matrix[place, other]:g}."
+                    )
+                matrix[place, other] = matrix[other, place] = value
+    return matrix
 
 
 def systems_of(system: System, names: Sequence[str], values: Floats) -> list[System]:

@@ -134,7 +134,7 @@ def exceeded_by_devices(
     check_called(progress, "progress")
     plain, marked = _levels(levels)
     numbers = check_numbers(uncertain_numbers((checked_system(system), *marked.values())), "system or levels")
-    together, told, clock = correlated(correlation or {}, [*numbers]), shares_of_progress(progress), Clock(max_time)
+    together, told, clock = correlated(correlation or {}, numbers), shares_of_progress(progress), Clock(max_time)
     middle = nominal(system)
     plan, wanted = stated(middle, plain, rtol=rtol, max_time=max_time, **settings)
     for quantity, _, _ in wanted:

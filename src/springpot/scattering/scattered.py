@@ -134,7 +134,7 @@ def scatter(
         _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
-    together, told = correlated(correlation or {}, [*numbers]), shares_of_progress(progress)
+    together, told = correlated(correlation or {}, numbers), shares_of_progress(progress)
     draws = drawn(numbers, devices, seed, together)
     middle, all_systems = nominal(system), partial(systems_of, system, [*numbers], draws.values)
     asked = partial(_asked, quantities, limits)

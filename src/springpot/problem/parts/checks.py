@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
-from springpot.machine.arguments import LARGEST, Free, Uncertain, finite_number, items_of
+from springpot.machine.arguments import LARGEST, Free, Lost, Uncertain, finite_number, items_of
 from springpot.machine.faults import in_line, is_long, listed, meant, shown
 
 
@@ -23,9 +23,17 @@ class Checked:
 
     tag: ClassVar[dict[str, str]] = {}  # what a file says beside its numbers
 
-    def __new__(cls, *_: object, **given: object) -> Self:
+    def __new__(cls, *values: object, **given: object) -> Self:
         own = fields_of(cls)
         check_names(cls.__name__, given, [one.name for one in own], [one.name for one in own if one.repr])
+        in_order = (one.name for one in own if not one.kw_only)
+        for name, value in (*zip(in_order, values, strict=False), *given.items()):
+            for number in value if isinstance(value, tuple | list) else (value,):
+                if isinstance(number, Lost):
+                    raise ValueError(
+                        f"{name} must have one uncertain number, not {listed(number.names)} in one expression: give "
+                        "the result a law of its own."
+                    )
         return super().__new__(cls)
 
 
@@ -103,7 +111,8 @@ def plain(value: Any, *, free: bool = False) -> Any:
     if free and isinstance(value, Free):
         own = value.itself
         if isinstance(value, Uncertain):
-            table = {"uncertain": value.name, "value": float(own), **value.law.table}
+            tied = {"correlation": dict(value.correlation)} if value.correlation else {}
+            table = {"uncertain": value.name, "value": float(own), **value.law.table, **tied}
         else:
             table = {"free": value.name, "start": float(own), "low": own.low, "high": own.high}
         follows = {"times": value.times, "plus": value.plus}
