@@ -29,7 +29,7 @@ _WISHES = Group("What is asked for", sort_key=1)
 
 
 def _limit(which: str) -> Parameter:
-    words = f"A result with its {which} limit; may be repeated."
+    words = f"A result with its {which} limit; over devices such as impact_rate_quantile_0.95; may be repeated."
     return Parameter(group=_WISHES, negative="", metavar="NAME LIMIT", help=words)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from springpot.designing.approximation import approximated, places_of
 from springpot.designing.numbers import units_of_free
 from springpot.designing.progress import DesignProgress
@@ -13,10 +15,11 @@ from springpot.designing.results import Design, Round, in_words
 from springpot.designing.rounds import MOST_ROUNDS, DesignTask, Searched, by_monte_carlo, rounds
 from springpot.designing.search import Approximation
 from springpot.designing.statement import Cost, Space, Wanted, check_names, checked_cost, checked_limits
+from springpot.designing.tolerances import OverDevices, names_over_devices
 from springpot.machine.arguments import check_called, finite_number
 from springpot.machine.faults import listed, per_cent
 from springpot.machine.progress import OutOfTimeError
-from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.free_numbers import free_numbers, nominal, uncertain_numbers, with_values
 from springpot.problem.system import System, checked_system
 from springpot.simulation.error.reach import controllable
 from springpot.simulation.paths.simulation import Progress
@@ -55,6 +58,8 @@ def design(
     subject_to : dict
         For each limited quantity ``(low, high)``, None where there is no limit.  Of the results of ``forces`` the mean
         squares can be limited, ``"mount_force_mean_square"``.  If left out, there are only the bounds of the numbers.
+        If the model has numbers that are marked by `springpot.uncertain`, ``"impact_rate"`` is the mean over devices,
+        and ``"impact_rate_quantile_0.95"`` is what 95 % of the devices are below; see `springpot.scatter`.
     maximize : str or callable
         In place of ``minimize``: what is to be as great as possible.
     seed : int
@@ -112,6 +117,14 @@ def design(
     >>> found.promises[0].probability > 0.98, 0.15 < found.values["c"] < 0.18
     (True, True)
 
+    A gap of 10 % tolerance, so wide that 95 % of the devices strike their wall less than once in ten seconds:
+
+    >>> gap = sp.uncertain("gap", sp.free("centre", 0.8, (0.4, 2.0)), cov=0.1)
+    >>> device = sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.Barrier(-gap), sp.WhiteNoise(1.0))
+    >>> wide = sp.design(device, "centre", {"impact_rate_quantile_0.95": (None, 0.1)}, rtol=0.1, cost_rtol=0.05)
+    >>> wide.promises[0].probability > 0.98
+    True
+
     The resistance at which a harvester gives most power, which is known in closed form:
 
     >>> circuit = sp.PiezoelectricCircuit(coupling=1.0, resistance=sp.free("R", 0.2, (0.05, 20.0)), capacitance=1.0)
@@ -133,22 +146,34 @@ def design(
     if max_time is not None:
         max_time = finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     work = DesignProgress(max_time, progress, MOST_ROUNDS)
-    check_stationary(system, "design")
+    scatters = bool(uncertain_numbers(system))
+    check_stationary(nominal(system), "design")
     try:
         work.say()
-        allowed = [*controllable(motion_of(system)), *squares_felt(system)]
+        allowed = (
+            names_over_devices(system, [*(limit.name for limit in limits), minimize, maximize]) if scatters
+            else [*controllable(motion_of(system)), *squares_felt(system)]
+        )  # fmt: skip
         check_names(limits, allowed)
         cost = checked_cost(minimize, maximize, free, allowed)
         space = Space(free)
         places = places_of(space, seed)
         needed = dict.fromkeys([*(limit.name for limit in limits), *(name for name in cost.takes if name in allowed)])
-        chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
+        over_devices = OverDevices(system, tuple(needed or allowed[:1]), threads) if scatters else None
+        if over_devices is not None:
+            chosen, quick = over_devices.quick(space, places, method, seed, work)
+        else:
+            chosen, quick = approximated(system, space, places, method, tuple(needed), seed, threads, work)
         approximation = Approximation(space, quick, cost)
         if missing := set(needed).difference(*(approximation.at(place) for place in places)):
             raise ValueError(_missing(chosen, listed(sorted(missing)), cost.word))
-        exact = chosen != MONTE_CARLO and METHODS[chosen].exact
+        exact = chosen != MONTE_CARLO and METHODS[chosen].exact and over_devices is None
         task = DesignTask(approximation, limits, places, seed, probability, rtol, cost_rtol, exact)
-        measure = by_monte_carlo(system, approximation, tuple(needed), seed=seed, threads=threads, work=work)
+        seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
+        if over_devices is not None:
+            measure = over_devices.measured(approximation, seeds, work)
+        else:
+            measure = by_monte_carlo(system, approximation, tuple(needed), seeds=seeds, threads=threads, work=work)
         found = rounds(task, measure)
     except OutOfTimeError:
         raise TimeoutError(f"max_time of {max_time:g} s is too short for any result of a design.") from None

@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from springpot.machine.arguments import Free
+from springpot.machine.arguments import Free, Uncertain
 from springpot.problem.free_numbers import free_numbers, with_values
 from springpot.problem.numbers import label_of, numbers_of, unit_of, with_numbers
 from springpot.problem.system import System
+from springpot.problem.uncertain import centre_of
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ def units_of_free(system: System) -> dict[str, str]:
     {'w': 'rad s-1'}
     """
     found: dict[str, set[str]] = {}
-    for name, value in numbers_of(system).items():
+    for name, stated in numbers_of(system).items():
+        value = centre_of(stated) if isinstance(stated, Uncertain) else stated
         if isinstance(value, Free):
             unit = unit_of(system, name)
             if value.power != 1.0:  # the root of a stiffness per unit mass is a frequency

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from springpot.designing.search import CLOSE, Found
-from springpot.designing.statement import Cost, Limit
+from springpot.designing.statement import Cost, Limit, quantile_in
 from springpot.machine.arrays import Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import known_word, listed, name_results, per_cent
@@ -191,7 +191,8 @@ class Design:
         >>> sp.design(device, minimize="c", subject_to={"v_mean_square": (None, 1.5)}, rtol=0.1).units["v_mean_square"]
         'm2 s-2'
         """
-        return {name: unit_of_result(self.model, name) for name in self.quantities} | dict(self._units)
+        own = {name: unit_of_result(self.model, quantile_in(name)[0]) for name in self.quantities}
+        return own | dict(self._units)
 
     def curve(self, name: str | None = None, limits: Any = None) -> Curve:
         """The least cost (or greatest, if it is maximized) against one limit, the other limits as they are.

@@ -315,12 +315,11 @@ def by_monte_carlo(
     approximation: Approximation,
     controlled: tuple[str, ...],
     *,
-    seed: int,
+    seeds: Sequence[int],
     threads: int | None,
     work: DesignProgress,
 ) -> Callable[[Found, float, int], Simulated]:
     """Monte Carlo of what a search found: every round has random numbers of its own."""
-    seeds = [seed, *np.random.SeedSequence(seed).generate_state(MOST_ROUNDS - 1, np.uint64).tolist()]
 
     def measure(found: Found, rtol: float, number: int) -> Simulated:
         work.round(number, 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,8 @@ from springpot.machine.faults import few, known_word, meant, shown
 
 Wanted = str | Callable[..., float]
 """The name of a result or of a free number, or a function of some whose arguments are called as they are."""
+
+_QUANTILE = re.compile(r"(.+)_quantile_(0?\.\d+)")
 
 
 @dataclass(frozen=True)
@@ -204,6 +207,18 @@ def checked_limits(subject_to: object, free: Mapping[str, Free]) -> tuple[Limit,
             raise ValueError(f"subject_to of {name} must have a low or a high limit.")
         limits += [Limit(name, end, upper) for end, upper in ((low, False), (high, True)) if end is not None]
     return tuple(limits)
+
+
+def quantile_in(name: str) -> tuple[str, float | None]:
+    """The result in the name of a quantity, and the share of the devices that are below it; None of the mean.
+
+    Examples
+    --------
+    >>> quantile_in("impact_rate_quantile_0.95"), quantile_in("impact_rate")
+    (('impact_rate', 0.95), ('impact_rate', None))
+    """
+    found = _QUANTILE.fullmatch(name)
+    return (found[1], float(found[2])) if found else (name, None)
 
 
 def check_names(limits: Sequence[Limit], known: Sequence[str]) -> None:

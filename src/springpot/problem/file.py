@@ -58,8 +58,9 @@ _NUMBER = {
                 "uncertain": {"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$"},
                 **{
                     name: {"type": "number"}
-                    for name in ("value", "cov", "sd", "log_sd", "low", "high", "times", "plus", "power")
+                    for name in ("cov", "sd", "log_sd", "low", "high", "times", "plus", "power")
                 },
+                "value": _A_NUMBER,
                 "values": {"type": "array", "items": {"type": "number"}, "minItems": 3},
                 "correlation": {"type": "object", "additionalProperties": {"type": "number"}},
             },
@@ -343,7 +344,9 @@ def _uncertain(table: Mapping[str, Any]) -> Uncertain:
     if ("low" in table) != ("high" in table):
         raise ValueError("low and high must be given together.")
     bounds = (table["low"], table["high"]) if "low" in table else None
-    return uncertain(table["uncertain"], table.get("value"), bounds=bounds, **given)
+    value = table.get("value")
+    centre = _marked(value, "value") if isinstance(value, Mapping) else value
+    return uncertain(table["uncertain"], centre, bounds=bounds, **given)
 
 
 def _made(make: Any, values: Mapping[str, Any], where: str) -> object:

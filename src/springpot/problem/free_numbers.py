@@ -12,6 +12,7 @@ from springpot.machine.arguments import Free, Uncertain, checked_name, finite_nu
 from springpot.machine.faults import listed, meant, shown
 from springpot.problem.parts.checks import ends_of
 from springpot.problem.system import System
+from springpot.problem.uncertain import centre_of, with_law
 
 Model = TypeVar("Model")
 
@@ -246,6 +247,8 @@ def _check_names(model: object, values: Mapping[str, float]) -> None:
 def _each(thing: Any) -> Iterator[Free]:
     if isinstance(thing, Free):
         yield thing
+        if isinstance(thing, Uncertain):
+            yield from _each(thing.law)
     elif isinstance(thing, tuple):
         for item in thing:
             yield from _each(item)
@@ -257,7 +260,10 @@ def _each(thing: Any) -> Iterator[Free]:
 def _mapped(thing: Any, change: Callable[[Free], float]) -> Any:
     """The same thing with every free number changed; made again only where something is free."""
     if isinstance(thing, Free):
-        return change(thing)
+        found = change(thing)
+        if isinstance(found, Uncertain) and (centre := centre_of(found)) is not None:
+            return with_law(found, replace(found.law, mean=change(centre)))
+        return found
     if next(_each(thing), None) is None:
         return thing
     if isinstance(thing, tuple):

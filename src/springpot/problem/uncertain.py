@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -31,7 +31,7 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal, by mean and standard deviation."""
+    """Normal, by mean, which may be a free number, and standard deviation."""
 
     mean: float
     deviation: float
@@ -41,7 +41,7 @@ class Normal:
         """Quantiles."""
         from scipy.special import ndtri
 
-        return self.mean + self.deviation * ndtri(u)
+        return float(self.mean) + self.deviation * ndtri(u)
 
     def cdf(self, x: Any) -> Any:
         """Share below a value."""
@@ -60,7 +60,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class Lognormal:
-    """Lognormal, by mean and standard deviation over the mean."""
+    """Lognormal, by mean, which may be a free number, and standard deviation over the mean."""
 
     mean: float
     variation: float
@@ -260,7 +260,8 @@ def uncertain(
         A word of letters, digits and ``_``.  Numbers of the same name are one number; their laws must be the same.
     value : float, optional
         The mean of the law with ``cov`` or ``sd``, the median with ``log_sd``; otherwise the nominal value, if that is
-        not the median.
+        not the median.  A number that is marked by `springpot.free` is the centre of a law of ``cov``, ``sd`` or
+        ``log_sd``, which moves with it: `springpot.design` finds it.
     cov : float, optional
         Standard deviation over the mean: a lognormal law, whose values are positive.
     sd : float, optional
@@ -310,9 +311,13 @@ def uncertain(
             f"{name} must have one of cov, sd, log_sd, law and values, or bounds alone, not "
             f"{' and '.join(stated) or 'none of them'}, {where}."
         )
-    middle = None if value is None else _value(value, name)
+    middle = None if value is None else _value(value, name, {*stated} & {"cov", "sd", "log_sd"})
     tied = _tied(correlation, name)
     found = _law(name, middle, words, ends)
+    if isinstance(middle, Free):
+        if ends:
+            raise ValueError(f"bounds must not be given with a free value, {where}: its law moves.")
+        return Uncertain(float(middle), name, *_reach(found), law=found, correlation=tied)
     if ends and stated:
         found = Bounded(found, *ends)
         if found.cut > _MOST_CUT:
@@ -320,7 +325,7 @@ def uncertain(
                 f"bounds must leave out at most 5 % of the law, but {ends[0]:g} to {ends[1]:g} leave out "
                 f"{100.0 * found.cut:.3g} %, {where}."
             )
-    low, high = (float(found.ppf(u)) for u in (LEAST_CHANCE, 1.0 - LEAST_CHANCE))
+    low, high = _reach(found)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(f"law must give finite values that differ, not {low:g} to {high:g}, {where}.")
     nominal = float(found.ppf(0.5)) if middle is None else middle
@@ -342,10 +347,40 @@ def _tied(correlation: Any, name: str) -> tuple[tuple[str, float], ...]:
     return tuple((other, float(value)) for other, value in (correlation or {}).items())
 
 
-def _value(value: Any, name: str) -> float:
-    if isinstance(value, Free):
-        raise TypeError(f"value must be a plain number, not a marked one, in the uncertain number {name}.")
-    return float(real(value, "value", f"It is that of {name}."))
+def centre_of(number: Free) -> Free | None:
+    """The free number about which an uncertain one scatters, if there is one.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> centre_of(-sp.uncertain("gap", sp.free("g", 0.006, (0.002, 0.01)), cov=0.1))
+    free('g', 0.006, (0.002, 0.01))
+    """
+    mean = getattr(number.law, "mean", None) if isinstance(number, Uncertain) else None
+    return mean if isinstance(mean, Free) else None
+
+
+def with_law(number: Uncertain, law: Any) -> Uncertain:
+    """The same number about another centre."""
+    low, high = sorted(number.at(end) for end in _reach(law))
+    return Uncertain(
+        number.at(float(law.mean)), number.name, low, high, number.times, number.plus, number.power, law,
+        number.correlation,
+    )  # fmt: skip
+
+
+def _reach(law: Any) -> tuple[float, float]:
+    """Between which all values lie, wherever a free centre is."""
+    mean = getattr(law, "mean", None)
+    laws = [replace(law, mean=end) for end in (mean.low, mean.high)] if isinstance(mean, Free) else [law]
+    return float(laws[0].ppf(LEAST_CHANCE)), float(laws[-1].ppf(1.0 - LEAST_CHANCE))
+
+
+def _value(value: Any, name: str, moves: set[str]) -> float:
+    if isinstance(value, Uncertain) or (isinstance(value, Free) and not moves):
+        raise TypeError(f"value must be a plain number, or a free one with cov, sd or log_sd, in {name}.")
+    found = real(value, "value", f"It is that of {name}.")
+    return found if isinstance(found, Free) else float(found)
 
 
 def _law(name: str, middle: float | None, words: Mapping[str, Any], ends: tuple[float, float] | None) -> Any:
@@ -357,7 +392,7 @@ def _law(name: str, middle: float | None, words: Mapping[str, Any], ends: tuple[
             raise TypeError(f"value must be given with {word}: it is the {what} of {name}.")
         most = math.inf if word == "sd" else 2.0
         spread = finite_number(words[word], word, low=0.0, high=most, open_low=True, hint=f"It is that of {name}.")
-        if word != "sd" and not middle > 0.0:
+        if word != "sd" and not (middle.low if isinstance(middle, Free) else middle) > 0.0:
             raise ValueError(f"value must be above 0 with {word}, whose law is lognormal, not {middle:g}, in {name}.")
         return kind(middle, float(spread))
     if words["values"] is not None:

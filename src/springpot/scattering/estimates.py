@@ -171,8 +171,9 @@ class Estimates:
 
 
 def estimated(
-    means: Means, names: Sequence[str], groups: Sequence[Sequence[int]], limits: Sequence[float]
-) -> Estimates:
+    means: Means, names: Sequence[str], groups: Sequence[Sequence[int]], limits: Sequence[float],
+    shares: Sequence[float] = SHARES,
+) -> Estimates:  # fmt: skip
     """All of them.
 
     Parameters
@@ -181,7 +182,7 @@ def estimated(
     names : sequence of str
         Of the groups of inputs.
     groups : sequence of sequence of int
-    limits : sequence of float
+    limits, shares : sequence of float
     """
     parts = [means.without(number) for number in range(SCRAMBLINGS)]
 
@@ -202,7 +203,7 @@ def estimated(
 
     mean = interval(lambda own: float(own.means.mean()))
     paths = float(means.noise.mean()) * means.values.shape[1]
-    quantiles, top = {share: below(share) for share in SHARES}, below(BELOW)
+    quantiles, top = {share: below(share) for share in shares}, below(BELOW)
     above = {limit: beyond(limit) for limit in limits}
     alone, together = dict[str, Interval](), dict[str, Interval]()
     if not means.is_seen:

@@ -131,7 +131,7 @@ class Scatter:
             words = f" ({100.0 * part:.0f} %)" if part < 10.0 else ""
             yield f"  device to device      {found.scatter.value:.3g}{words}, {_brackets(found.scatter)}"
             for at, quantile in found.quantiles.items():
-                yield f"    {100.0 * at:4.0f} % of devices are below {quantile.value:.4g} {_brackets(quantile)}"
+                yield f"    {100.0 * at:4.3g} % of devices are below {quantile.value:.4g} {_brackets(quantile)}"
             yield f"    {100.0 * BELOW:4.0f} % of devices are below {found.tolerance:.4g}, 95 % sure"
         if self.settings is not None:
             length = self.settings.window[1] - self.settings.window[0]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from springpot.machine.arguments import Uncertain, check_called, finite_number
+from springpot.machine.arguments import Uncertain, check_called, finite_number, finite_numbers
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
@@ -26,7 +26,7 @@ from springpot.scattering.devices import (
     systems_of,
     values_of,
 )
-from springpot.scattering.estimates import PREDICTED, Estimates, Means, estimated
+from springpot.scattering.estimates import PREDICTED, SHARES, Estimates, Means, estimated
 from springpot.scattering.result import Scatter
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.kernel.lanes import LANES
@@ -54,7 +54,8 @@ _MOST_NUMBERS = 2e8  # sums of all paths
 def scatter(
     system: System, quantities: Sequence[str] | None = None, *, devices: int = 1024, paths: int | None = None,
     duration: float | None = None, step: float | None = None, window: tuple[float, float] | None = None,
-    limits: Mapping[str, float] | None = None, correlation: Mapping[tuple[str, str], float] | None = None,
+    limits: Mapping[str, float] | None = None, quantiles: Sequence[float] = SHARES,
+    correlation: Mapping[tuple[str, str], float] | None = None,
     method: str = MONTE_CARLO, seed: int = 1, threads: int | None = None, progress: Progress | None = None,
 ) -> Scatter:  # fmt: skip
     """How results differ from device to device, and which uncertain numbers matter.
@@ -80,6 +81,8 @@ def scatter(
         devices would have, and the duration the longest.
     limits : mapping of str to float, optional
         For each of some quantities a limit: the share of the devices above it is estimated.
+    quantiles : sequence of float
+        Shares of the devices, from 0.005 to 0.995: below which numbers they are is estimated.
     correlation : mapping of (str, str) to float, optional
         Of pairs of uncertain numbers: the correlation of their normal scores, a Gaussian copula.  Spearman's is
         6 / pi asin(r / 2).  Numbers that depend on each other are one input with one index.
@@ -132,6 +135,7 @@ def scatter(
     _check_power_of_two(devices, "devices", _FEWEST_DEVICES, _MOST_DEVICES)
     if paths is not None:
         _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
+    shares = finite_numbers(quantiles, "quantiles", "quantiles", low=0.005, high=0.995).ravel().tolist()
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
     together, told = correlated(correlation or {}, numbers), shares_of_progress(progress)
@@ -149,7 +153,7 @@ def scatter(
     found, tell = dict[str, Estimates](), told(0.9, 0.1)
     for number, (name, values) in enumerate(results.values.items()):
         means = Means(scores, normal, values, new, beside)
-        found[name] = estimated(means, inputs, groups, results.limits.get(name, ()))
+        found[name] = estimated(means, inputs, groups, results.limits.get(name, ()), shares)
         if tell is not None:
             tell((number + 1) / len(results.values))
     return Scatter(

@@ -112,7 +112,8 @@ def plain(value: Any, *, free: bool = False) -> Any:
         own = value.itself
         if isinstance(value, Uncertain):
             tied = {"correlation": dict(value.correlation)} if value.correlation else {}
-            table = {"uncertain": value.name, "value": float(own), **value.law.table, **tied}
+            law = {key: plain(each, free=True) for key, each in value.law.table.items()}
+            table = {"uncertain": value.name, "value": float(own), **law, **tied}
         else:
             table = {"free": value.name, "start": float(own), "low": own.low, "high": own.high}
         follows = {"times": value.times, "plus": value.plus}
