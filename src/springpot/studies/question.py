@@ -32,6 +32,7 @@ from springpot.problem.parts.checks import put
 from springpot.problem.system import System, checked_system
 from springpot.studies.axes import MOST_VALUES, Axis, flattened, some_points
 from springpot.studies.columns import Column, columns_of, names_in_results, scalars_of
+from springpot.studies.draws import with_draws
 from springpot.studies.tables import (
     PARAMETERS,
     SIMULATED,
@@ -337,7 +338,9 @@ def read_study(source: str | Path | Mapping[str, Any] | Study) -> Study:
     if "system" in content:
         folder = Path() if isinstance(source, Mapping) else Path(source).parent
         system = _read_system(content["system"], folder, title)
-        content = {"quantities": [_usual_quantity(system)], **content, "system": system}
+        content = with_draws({"quantities": [_usual_quantity(system)], **content, "system": system}, system, title)
+    elif "draws" in content:
+        raise FileError(f"{title} is not right: draws are of a system's uncertain numbers: name its file as system.")
     try:
         content = _in_one_form(content)
         _check_keys(content)

@@ -91,6 +91,10 @@ def of_either(schema: dict[str, Any]) -> None:
     axes, zipped = schema["properties"]["axes"], schema["properties"]["zipped"]
     axes["properties"] = {"parts": {"type": "object"}}  # parts.stop.position = [...] is tables in tables
     zipped["additionalProperties"]["properties"] = {"parts": {"type": "object"}}
+    schema["properties"]["draws"] = {
+        "type": "integer", "minimum": 16,
+        "description": "Of a system with uncertain numbers: how many devices are drawn, a power of two; the axis draw.",
+    }  # fmt: skip
     own: dict[str, Any] = {"propertyNames": {"enum": [*PARAMETERS]}}
     theirs: dict[str, Any] = {"propertyNames": {"pattern": "^parts(\\.|$)"}}
     schema["if"] = {"required": ["system"]}

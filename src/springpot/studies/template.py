@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+from springpot.machine.arguments import Uncertain
+from springpot.problem.free_numbers import nominal
 from springpot.problem.numbers import numbers_of, unit_of, with_numbers
 from springpot.problem.system import System
 from springpot.studies.columns import scalars_of
@@ -86,7 +88,9 @@ def of_system(device: System, place: str) -> dict[str, str]:
     >>> words["methods"]  # nothing dissipates, so no theory has an answer
     '"monte_carlo"'
     """
-    numbers = numbers_of(device)
+    scatters = [name for name, value in numbers_of(device).items() if isinstance(value, Uncertain)]
+    device = nominal(device)
+    numbers = {name: float(value) for name, value in numbers_of(device).items() if name not in scatters}
     usable = [name for name in numbers if _varies(device, name)]
     heavy = {name for name, part in device.named() if "inertia" in part.powers}
     first = next((name for name in usable if name.split(".")[1] not in heavy), next(iter(usable), ""))
@@ -104,7 +108,8 @@ def of_system(device: System, place: str) -> dict[str, str]:
         "kind": "systems",
         "level": f"{next(iter(device.coordinates.beginnings))}x",
         "takes": "",
-        "system": f"system = {json.dumps(place, ensure_ascii=False)}    # its place, from this file\n",
+        "system": f"system = {json.dumps(place, ensure_ascii=False)}    # its place, from this file\n"
+        + ("draws = 64           # devices, by its uncertain numbers: the axis draw\n" if scatters else ""),
         "fixed": "",
         "axes": "\n".join(lines),
         "zipped": "",
