@@ -1,8 +1,10 @@
-"""An oscillator whose results over devices are known exactly."""
+"""Results over devices that are known exactly: of an oscillator, of a sum and of a product."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,3 +53,48 @@ def rare_device(limit: float) -> tuple[sp.System, float]:
         sp.WhiteNoise(sp.uncertain("q", 0.2 * math.exp(0.5 * 0.08**2), cov=q)),
     )  # fmt: skip
     return system, sp.uncertain("limit", limit, sd=0.02 * limit)
+
+
+@dataclass(frozen=True)
+class Exact:
+    """What is known of a result over devices: mean, deviation, quantiles, and Sobol indices by input."""
+
+    system: sp.System
+    result: Callable[[dict[str, Floats]], Floats]
+    mean: float
+    deviation: float
+    quantiles: dict[float, float]
+    alone: dict[str, float]
+    together: dict[str, float]
+
+
+def _uniform() -> sp.System:
+    """A device of five numbers from 0 to 1."""
+    a, b, c, d, e = (sp.uncertain(name, bounds=(0.0, 1.0)) for name in "abcde")
+    return sp.System(sp.PolynomialSpring((a, 0.0, b, 0.0, c)), sp.Dashpot(d), sp.Constant(e))
+
+
+_SUM = dict(zip("abcde", (1.0, 0.7, 0.5, 0.3, 0.0), strict=True))
+_PRODUCT = dict(zip("abcde", (0.5, 0.4, 0.3, 0.2, 0.0), strict=True))
+
+
+def _sum(values: dict[str, Floats]) -> Floats:
+    return np.asarray(5.0 + sum(w * math.sqrt(12.0) * (values[name] - 0.5) for name, w in _SUM.items()))
+
+
+def _product(values: dict[str, Floats]) -> Floats:
+    factors = [1.0 + w * math.sqrt(12.0) * (values[name] - 0.5) for name, w in _PRODUCT.items()]
+    return np.asarray(np.prod(factors, axis=0))
+
+
+_VARIANCE = math.prod(1.0 + w * w for w in _PRODUCT.values()) - 1.0
+OSCILLATOR = Exact(device(), mean_square, MEAN, DEVIATION, QUANTILES, ALONE, TOGETHER)
+SUM = Exact(
+    _uniform(), _sum, 5.0, math.sqrt(1.83), {0.05: 2.7695, 0.5: 5.0, 0.95: 7.2305},
+    {name: w * w / 1.83 for name, w in _SUM.items()}, {name: w * w / 1.83 for name, w in _SUM.items()},
+)  # fmt: skip
+PRODUCT = Exact(
+    _uniform(), _product, 1.0, math.sqrt(_VARIANCE), {0.05: 0.14505, 0.5: 0.77579, 0.95: 2.63192},
+    {name: w * w / _VARIANCE for name, w in _PRODUCT.items()},
+    {name: w * w * (1.0 + _VARIANCE) / (1.0 + w * w) / _VARIANCE for name, w in _PRODUCT.items()},
+)  # fmt: skip
