@@ -94,6 +94,10 @@ def test_a_free_centre_moves_with_its_law() -> None:
             ValueError, "subject_to must limit results among",
         ),
         (
+            lambda: sp.design(walled(), "centre", {"impact_rate_quantile_0.999": (None, 0.1)}),
+            ValueError, "subject_to must limit results among",
+        ),
+        (
             lambda: sp.design(sp.with_values(walled(), {"gap": 1.0}), "centre", {"impact_rate": (None, 0.1)}),
             ValueError, "model must have a free number",
         ),

@@ -21,7 +21,7 @@ from springpot.problem.free_numbers import nominal, with_values
 from springpot.problem.system import System
 from springpot.scattering.devices import linear_names
 from springpot.scattering.result import Scatter
-from springpot.scattering.scattered import scatter
+from springpot.scattering.scattered import FEWEST, scatter
 from springpot.simulation.kernel.lanes import LANES
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.plan import check_stationary, plan_of
@@ -42,7 +42,11 @@ def names_over_devices(system: System, asked: Iterable[object]) -> list[str]:
     'x_mean_square_quantile_0.9'
     """
     means = linear_names(simulation_of(plan_of(nominal(system), paths=LANES, start="rest")))
-    quantiles = [name for name in asked if isinstance(name, str) and quantile_in(name)[0] in means]
+    quantiles = []
+    for name in asked:
+        result, share = quantile_in(name) if isinstance(name, str) else ("", None)
+        if result in means and share is not None and FEWEST <= share <= 1.0 - FEWEST:
+            quantiles.append(str(name))
     return [*dict.fromkeys([*means, *quantiles])]
 
 

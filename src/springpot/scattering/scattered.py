@@ -42,6 +42,7 @@ from springpot.theory.solve import solve_one
 
 MONTE_CARLO = "monte_carlo"
 MOST_INPUTS = 12
+FEWEST = 0.005  # share of the devices whose quantile is estimated
 _FEWEST_DEVICES, _MOST_DEVICES, _FEW_DEVICES = 64, 2**16, 256
 _MOST_PATHS = 4096
 _USUAL_PATHS = 8
@@ -135,7 +136,7 @@ def scatter(
     _check_power_of_two(devices, "devices", _FEWEST_DEVICES, _MOST_DEVICES)
     if paths is not None:
         _check_power_of_two(paths, "paths", 2, _MOST_PATHS)
-    shares = finite_numbers(quantiles, "quantiles", "quantiles", low=0.005, high=0.995).ravel().tolist()
+    shares = finite_numbers(quantiles, "quantiles", "quantiles", low=FEWEST, high=1.0 - FEWEST).ravel().tolist()
     check_called(progress, "progress")
     seed, threads = checked_seed(seed), checked_threads(threads)
     together, told = correlated(correlation or {}, numbers), shares_of_progress(progress)
