@@ -10,8 +10,6 @@ from springpot.machine.faults import FileError, listed, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.numbers import numbers_of
 from springpot.problem.system import System
-from springpot.scattering.devices import correlated, drawn
-from springpot.scattering.estimates import SCRAMBLINGS
 
 AXIS = "draw"
 _MOST = 2**16
@@ -38,6 +36,9 @@ def with_draws(content: dict[str, Any], system: System, title: str) -> dict[str,
     numbers, draws = uncertain_numbers(system), content.get("draws")
     if not numbers and draws is None:
         return content
+    from springpot.scattering.devices import correlated, drawn  # brings the whole engine
+    from springpot.scattering.estimates import SCRAMBLINGS
+
     told = f"{title} is not right: draws must be a power of two from {SCRAMBLINGS} to {_MOST}"
     if not numbers:
         raise FileError(f"{title} is not right: draws are of uncertain numbers, and the system has none.")
