@@ -169,6 +169,16 @@ def test_devices_of_few_paths_share_blocks(kind: str, paths: int) -> None:
         assert np.median(np.abs(found.rows - alone) / size) < 1e-6
 
 
+@pytest.mark.parametrize("alike", [ALIKE[name] for name in FEW_KINDS], ids=FEW_KINDS)
+def test_devices_of_whole_blocks_have_the_bits_of_a_plain_run(alike: Any) -> None:
+    """Each is compiled as a single system is, and its paths have numbers of their own."""
+    plans = [ready(alike(n), paths=64).plan for n in range(12)]
+    simulations = [Simulation(plan, compose(plan, kernel_units=units_of(plans[0]))) for plan in plans]
+    for n, (found, simulation) in enumerate(zip(advance_devices(simulations), simulations, strict=True)):
+        alone = simulation.but(paths=12 * 64).advance().rows[n * 64 : (n + 1) * 64]
+        np.testing.assert_array_equal(found.rows, alone)
+
+
 def test_calls_of_long_runs_are_of_some_blocks() -> None:
     """Of systems with many paths too, so that threads share them."""
     simulations = [ready(device(0.2 + 0.01 * n), paths=64 * 100) for n in range(2)]

@@ -194,10 +194,13 @@ def packed(
     )  # fmt: skip
 
 
-def stacked(systems: Sequence[Tables], blocks: int) -> Tables:
-    """The tables of several systems with the same integers, each of which has so many ``blocks`` of a call."""
+def stacked(systems: Sequence[Tables], blocks: int, goes_on: bool = False) -> Tables:
+    """The tables of several systems with the same integers, each of which has so many ``blocks`` of a call.
+
+    With ``goes_on`` the numbers of the paths go on from each system to the next.
+    """
     return Tables(
-        _with(systems[0], blocks=blocks), np.concatenate([each.numbers for each in systems]),
+        _with(systems[0], blocks=blocks, goes_on=int(goes_on)), np.concatenate([each.numbers for each in systems]),
         np.concatenate([each.sweep for each in systems]),
     )  # fmt: skip
 

@@ -52,12 +52,14 @@ def advance_together(simulations: Sequence[Simulation], progress: Progress | Non
 def advance_devices(simulations: Sequence[Simulation], progress: Progress | None = None) -> list[Ensemble]:
     """As `advance_together`, each system as one of many devices: no two paths have the same random numbers.
 
-    All have the same settings.  Where they have the `common` numbers, neighbouring devices share a block; otherwise
-    each has blocks of its own.
+    All have the same settings.  Of fewer paths than a block has, neighbouring devices share one: then they must have
+    the `common` numbers.
     """
     one, paths = simulations[0], simulations[0].settings.paths
-    is_shared = alike([each.parts.tables for each in simulations])
-    if not is_shared and paths % LANES:
+    whole = paths % LANES == 0
+    if whole:
+        is_shared = len({_structure(each) for each in simulations}) == 1
+    elif not (is_shared := alike([each.parts.tables for each in simulations])):
         raise ValueError(
             f"paths must be {LANES} or a multiple of it, not {paths}: the devices differ in a rate of their memory, in "
             "an exponent, or in which parts act, so that they cannot share blocks of paths."
@@ -68,9 +70,10 @@ def advance_devices(simulations: Sequence[Simulation], progress: Progress | None
 
     def do(begin: int, stop: npt.NDArray[np.uint8]) -> float:
         own, first = simulations[begin : begin + size], begin * paths
-        tables = side_by_side([each.parts.tables for each in own], paths) if is_shared else own[0].parts.tables
+        tables = [each.parts.tables for each in own]
+        together = stacked(tables, paths // LANES, goes_on=True) if whole else side_by_side(tables, paths)
         starts = [start_of(each, first + n * paths, paths) for n, each in enumerate(own)]
-        room[begin : begin + size] = _rows(own[0], tables, starts, first, stop).reshape(len(own), paths, -1)
+        room[begin : begin + size] = _rows(own[0], together, starts, first, stop).reshape(len(own), paths, -1)
         return len(own) / len(simulations)
 
     _on_threads(range(0, len(simulations), size), do, one.settings.threads, progress)
