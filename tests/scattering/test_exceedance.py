@@ -289,3 +289,27 @@ def test_the_command_of_a_file_with_uncertain_numbers(tmp_path: Path, capsys: py
     assert curve["low"][0] < curve["probability"][0] < curve["high"][0]
     assert cli.main([*words, "--save", "kept"]) == 2
     assert "save cannot be given where numbers of the system are uncertain" in capsys.readouterr().err
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(("limit", "known"), [*zip(RARE_LIMIT, RARE, strict=True)])
+def test_intervals_hold(limit: float, known: dict[str, Any]) -> None:
+    """Of 24 runs; with 95 % each, fewer than 19 of them would come by chance once in a thousand times."""
+    system, level = rare_device(limit)
+    held, found = np.zeros(4, int), list[float]()
+    for seed in range(100, 124):
+        curve = sp.exceedance_over_devices(
+            system, {"amplitude": level}, duration=100.0, step=0.3, start="rest", rtol=0.15, seed=seed
+        )["amplitude"]
+        own = curve.of_devices
+        assert own is not None
+        found.append(float(curve.probability[0]))
+        held += [
+            curve.low[0] < known["probability"] < curve.high[0],
+            own.quantiles[0.95].low < known["quantile"] < own.quantiles[0.95].high,
+            *(each["c"][0].low < exact < each["c"][0].high for each, exact in (
+                (curve.by_mean, known["by_mean"][0]), (curve.by_scatter, known["by_scatter"][0]))),
+        ]  # fmt: skip
+    assert held.min() >= 19
+    mean, error = float(np.mean(found)), float(np.std(found, ddof=1)) / math.sqrt(len(found))
+    assert abs(mean / known["probability"] - 1.0) < 3.0 * error / mean + 0.02
