@@ -7,7 +7,7 @@ import math
 import platform
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Unpack
@@ -22,7 +22,6 @@ from springpot.machine.versions import versions
 from springpot.problem.felt import about_shocks
 from springpot.problem.messages import Message, say
 from springpot.problem.system import System, owners_of
-from springpot.simulation.estimate.few_events import Watched, error_of_unseen
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
@@ -96,7 +95,7 @@ def asked_for(given: Requests) -> Asked:
     check_called(progress, "progress")
     rtol = options.pop("rtol", None)
     of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
-    wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
+    wishes = {name: value for name in _WATCHED if not ((value := options.pop(name, None)) is None or value is False)}
     if rtol is not None and wishes:
         other, reason = (
             next(iter(wishes)),
@@ -137,17 +136,14 @@ class Planned:
         """With its start, which takes pilot runs, and prepared for the kernel."""
         begun = time.perf_counter()
         simulation = simulation_of(adapt(self.plan, progress=progress))
-        wanted = self.wanted.completed(simulation)
-        return Ready(self, simulation, wanted, time.perf_counter() - begun)
+        return Ready(self, simulation, time.perf_counter() - begun)
 
 
 def planned(system: System, asked: Asked) -> Planned:
     """Check the arguments for a system, and complete them."""
     options, wishes = asked.options, asked.wishes
-    passed = wishes.get("first_passage")
-    over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * (isinstance(passed, Mapping) and bool(passed))
-    plan, moved = from_the_start(plan_for(system, options, wishes), over_time, options.get("window"))
-    return Planned(system, plan, requested(plan, **wishes) if wishes else Requested(), options, moved)
+    plan, moved = from_the_start(plan_for(system, options, wishes), wishes, options.get("window"))
+    return Planned(system, plan, requested(plan, wishes), options, moved)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,39 +154,38 @@ class Ready:
     ----------
     planned : Planned
     simulation : Simulation
-    wanted : Requested
     seconds : float
         That this took.
     """
 
     planned: Planned
     simulation: Simulation
-    wanted: Requested
     seconds: float
 
     @property
     def is_alone(self) -> bool:
         """Whether its paths cannot be advanced with those of other systems."""
-        return bool(self.wanted.observers or self.simulation.settings.record or self.planned.system.with_functions)
+        watched, recorded = self.planned.wanted.observers, self.simulation.settings.record
+        return bool(watched or recorded or self.planned.system.with_functions)
 
     def alone(self, progress: Progress | None) -> Ensemble:
         """Its paths."""
         with _faults_of_own_forces(self.planned.system):
-            return self.simulation.advance(observers=self.wanted.observers, progress=progress)
+            return self.simulation.advance(observers=self.planned.wanted.observers, progress=progress)
 
     def run(self, ensemble: Ensemble, seconds: float) -> Run:
         """What its paths tell, which took so many seconds."""
         begun = time.perf_counter() - self.seconds - seconds
-        system, simulation, wanted = self.planned.system, self.simulation, self.wanted
+        system, simulation, wanted = self.planned.system, self.simulation, self.planned.wanted
         plan = simulation.plan
         seen = watched(simulation, ensemble.rows)
         values, errors = estimates_of(simulation, ensemble.rows, seen)
         observed = wanted.read(simulation, ensemble)
         for name, samples in observed.means.items():
             values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
-        for name, (value, samples) in observed.counted_impacts.items():
+        for name, (value, samples) in observed.estimates.items():
             values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
-        errors |= _errors_of_own(wanted, values, seen)
+        errors |= observed.errors
         biases = step_biases(
             plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
         )
@@ -207,7 +202,7 @@ class Ready:
             ),
             *about_quantiles(simulation, observed.distributions, PROBABILITIES),
             *about_observables(observed.means, values),
-            *about_damage(observed.counted_impacts),
+            *about_damage(observed.estimates),
             *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
             *about_shocks(system, wanted.felt_names, values),
             *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
@@ -248,17 +243,6 @@ def _with_time(simulation: Simulation, progress: Progress | None) -> Progress | 
 
     told(0.0)
     return told
-
-
-def _errors_of_own(wanted: Requested, values: dict[str, float], seen: Watched) -> dict[str, float]:
-    """The errors of what the user wanted of impacts, where none was seen."""
-    unseen = [name for name in values if name.endswith("counted_impact_rate") and values[name] == 0.0]
-    found = dict.fromkeys(unseen, error_of_unseen(seen.time))
-    for name, observer in wanted.impact_observables.items():
-        walls = [observer.stop] if observer.stop or "" in seen.impacts else [*seen.impacts]
-        if walls and not any(seen.impacts[wall].any() for wall in walls):
-            found[name] = math.nan
-    return found
 
 
 @contextmanager

@@ -175,7 +175,7 @@ def check_some(study: Study, most: int) -> int:
             if given:
                 plan = plan_for(system, explicit or {"start": "stationary"}, wishes)
             if wishes:
-                requested(plan, **wishes)
+                requested(plan, wishes)
             if rare:
                 stated(system, **rare)
         except NoStationaryStateError:

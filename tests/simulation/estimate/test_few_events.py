@@ -12,8 +12,9 @@ from springpot.evidence import comparison, validity
 from springpot.evidence.cells import PaperCell
 from springpot.explorer.gathering import Gathering
 from springpot.simulation.estimate import few_events
-from springpot.simulation.estimate.few_events import chance_below, error_of_unseen, interval
+from springpot.simulation.estimate.few_events import chance_below, interval
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.statistics import error_of_unseen
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.walls import about_walls
 from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds

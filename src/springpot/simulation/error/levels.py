@@ -76,7 +76,8 @@ class Level:
             observers=counts_of_fast_impacts(self.simulation),
             progress=progress,
         )
-        counted = np.stack([np.empty(more), *(of_wall[:, 0] for of_wall in ensemble.observed)], axis=1)[:, 1:]
+        numbers = [own["number"] for own in ensemble.observed.values()]
+        counted = np.stack([np.empty(more), *numbers], axis=1)[:, 1:]
         return replace(
             self, rows=np.concatenate([self.rows, ensemble.rows]), counted=np.concatenate([self.counted, counted])
         )

@@ -7,9 +7,7 @@ block, that starts with a header (:data:`HEADER`) for the conversion of the kern
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -42,64 +40,6 @@ dampers and memory summed over its steps, then the work of each named force, LAN
 """
 ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""
-
-
-@dataclass(frozen=True, eq=False)
-class Observer:
-    """One observer: two compiled functions and the array they accumulate in.
-
-    Attributes
-    ----------
-    on_steps, on_impacts : compiled function or None
-        Of the signatures ``ON_STEPS`` and ``ON_IMPACTS``.
-    initial : ndarray of float
-        Content of the array at the start of a block, without the header.
-    per_path : bool
-        Whether the array has LANES numbers for each observed quantity, or counts of the whole block.
-    every : int
-        Groups of steps between two calls of ``on_steps``.
-    of : int
-        Number of the displacement that ``on_steps`` sees first.
-    stop : str
-        The wall or contact whose impacts ``on_impacts`` sees; empty for all.
-    place : float
-        Of this wall, in m; NaN where it may be one of several.
-    per_block : bool
-        Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
-        blocks matters.
-    feels : tuple of int
-        Which forces and accelerations ``on_steps`` sees.
-    peaks : bool
-        Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
-    impulse : float
-        By which speeds are multiplied if it is not 0.
-    behind : callable
-        From the kernel's arguments to numbers that are put behind the array.
-    counts, forgotten : int
-        Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
-        not kept.
-    """
-
-    on_steps: Any
-    on_impacts: Any
-    initial: Floats
-    per_path: bool
-    every: int = 1
-    of: int = 0
-    stop: str = ""
-    place: float = 0.0
-    per_block: bool = False
-    feels: tuple[int, ...] = ()
-    peaks: bool = False
-    impulse: float = 0.0
-    counts: int = 0
-    forgotten: int = 0
-    behind: Callable[[Any], Floats] = lambda parts: np.zeros(0)
-
-    @property
-    def own(self) -> int:
-        """How many numbers of the array are those of lanes."""
-        return self.initial.size - self.counts - self.forgotten if self.per_path else 0
 
 
 class Observers(NamedTuple):

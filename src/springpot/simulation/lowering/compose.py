@@ -31,11 +31,11 @@ from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.striking import FIXED, POWER
 from springpot.simulation.kernel.tables import Tables, packed
 from springpot.simulation.kernel.user_functions import restitution_of
-from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, sums_of, taps_of
+from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.lowering.parts import (
     MOST_SUBSTEPS,
     SUBSTEPS,
@@ -223,11 +223,11 @@ class Parts:
 
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
-        (length, speed), frequency = self.units.state, self.frequency
-        wall = 0.0 if math.isnan(observer.place) else observer.place / self.units.length
-        if observer.feels:
-            frequency, wall = self.felt.scale, self.felt.exceeding(observer.feels[0])
-        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
+        (length, speed), frequency, seen = self.units.state, self.frequency, observer.seen
+        wall = 0.0 if math.isnan(seen.place) else seen.place / self.units.length
+        if seen.feels:
+            frequency, wall = self.felt.scale, self.felt.exceeding(seen.feels[0])
+        speed = self.felt.force if seen.peaks else speed * (seen.impulse or 1.0)
         return [length, speed, self.units.time, frequency, wall, LANES]
 
     def room_for_states(self, many: int) -> Kept:
