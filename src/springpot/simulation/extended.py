@@ -21,7 +21,7 @@ from springpot.simulation.estimate.samples import estimates_of, samples_of, watc
 from springpot.simulation.estimate.settled import change_in_window
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.monte_carlo import diagnostics_of, warned
+from springpot.simulation.monte_carlo import diagnostics_of, door
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.motion import Motion
@@ -37,6 +37,7 @@ FOR_CHANCE = 0.7  # share of the rest that is left to the sampling error
 LEAST_GROWTH, MOST_GROWTH = 1.2, 8.0
 
 
+@door
 def extend(
     run: Run,
     *,
@@ -102,8 +103,8 @@ def extend(
     if (paths is None) == (rtol is None):
         raise ValueError("paths or rtol must be given, and not both.")
     if rtol is not None:
-        return warned(_extended_to(run, rtol, quantities, threads, progress))
-    return warned(_with_paths(run, paths, threads, progress))
+        return _extended_to(run, rtol, quantities, threads, progress)
+    return _with_paths(run, paths, threads, progress)
 
 
 def _check(run: object) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from springpot.simulation.estimate.step_biases import impact_biases, missed_in
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, spread_by_logarithms
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.struck import missed_impacts, slow_impact_order
@@ -367,7 +366,7 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
     contact_tolerance has no effect without scheme='grunwald'.
     """
     motion = plan.motion
-    _, reason = default_start(motion, cast(Options, given))
+    _, reason = default_start(motion, given)
     useless = {}
     if "contact_tolerance" in given and given.get("scheme", "default") != "grunwald":
         useless["contact_tolerance"] = " without scheme='grunwald'"
