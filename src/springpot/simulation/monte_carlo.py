@@ -592,11 +592,7 @@ def diagnostics_of(simulation: Simulation, rows: Floats, seconds: float) -> dict
         "start_residual": None if adapted is None else adapted.residual,
         "start_residual_se": None if adapted is None else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
-        **{
-            name: int(column.sum())
-            for name, column in zip(simulation.parts.columns, rows.T, strict=True)
-            if name in ("collapses", "halts")
-        },
+        **{name: int(simulation.parts.sums(rows)["limit", name].sum()) for name in ("collapses", "halts")},
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
         "versions": versions("numba", "llvmlite", "numpy") | {"python": platform.python_version()},

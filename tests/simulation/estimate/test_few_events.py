@@ -86,7 +86,7 @@ def test_of_each_wall_and_of_what_it_takes() -> None:
 def test_few_impacts_have_poissons_interval() -> None:
     system = far_wall(-2.6)
     run = sp.simulate(system, **SHORT)
-    seen = run.path_sums[:, [*simulation_of(plan_of(system, **SHORT)).parts.columns].index("barrier impacts")]
+    seen = simulation_of(plan_of(system, **SHORT)).parts.sums(run.path_sums)["impacts", "barrier"]
     assert 0 < seen.sum() < few_events.FEW
     low, high = interval(seen, TIME)
     assert low < run["impact_rate"].value < high

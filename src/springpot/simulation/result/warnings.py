@@ -92,9 +92,9 @@ def doubts(
 
 def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
     """Of steps in which the kernel did not follow every impact; on a circle what it leaves out are hops of no size."""
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    if not simulation.parts.tables.count("turns") and (count := int(column["collapses"].sum())):
-        yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
+    collapses, halts = (int(simulation.parts.sums(rows)["limit", own].sum()) for own in ("collapses", "halts"))
+    if not simulation.parts.tables.count("turns") and collapses:
+        yield say("impacts_limited", count=collapses, halted=halts)
 
 
 def _about_shapes(motion: Motion) -> Iterator[Message]:
@@ -291,7 +291,7 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
     walls = [
-        f"{wall}_" for wall in reached.simulation.parts.struck if not reached.simulation.parts.tables.count("forced")
+        f"{wall}_" for wall in reached.simulation.parts.walls if not reached.simulation.parts.tables.count("forced")
     ] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])

@@ -71,10 +71,9 @@ class MeanOfOwn(Request):
 
     def _has_seen_none(self, simulation: Simulation, ensemble: Ensemble) -> bool:
         """Whether there are walls, but no path has struck them."""
-        struck, stop = simulation.parts.struck, self.observer.seen.stop
-        column = dict(zip(simulation.parts.columns, ensemble.rows.T, strict=True))
-        impacts = [column[struck[stop]]] if stop else [column[name] for name in struck.values()]
-        return bool(impacts) and not any(own.any() for own in impacts)
+        stop, sums = self.observer.seen.stop, simulation.parts.sums(ensemble.rows)
+        walls = [stop] if stop else simulation.parts.walls
+        return bool(walls) and not any(sums["impacts", wall].any() for wall in walls)
 
 
 def mean_of(

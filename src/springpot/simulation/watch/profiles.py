@@ -178,7 +178,7 @@ class PowersInBins(Request):
 
         def initial(parts: Parts) -> npt.NDArray[np.void]:
             """With the factors of the kernel's sums; what excitations feed in is beyond an expected power."""
-            names = ["power", *(f"work of {each.name}" for each in parts.named)]
+            names = [("power", ""), *(("work", each.name) for each in parts.named)]
             does = ["", *(each.does for each in parts.named)]
             kind = _layout_of_powers(edges.size, len(names))
             array = _begun(kind, edges, plan.settings)
