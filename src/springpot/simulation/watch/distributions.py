@@ -9,7 +9,7 @@ density is smooth.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.machine.arguments import LARGEST, finite_number, real_array
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.callbacks import callback
@@ -273,6 +273,21 @@ class Distribution:
             part = np.clip((x - self.edges[at]) / np.diff(self.edges)[at], 0.0, 1.0)
         there = above[:, at] - part * self.counts[:, at]
         return np.asarray(there.sum(axis=0) / self.size), self._error(there)
+
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
+        """Everything for tables and files."""
+        edges, density, error = self.density()
+        at, its_error = self.quantile(probabilities)
+        where, unit, per_unit = (f"{name}_bin",), {"units": self.unit}, {"units": self.density_unit}
+        return {
+            "probability": (("probability",), [*probabilities], {"units": "1"}),
+            f"{name}_quantile": (("probability",), at, unit),
+            f"{name}_quantile_se": (("probability",), its_error, unit),
+            f"{name}_bin": (where, 0.5 * (edges[1:] + edges[:-1]), unit),
+            f"{name}_bin_width": (where, np.diff(edges), unit),
+            f"{name}_density": (where, density, per_unit),
+            f"{name}_density_se": (where, error, per_unit),
+        }
 
     def _error(self, counts: Floats) -> Floats:
         """Standard error of the ratio of sums of counts to the number of samples; batches are independent."""

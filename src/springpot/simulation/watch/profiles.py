@@ -7,7 +7,7 @@ of a path.  Bins are made of whole groups of four steps, in which the kernel sho
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Real
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.machine.arguments import finite_number, items_of
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.problem.parts import Barrier
@@ -93,6 +93,16 @@ class Profile:
     def time(self) -> Floats:
         """The middle of each bin, in s."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
+        """Everything for tables and files."""
+        axes, unit = ("time_bin",), {"units": self.unit}
+        return {
+            "time_bin": (axes, self.time, {"units": "s"}),
+            "time_bin_width": (axes, np.diff(self.edges), {"units": "s"}),
+            name: (axes, self.value, unit),
+            f"{name}_se": (axes, self.standard_error, unit),
+        }
 
     def __str__(self) -> str:
         known = self.value[np.isfinite(self.value)]

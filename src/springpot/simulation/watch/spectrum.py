@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -19,7 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number, items_of
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
+from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES, stack_array
 from springpot.simulation.kernel.watching import ON_STEPS
@@ -46,15 +47,28 @@ class Spectrum:
     frequency : ndarray, shape (n,)
         In rad/s.
     density, standard_error : ndarray, shape (n,)
-        In m^2 s per rad: the integral of the density over all frequencies, negative ones too, is the variance of x.
+        In ``unit``, of a displacement m^2 s per rad: the integral of the density over all frequencies, negative ones
+        too, is the variance of x.
     resolution : float
         Each value is an average over frequencies with this root mean square width, in rad/s.
+    unit : str
+        Of the density.
     """
 
     frequency: Floats
     density: Floats
     standard_error: Floats
     resolution: float
+    unit: str
+
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
+        """Everything for tables and files."""
+        axes = ("frequency",)
+        return {
+            "frequency": (axes, self.frequency, {"units": "rad s-1"}),
+            f"{name}_spectrum": (axes, self.density, {"units": self.unit, "resolution": self.resolution}),
+            f"{name}_spectrum_se": (axes, self.standard_error, {"units": self.unit}),
+        }
 
 
 def step_for(highest: float) -> float:
@@ -131,8 +145,9 @@ class FourierSums(Request):
         if len(paths) > 1:
             error = periodograms.std(axis=0, ddof=1) / math.sqrt(len(paths))
         resolution = math.sqrt(4.0 / 3.0) * math.pi / ((high - low) * settings.step)
-        found = Spectrum(frequencies, periodograms.mean(axis=0), error, resolution)
-        return Observed(spectra={self.observer.seen.names["x"]: found})
+        name = self.observer.seen.names["x"]
+        unit = unit_of_result(simulation.motion.system, f"{name}_spectrum")
+        return Observed(spectra={name: Spectrum(frequencies, periodograms.mean(axis=0), error, resolution, unit)})
 
 
 def _checked(frequencies: npt.ArrayLike, settings: Settings, fastest: float, spectra: int) -> Floats:
