@@ -15,7 +15,6 @@ from springpot.simulation.lowering.readings import Sum
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.settings import Settings
 
 _ENERGIES = "x_mean_square", "v_mean_square", "elongation_mean_square", "_power"
 Samples = dict[str, tuple[float, Floats]]
@@ -66,7 +65,8 @@ def watched(simulation: Simulation, rows: Floats) -> Watched:
 def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     """Each estimate with its samples, one per path; its mean is that of the samples (ratios are linearized).
 
-    Differences and sums of samples from the same paths give the standard errors of differences and sums.
+    They are in the order of the catalogue, and NaN where they are of impacts that cannot be counted.  Differences and
+    sums of samples from the same paths give the standard errors of differences and sums.
 
     Parameters
     ----------
@@ -74,23 +74,10 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     rows : ndarray, shape (paths, columns of the parts)
         Of `Simulation.advance`.
     """
-    return _read(simulation, rows)
-
-
-def _possible(simulation: Simulation, samples: Samples) -> Samples:
-    """In the order of the catalogue; those of impacts that cannot be counted are NaN."""
-    motion = simulation.motion
-    undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
-    samples |= {name: undefined for name in samples if motion.uncounted_because(name)}
-    return {name: samples[name] for name in possible_results(motion.system) if name in samples}
-
-
-def _read(simulation: Simulation, rows: Floats) -> Samples:
-    """The results of which the kernel's parts say how they are read from its columns."""
     parts, settings = simulation.parts, simulation.settings
     low, high = settings.window_steps
     over = {"steps": float(high - low), "time": (high - low) * settings.step, "one": 1.0}
-    over["groups"] = float(_groups_in(settings))
+    over["groups"] = float(max(high // GROUP - low // GROUP, 1))  # groups of steps whose end is in the window
     sums, none = parts.sums(rows), np.zeros(len(rows))
     found: Samples = {}
     for reading in parts.readings:
@@ -103,7 +90,10 @@ def _read(simulation: Simulation, rows: Floats) -> Samples:
         found[reading.name] = float(values.mean()), values
     damped = sum((factor * sums[own] for own, factor in parts.damped.items()), none)
     balance = _balance(parts, sums, damped / over["steps"] + parts.taken_at_once, over["time"])
-    return _possible(simulation, found | {name: (float(values.mean()), values) for name, values in balance.items()})
+    found |= {name: (float(values.mean()), values) for name, values in balance.items()}
+    motion, undefined = simulation.motion, (math.nan, np.full(len(rows), np.nan))
+    found |= {name: undefined for name in found if motion.uncounted_because(name)}
+    return {name: found[name] for name in possible_results(motion.system) if name in found}
 
 
 def _balance(parts: Parts, sums: dict[Sum, Floats], damped: Floats, time: float) -> dict[str, Floats]:
@@ -130,12 +120,6 @@ def _balance(parts: Parts, sums: dict[Sum, Floats], damped: Floats, time: float)
     elif not any(named.does in ("feeds", "works") for named in works):
         found["energy_residual"] = residual(fed, 0.0, sums["energy", "first"] / time)
     return found
-
-
-def _groups_in(settings: Settings) -> int:
-    """Groups of steps whose end is in the window; at least 1."""
-    low, high = settings.window_steps
-    return max(high // GROUP - low // GROUP, 1)
 
 
 def errors_of_the_start(plan: Plan, values: dict[str, float]) -> dict[str, float]:

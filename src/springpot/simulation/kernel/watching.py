@@ -7,7 +7,8 @@ block, that starts with a header (:data:`HEADER`) for the conversion of the kern
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
@@ -42,25 +43,6 @@ ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""
 
 
-class Observers(NamedTuple):
-    """Addresses of the observers of a block and of their arrays; an address of 0 is not called."""
-
-    on_steps: npt.NDArray[np.int64]
-    on_impacts: npt.NDArray[np.int64]
-    place: npt.NDArray[np.int64]
-    every: npt.NDArray[np.int64]  # groups between two calls of on_steps
-    begin: npt.NDArray[np.int64]  # where in the arrays of x and v
-    stop: npt.NDArray[np.int64]  # number of the wall, or ALL, or PEAKS less the number of a contact
-    # forces and accelerations, which `springpot.simulation.kernel.feeling` makes of rows
-    feels: npt.NDArray[np.int64]  # the numbers of those that are seen
-    felt_begin: npt.NDArray[np.int64]  # of the terms of each
-    felt_row: npt.NDArray[np.int64]  # (terms,)
-    felt: Floats  # (terms, NUMBERS)
-    record: Floats  # (paths, points in time, seen): of the first paths, at the kicks before those points
-
-
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0), np.zeros((0, 0, 0)))
-
 TABLE = "observers", "on_steps", "on_impacts", "feels", "felt", "felt_begin", "felt_row", "numbers", "record", "points"
 """The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many forces
 and accelerations are felt; where in the table their numbers stand, where the terms of each begin, and the row of each
@@ -74,20 +56,31 @@ AFTER = len(TABLE)
 OF_ONE = 6
 
 
-def table_of(observers: Observers) -> npt.NDArray[np.int64]:
-    """The table of some observers, whose arrays must live as long as it is used."""
-    each = np.array([
-        observers.on_steps, observers.on_impacts, observers.place, observers.every, observers.begin, observers.stop,
-    ]).T  # fmt: skip
-    felt, begins = AFTER + each.size, AFTER + each.size + observers.feels.size
+def table_of(
+    observers: Sequence[Sequence[int]], feels: Sequence[int], begins: Sequence[int], rows: Sequence[int],
+    numbers: Floats, record: Floats,
+) -> npt.NDArray[np.int64]:  # fmt: skip
+    """The table of some observers, whose arrays must live as long as it is used.
+
+    Parameters
+    ----------
+    observers : sequence
+        OF_ONE integers of each.
+    feels : sequence of int
+        The numbers of the forces and accelerations that are seen, which `springpot.simulation.kernel.feeling` makes.
+    begins, rows : sequence of int
+        Where the terms of each force begin, and the row of each term.
+    numbers : ndarray, shape (terms, NUMBERS)
+    record : ndarray, shape (paths, points in time, seen)
+        Of the first paths, at the kicks before those points.
+    """
+    felt = AFTER + OF_ONE * len(observers)
+    on_steps, on_impacts = (sum(own[which] != 0 for own in observers) for which in (0, 1))
     header = [
-        len(each), np.count_nonzero(each[:, 0]), np.count_nonzero(each[:, 1]), observers.feels.size, felt, begins,
-        begins + observers.felt_begin.size, observers.felt.ctypes.data, observers.record.ctypes.data,
-        observers.record.shape[1],
+        len(observers), on_steps, on_impacts, len(feels), felt, felt + len(feels), felt + len(feels) + len(begins),
+        numbers.ctypes.data, record.ctypes.data, record.shape[1],
     ]  # fmt: skip
-    return np.concatenate([header, each.ravel(), observers.feels, observers.felt_begin, observers.felt_row]).astype(
-        np.int64
-    )
+    return np.array([*header, *chain.from_iterable(observers), *feels, *begins, *rows], np.int64)
 
 
 _call_on_steps, _call_on_impacts = calling(ON_STEPS, True), calling(ON_IMPACTS, True)

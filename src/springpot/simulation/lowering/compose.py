@@ -22,7 +22,7 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
-from springpot.simulation.kernel import excitations, laws, watching
+from springpot.simulation.kernel import excitations, laws
 from springpot.simulation.kernel.branches import MARKS, Kept, table_of
 from springpot.simulation.kernel.entries import KERNELS, KERNELS_BY_LANE
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
@@ -271,8 +271,8 @@ class Parts:
         advance = kernels[str(sweep.dtype)]
 
         def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
-            (low, high), watched = settings.window_steps, watching.table_of(observers)
+            k0, k1, stream, halved, watched, record, stop, rows, *branches = given
+            low, high = settings.window_steps
             table, *_alive = table_of(*branches)  # the arrays whose addresses the table has
             advance(
                 integers, sweep, double, np.ascontiguousarray(states), len(states), first, blocks, settings.steps, low,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.loading import Code
 from springpot.simulation.kernel.normals import key_words
-from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observers
+from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, PEAKS, table_of
 from springpot.simulation.lowering.compose import Parts, compose
 from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.plan.motion import Motion
@@ -25,6 +25,7 @@ from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 
+_NO_RECORD = np.zeros((0, 0, 0))
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
 
 Progress = Callable[[float], None]
@@ -131,13 +132,12 @@ class Simulation:
         states = self.parts.states(settings, skipped, blocks * LANES, stream)
         beginnings = [_array_of(observer, self.parts) for observer in observers]
         rooms = [_rooms(*each, blocks) for each in zip(observers, beginnings, strict=True)]
-        feels = sorted({number for observer in observers for number in observer.seen.feels})
+        feels = feels_of(observers)
         felt = np.empty((settings.record if feels else 0, settings.recorded_points, len(feels)))
         adding = threading.Lock()
 
         def work() -> None:
             arrays = [beginning.copy() for beginning in beginnings]
-            addresses = addresses_of(observers, arrays, self.parts)
             while not stop[0] and (number := together * next(next_call)) < blocks:
                 first, count = number * LANES, min(together, blocks - number)
                 some = slice(first, first + count * LANES)
@@ -146,7 +146,8 @@ class Simulation:
                     array["lanes"] = min(LANES, settings.paths - first)
                 kernel(
                     states[some] if len(states) > 1 else states, skipped + first, count, settings,
-                    k0, k1, stream, halved, addresses._replace(record=felt[some]), record[some], stop, rows[some],
+                    k0, k1, stream, halved, addresses_of(observers, arrays, self.parts, felt[some]), record[some],
+                    stop, rows[some],
                 )  # fmt: skip
                 for observer, (array,), room in zip(observers, arrays, rooms, strict=True):
                     for name in observer.of_paths:
@@ -206,11 +207,10 @@ def _rooms(observer: Observer, array: npt.NDArray[np.void], blocks: int) -> dict
     }
 
 
-def addresses_of(observers: Sequence[Observer], arrays: Sequence[npt.NDArray[Any]], parts: Parts) -> Observers:
-    """The observers in the form that the kernel takes: addresses; walls and what is felt are those of the parts."""
-
-    def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
-        return np.fromiter(values, np.int64)
+def addresses_of(
+    observers: Sequence[Observer], arrays: Sequence[npt.NDArray[Any]], parts: Parts, record: Floats = _NO_RECORD
+) -> npt.NDArray[np.int64]:
+    """The observers as the kernel has them, with their arrays and the room for the record of what is felt."""
 
     def address(compiled: Code | None) -> int:
         return 0 if compiled is None else compiled.address
@@ -220,16 +220,18 @@ def addresses_of(observers: Sequence[Observer], arrays: Sequence[npt.NDArray[Any
             return PEAKS - parts.contacts.index(seen.stop or "")
         return parts.walls.index(seen.stop) if seen.stop else ALL
 
-    return Observers(
-        on_steps=numbers(0 if o.seen.number is None else address(o.on_steps) for o in observers),
-        on_impacts=numbers(0 if o.seen.stop is None else address(o.on_impacts) for o in observers),
-        place=numbers(array.ctypes.data for array in arrays),
-        every=numbers(o.every for o in observers),
-        begin=numbers((o.seen.number or 0) * GROUP * LANES for o in observers),
-        stop=numbers(wall(o.seen) for o in observers),
-        feels=numbers(sorted({number for o in observers for number in o.seen.feels})),
-        felt_begin=parts.felt.begin,
-        felt_row=parts.felt.row,
-        felt=parts.felt.numbers,
-        record=NO_OBSERVERS.record,
-    )
+    each = [
+        (
+            address(own.on_steps) if own.seen.number is not None else 0,
+            address(own.on_impacts) if own.seen.stop is not None else 0,
+            array.ctypes.data, own.every, (own.seen.number or 0) * GROUP * LANES, wall(own.seen),
+        )
+        for own, array in zip(observers, arrays, strict=True)
+    ]  # fmt: skip
+    felt = parts.felt
+    return table_of(each, feels_of(observers), felt.begin.tolist(), felt.row.tolist(), felt.numbers, record)
+
+
+def feels_of(observers: Sequence[Observer]) -> list[int]:
+    """The numbers of the forces and accelerations that are seen, in the order of their record."""
+    return sorted({number for observer in observers for number in observer.seen.feels})

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +40,11 @@ if TYPE_CHECKING:
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
 
+KINDS = {
+    "distributions": "distributions", "spectra": "a spectrum", "first_passages": "first passages",
+    "profiles": "profiles",
+}  # fmt: skip
+"""The results of observers that say their own columns: the fields of `Run`, with words for them."""
 _BOUNDS = {
     "step_bias": "the step's bias of", "memory_bias": "the memory's bias of", "transient": "what the start leaves in",
 }  # fmt: skip
@@ -270,8 +275,7 @@ class Run:
     def _observed(self) -> Columns:
         """What was asked for beside numbers."""
         found: Columns = {}
-        kinds: tuple[dict[str, Any], ...] = self.distributions, self.spectra, self.first_passages, self.profiles
-        for name, own in chain.from_iterable(kind.items() for kind in kinds):
+        for name, own in chain.from_iterable(getattr(self, kind).items() for kind in KINDS):
             found |= own.columns(name, PROBABILITIES)
         for name, samples in self.extremes.items():
             from springpot.simulation.watch.distributions import sample_quantiles  # for who asked for extremes
@@ -330,9 +334,11 @@ class Run:
             for name, (value, unit, text) in self._numbers().items()
         }
         coordinates: dict[str, Any] = {}
-        if walls := self._by_wall(data):
+        walls, points = [*self.system.stops], [*self.system.points]
+        if walls:
+            self._join(data, "barrier", walls, {name: f"barrier_{name}" for name in OF_A_WALL}, "wall")
             coordinates["barrier"] = ("barrier", walls)
-        if points := self._by_point(data):
+        if self._join(data, "point", points, {name: name for name in OF_A_POINT}, "mass"):
             coordinates["point"] = ("point", points)
         if self.settings.record:
             coordinates["path"] = ("path", np.arange(len(self.record)))
@@ -347,31 +353,23 @@ class Run:
             (coordinates if name in (axis, f"{axis}_width") else data)[name] = axis, values, words
         return data, coordinates
 
-    def _by_point(self, data: dict[str, Any]) -> list[str]:
-        """Join the numbers of several masses to arrays over them, ``x_mean_square`` and so on; no names without any."""
-        points, joined = [*self.system.points], False
-        for name in OF_A_POINT:
-            for ending in ("", *PARTS_OF_ERROR):
-                if all(f"{point}_{name}{ending}" in data for point in points):
-                    parts = [data.pop(f"{point}_{name}{ending}") for point in points]
-                    attributes = {"units": parts[0][2]["units"], "long_name": f"{name} of each mass".replace("_", " ")}
-                    data[f"{name}{ending}"] = ("point", [part[1] for part in parts], attributes)
-                    joined = True
-        return points if joined else []
+    @staticmethod
+    def _join(data: dict[str, Any], axis: str, owners: Sequence[str], names: dict[str, str], word: str) -> bool:
+        """Join the numbers of several owners to arrays over them; whether there are any.
 
-    def _by_wall(self, data: dict[str, Any]) -> list[str]:
-        """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
-        walls = [*self.system.stops]
-        for quantity in OF_A_WALL:
-            for ending in ("", *PARTS_OF_ERROR):
-                names = [f"{wall}_{quantity}{ending}" for wall in walls]
-                if names and all(name in data for name in names):
-                    parts = [data.pop(name) for name in names]
-                    one, words = f"{walls[0]}_{quantity}", f"{quantity.replace('_', ' ')} of each wall"
-                    text = parts[0][2]["long_name"].replace(one, words).replace(one.replace("_", " "), words)
-                    attributes = {"units": parts[0][2]["units"], "long_name": text}
-                    data[f"barrier_{quantity}{ending}"] = ("barrier", [part[1] for part in parts], attributes)
-        return walls
+        ``names``: those of the arrays, by what the numbers are called after their owners.
+        """
+        joined = False
+        for (quantity, whole), ending in product(names.items(), ("", *PARTS_OF_ERROR)):
+            each = [f"{own}_{quantity}{ending}" for own in owners]
+            if each and all(name in data for name in each):
+                parts = [data.pop(name) for name in each]
+                one, text = f"{owners[0]}_{quantity}", f"{quantity.replace('_', ' ')} of each {word}"
+                text = parts[0][2]["long_name"].replace(one, text).replace(one.replace("_", " "), text)
+                attributes = {"units": parts[0][2]["units"], "long_name": text}
+                data[f"{whole}{ending}"] = (axis, [part[1] for part in parts], attributes)
+                joined = True
+        return joined
 
     def save(self, path: str | Path, *, overwrite: bool = False, path_sums: bool = False) -> Path:
         """Write the run to a file: see `springpot.simulation.result.save.save_run`, whose arguments are the same.

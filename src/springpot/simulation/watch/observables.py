@@ -141,23 +141,11 @@ def is_taken(system: System, name: str) -> bool:
 
 def _with(rest: Any, kind: str, begin: int) -> Any:
     """``rest``, which is given one argument more: the time, or the displacement or velocity that begins there."""
-    if kind == "t":
 
-        @njit(**INLINE)
-        def value(t, length, speed, x, v, at, given):
-            return rest(t, length, speed, x, v, at, (*given, t))
-
-    elif kind == "x":
-
-        @njit(**INLINE)
-        def value(t, length, speed, x, v, at, given):
-            return rest(t, length, speed, x, v, at, (*given, length * x[begin + at]))
-
-    else:
-
-        @njit(**INLINE)
-        def value(t, length, speed, x, v, at, given):
-            return rest(t, length, speed, x, v, at, (*given, speed * v[begin + at]))
+    @njit(**INLINE)
+    def value(t, length, speed, x, v, at, given):
+        own = t if kind == "t" else length * x[begin + at] if kind == "x" else speed * v[begin + at]
+        return rest(t, length, speed, x, v, at, (*given, own))
 
     return value
 
