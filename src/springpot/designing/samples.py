@@ -78,7 +78,7 @@ def sampled_run(
     ensemble = simulation.advance(observers=wanted.observers, progress=progress)
     samples, observed = estimate.samples_of(simulation, ensemble.rows), wanted.read(simulation, ensemble)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
-    return SampledRun({**samples, **observed.estimates}, start, observed.distributions)
+    return SampledRun({**samples, **observed["estimates"]}, start, observed.get("distributions", {}))
 
 
 def samples_of(

@@ -193,15 +193,13 @@ class Ready:
         plan = simulation.plan
         seen = watched(simulation, ensemble.rows)
         values, errors = estimates_of(simulation, ensemble.rows, seen)
-        observed = wanted.read(simulation, ensemble)
-        for name, samples in observed.means.items():
-            values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
-        for name, (value, samples) in observed.estimates.items():
-            values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
-        errors |= observed.errors
-        biases = step_biases(
-            plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
-        )
+        results = {**wanted.read(simulation, ensemble)}
+        means, estimates, unseen = (results.pop(kind) for kind in ("means", "estimates", "errors"))
+        for name, (value, samples) in {**{name: (own.mean(), own) for name, own in means.items()}, **estimates}.items():
+            values[name], errors[name] = float(value), standard_error(samples, strata=plan.motion.strata)
+        errors |= unseen
+        distributions, extremes = results.get("distributions", {}), results.get("extremes", {})
+        biases = step_biases(plan.motion, plan.settings.step, values, distributions, extremes, PROBABILITIES)
         chosen = [*about_options(plan, self.planned.options), *self.planned.moved]
         names = {message.name for message in chosen}
         said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
@@ -213,12 +211,12 @@ class Ready:
                 for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
                 if own.name not in said
             ),
-            *about_quantiles(simulation, observed.distributions, PROBABILITIES),
-            *about_observables(observed.means, values),
-            *about_damage(observed.estimates),
+            *about_quantiles(simulation, distributions, PROBABILITIES),
+            *about_observables(means, values),
+            *about_damage(estimates),
             *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
             *about_shocks(system, wanted.felt_names, values),
-            *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
+            *(sentence for passage in results.get("first_passages", {}).values() for sentence in passage.warnings),
         )
         return Run(
             system=system,
@@ -228,15 +226,10 @@ class Ready:
             warnings=doubtful,
             time=plan.settings.recorded_times,
             record=ensemble.record,
-            distributions=observed.distributions,
-            extremes=observed.extremes,
-            spectra=observed.spectra,
-            first_passages=observed.first_passages,
-            profiles=observed.profiles,
-            forces=observed.forces,
             path_sums=ensemble.rows,
             adapted=plan.adapted,
             step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
+            **results,
         )
 
 

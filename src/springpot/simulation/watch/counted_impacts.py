@@ -60,7 +60,7 @@ class CountedImpacts(Request):
             found |= dict(zip(names, of_fast, strict=True))
             if not number.any():
                 errors[names[0]] = error_of_unseen(number.size * (high - low) * simulation.settings.step)
-        return Observed(estimates=found, errors=errors)
+        return {"estimates": found, "errors": errors}
 
 
 def faster_than(speed: float, stop: str) -> Observer:

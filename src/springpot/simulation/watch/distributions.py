@@ -77,7 +77,7 @@ class Sketch(Request):
         return True
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
-        return Observed(distributions=self.distributions(simulation, ensemble.observed[self.observer]))
+        return {"distributions": self.distributions(simulation, ensemble.observed[self.observer])}
 
     def distributions(self, simulation: Simulation, counts: Mapping[str, Floats]) -> dict[str, Distribution]:
         """From counts of batches, shape (batches, bins), by the names of one mass."""

@@ -54,7 +54,7 @@ class Extremes(Request):
             quantity, _, end = name.rpartition("_")
             if quantity in names:
                 found[f"{names[quantity]}_{end}"] = np.where(np.isfinite(samples), samples, np.nan)
-        return Observed(extremes=found)
+        return {"extremes": found}
 
 
 @cache

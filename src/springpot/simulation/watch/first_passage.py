@@ -184,7 +184,7 @@ class FirstPassages(Request):
             for place, level, passed in zip(way.places, way.levels, times, strict=True):
                 found[place] = self._passage_times(simulation, way, level, passed)
         of_levels = tuple(found[place] for place in sorted(found))
-        return Observed(first_passages={self.quantity: PassagesOfLevels(of_levels) if self.listed else found[0]})
+        return {"first_passages": {self.quantity: PassagesOfLevels(of_levels) if self.listed else found[0]}}
 
     def _passage_times(self, simulation: Simulation, way: Way, level: float, passed: Floats) -> PassageTimes:
         settings, motion, (low, high) = simulation.settings, simulation.motion, simulation.settings.window_steps

@@ -83,13 +83,13 @@ class Moments(Request):
             sums = {of: np.full_like(own, np.nan) for of, own in sums.items()}
         if not seen.feels:
             ends = ("mean", "speeds"), ("mean_square", "squares")
-            return Observed(estimates={f"{name}_{end}": ratio(sums[of], sums["number"]) for end, of in ends})
+            return {"estimates": {f"{name}_{end}": ratio(sums[of], sums["number"]) for end, of in ends}}
         square = sums["squares"] + simulation.parts.felt.lacking[name]
         for end, samples in (("mean", sums["sum"]), ("mean_square", square)):
             if (own := f"{name}_{end}") not in possible_results(motion.system):
                 found[own] = float(samples.mean()), samples
         recorded = {name: ensemble.felt[seen.feels[0]]} if simulation.settings.record else {}
-        return Observed(estimates=found, forces=recorded)
+        return {"estimates": found, "forces": recorded}
 
 
 @cache

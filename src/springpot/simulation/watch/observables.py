@@ -67,7 +67,7 @@ class MeanOfOwn(Request):
         of_impacts = self.observer.on_steps is None
         samples = ensemble.observed[self.observer]["sum"] / ((high - low) * (step if of_impacts else 1))
         errors = {self.name: math.nan} if of_impacts and self._has_seen_none(simulation, ensemble) else {}
-        return Observed(means={self.name: samples}, errors=errors)
+        return {"means": {self.name: samples}, "errors": errors}
 
     def _has_seen_none(self, simulation: Simulation, ensemble: Ensemble) -> bool:
         """Whether there are walls, but no path has struck them."""

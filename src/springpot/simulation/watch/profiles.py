@@ -235,11 +235,9 @@ def _counted_of(name: str, seen: Seen) -> Seen:
 def _profiles(
     simulation: Simulation, edges: npt.NDArray[np.int64], found: Mapping[str, tuple[Floats, Floats]]
 ) -> Observed:
-    times, names = np.asarray(edges * simulation.settings.step, np.float64), {name: f"{name}_profile" for name in found}
-    system = simulation.plan.system
-    return Observed(
-        profiles={own: Profile(times, *found[name], unit_of_result(system, own)) for name, own in names.items()}
-    )
+    times, system = np.asarray(edges * simulation.settings.step, np.float64), simulation.plan.system
+    own = {f"{name}_profile": both for name, both in found.items()}
+    return {"profiles": {name: Profile(times, *both, unit_of_result(system, name)) for name, both in own.items()}}
 
 
 def _checked_edges(wanted: Any, settings: Settings, displacements: int) -> npt.NDArray[np.int64]:

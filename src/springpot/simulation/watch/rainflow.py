@@ -163,7 +163,7 @@ class Cycles(Request):
             f"{name}_{end}": distribution_of(*units, unit, sums[counts])
             for end, counts in (("range", "ranges"), ("peak", "peaks"), ("valley", "valleys"))
         }
-        return Observed(estimates=found, distributions=distributions)
+        return {"estimates": found, "distributions": distributions}
 
 
 def _check_smooth(motion: Motion, name: str, curves: Sequence[Basquin]) -> None:

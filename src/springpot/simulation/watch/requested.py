@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, ClassVar, Self
 
-from springpot.machine.arrays import Floats
 from springpot.problem.messages import Message, say
 from springpot.problem.system import System
 from springpot.simulation.lowering.observers import Observer
@@ -36,36 +35,13 @@ They are loaded where they are asked for: an ordinary run has none.
 """
 
 
-@dataclass(frozen=True, eq=False)
-class Observed:
-    """Results of observers.
+Observed = Mapping[str, dict[str, Any]]
+"""Results by what they are, and by name.
 
-    Attributes
-    ----------
-    means : dict
-        Samples of each function of the user, one per path: its mean over the window, or its sum over impacts per
-        second.
-    estimates : dict
-        Value and samples of all other numbers.
-    errors : dict
-        Those that samples do not tell, of impacts that were not seen.
-    distributions, extremes, spectra, first_passages, profiles, forces : dict
-        As in `springpot.simulation.Run`.
-    """
-
-    means: Mapping[str, Floats] = field(default_factory=dict)
-    estimates: Mapping[str, tuple[float, Floats]] = field(default_factory=dict)
-    errors: Mapping[str, float] = field(default_factory=dict)
-    distributions: dict[str, Any] = field(default_factory=dict)
-    extremes: dict[str, Floats] = field(default_factory=dict)
-    spectra: dict[str, Any] = field(default_factory=dict)
-    first_passages: dict[str, Any] = field(default_factory=dict)
-    profiles: dict[str, Any] = field(default_factory=dict)
-    forces: dict[str, Floats] = field(default_factory=dict)
-
-    def __or__(self, other: Observed) -> Observed:
-        both = {each.name: {**getattr(self, each.name), **getattr(other, each.name)} for each in fields(self)}
-        return Observed(**both)
+``means`` are those of functions of the user: of each path, over the window, or its sum over impacts per second;
+``estimates`` all other numbers, each with its value and its samples, one per path; ``errors`` those that samples do not
+tell, of impacts that were not seen.  All else is by the field of `springpot.simulation.Run` that has it.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,9 +121,10 @@ class Requested:
 
     def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
         """The results after a run."""
-        found = Observed()
+        found: dict[str, dict[str, Any]] = {"means": {}, "estimates": {}, "errors": {}}
         for request in self.requests:
-            found |= request.read(simulation, ensemble)
+            for kind, own in request.read(simulation, ensemble).items():
+                found.setdefault(kind, {}).update(own)
         return found
 
 

@@ -147,7 +147,7 @@ class FourierSums(Request):
         resolution = math.sqrt(4.0 / 3.0) * math.pi / ((high - low) * settings.step)
         name = self.observer.seen.names["x"]
         unit = unit_of_result(simulation.motion.system, f"{name}_spectrum")
-        return Observed(spectra={name: Spectrum(frequencies, periodograms.mean(axis=0), error, resolution, unit)})
+        return {"spectra": {name: Spectrum(frequencies, periodograms.mean(axis=0), error, resolution, unit)}}
 
 
 def _checked(frequencies: npt.ArrayLike, settings: Settings, fastest: float, spectra: int) -> Floats:
