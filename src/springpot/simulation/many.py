@@ -136,13 +136,9 @@ def _flown(ready: Sequence[Ready], progress: Progress | None) -> dict[int, tuple
         found[number] = ensemble, seconds * work[number] / shared
     for number, tell in zip(alone, tellers, strict=True):
         begun = time.perf_counter()
-        ensemble = _noted(partial(_advance, ready, tell), number)
+        ensemble = _noted(lambda number, tell=tell: ready[number].alone(tell), number)  # type: ignore[misc]
         found[number] = ensemble, time.perf_counter() - begun
     return found
-
-
-def _advance(ready: Sequence[Ready], progress: Progress | None, number: int) -> Ensemble:
-    return ready[number].alone(progress)
 
 
 def _shares(progress: Progress | None, work: Sequence[float]) -> list[Progress | None]:

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 if TYPE_CHECKING:
     from annotated_types import Ge, Gt
@@ -69,7 +69,8 @@ def hints(*without: str) -> Mapping[str, Any]:
     from annotated_types import Ge, Gt  # only those who show the limits need them
 
     declared = get_type_hints(Options, localns={"Ge": Ge, "Gt": Gt}, include_extras=True)
-    return {name: _optional(hint) for name, hint in declared.items() if name not in without}
+    parts = {name: get_args(hint) for name, hint in declared.items() if name not in without}
+    return {name: Annotated[(kind | None, *rest)] for name, (kind, *rest) in parts.items()}
 
 
 def is_default(value: Any, default: Any) -> bool:
@@ -117,9 +118,3 @@ def words(name: str) -> str:
     """
     text = next(word for word in get_args(hints()[name]) if isinstance(word, str))
     return text if text.endswith(".") else f"{text}; {getattr(Options, name)} if not given."
-
-
-def _optional(hint: Any) -> Any:
-    assert get_origin(hint) is Annotated
-    kind, *rest = get_args(hint)
-    return Annotated[(kind | None, *rest)]

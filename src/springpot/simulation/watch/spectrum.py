@@ -28,7 +28,6 @@ from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 from springpot.simulation.watch.forces import seen_forces
 from springpot.simulation.watch.requested import Observed, Request
@@ -102,15 +101,9 @@ class FourierSums(Request):
 
     @classmethod
     def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[FourierSums]:
-        motion, settings = plan.motion, plan.settings
-        moving = [seen for seen in (*motion.seen, *seen_forces(plan, wishes)) if "x" in seen.names]
-        frequencies = _checked(wishes["spectrum"], settings, motion.scales.fastest_rate, len(moving))
-        for seen in moving:
-            yield cls.of(seen, frequencies, settings, motion.scales.fastest_rate)
-
-    @classmethod
-    def of(cls, seen: Seen, frequencies: Floats, settings: Settings, fastest: float) -> FourierSums:
-        """Of this one; ``fastest`` is the fastest rate of the problem, in 1/s."""
+        settings, fastest = plan.settings, plan.motion.scales.fastest_rate
+        moving = [seen for seen in (*plan.motion.seen, *seen_forces(plan, wishes)) if "x" in seen.names]
+        frequencies = _checked(wishes["spectrum"], settings, fastest, len(moving))
         spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
         every = max(1, int(spacing / (GROUP * settings.step)))
         turns = frequencies * settings.step * GROUP * every  # from one sample to the next
@@ -119,9 +112,9 @@ class FourierSums(Request):
         initial["every"], initial["even"], initial["odd"] = every, np.cos(about), np.sin(about)
         initial["turned"] = np.cos(2 * _HALF * turns), np.sin(2 * _HALF * turns)
         initial["reached"][0] = 1.0  # a turn by which all sums differ makes no difference
-        kept = "cosines", "sines", "weighed"
-        own = Observer(seen, _compiled(frequencies.size), None, initial, of_paths=kept, every=every)
-        return cls((own,), frequencies)
+        compiled, kept = _compiled(frequencies.size), ("cosines", "sines", "weighed")
+        for seen in moving:
+            yield cls((Observer(seen, compiled, None, initial, of_paths=kept, every=every),), frequencies)
 
     @classmethod
     def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
