@@ -22,9 +22,8 @@ from springpot.simulation.kernel.numba_passes import OptimizedOnce
 from springpot.simulation.kernel.random import draw, lane_numbers, number_lanes
 from springpot.simulation.kernel.reading import fixed
 from springpot.simulation.kernel.tables import Tables
-from springpot.simulation.kernel.watching import NO_OBSERVERS
 from springpot.simulation.lowering import compose
-from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.simulation import addresses_of, simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.plan.settings import Settings
 
@@ -171,7 +170,7 @@ def _block(parts: Parts) -> Callable[[], None]:
     rows, record, stop = np.empty((LANES, len(kernel.columns))), np.empty((0, 1, 2)), np.zeros(1, np.uint8)
 
     def run(own: Settings = settings) -> None:
-        advance(kernel.start, 0, 1, own, k0, k1, 0, False, NO_OBSERVERS, record, stop, rows)
+        advance(kernel.start, 0, 1, own, k0, k1, 0, False, addresses_of((), (), kernel), record, stop, rows)
 
     few = GROUP * settings.step
     run(replace(settings, duration=few, window=(0.0, few)))

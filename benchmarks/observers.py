@@ -40,8 +40,8 @@ def observers(quick: bool) -> list[Row]:
     works = {}
     for name, wishes in _ASKED.items():
         simulation = simulation_of(plan)
-        wanted = requested(plan, **wishes).completed(simulation)
-        works[name] = lambda run=simulation.advance, own=wanted.observers: run(observers=own)
+        own = requested(plan, wishes).observers
+        works[name] = lambda run=simulation.advance, own=own: run(observers=own)
         works[name]()  # compiled
     least = cpu_by_turns(works, turns)
     plain = least["nothing"]

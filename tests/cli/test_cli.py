@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from springpot.machine.processors import control_group_quota
 from springpot.problem.catalogue import possible_results, unit_of_result
 from springpot.simulation import monte_carlo
 from springpot.simulation.kernel.entries import ENTRIES
-from springpot.simulation.plan.options import DEFAULTS
+from springpot.simulation.plan.options import Options
 from tests.signals import in_a_terminal
 from tests.sizes import validation
 
@@ -195,8 +195,8 @@ def test_help_states_the_librarys_defaults(capsys: pytest.CaptureFixture[str]) -
     assert cli.main(["simulate", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     stated = {field.name for field in fields(cli.flags.RunFlags)}
-    assert {"paths", "seed", "scheme", "memory_tolerance"} < stated
-    for name, default in DEFAULTS.items():
+    assert {"seed", "scheme", "memory_tolerance"} < stated
+    for name, default in asdict(Options()).items():
         if name in stated and default is not None:
             wanted = f"{default if isinstance(default, str) else format(default, 'g')} if not given"
             mentions = text.split(f" --{name.replace('_', '-')} ")[1:]  # its entry, and those of others that name it

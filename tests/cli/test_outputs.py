@@ -121,7 +121,7 @@ WITHOUT_EFFECT: list[tuple[sp.Oscillator, dict[str, Any], str]] = [
         {"contact_tolerance": 1e-4, "scheme": "grunwald", "memory_tolerance": 1e-9},
         "contact_tolerance has no effect without a wall.",
     ),
-    (SPRING, {"derivative": "caputo"}, "derivative has no effect: no springpot has an order above 0."),
+    (SPRING, {"derivative": "riemann-liouville"}, "derivative has no effect: no springpot has an order above 0."),
     (
         sp.Oscillator(),
         {"derivative": "riemann-liouville"},

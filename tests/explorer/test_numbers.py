@@ -110,8 +110,9 @@ def test_marked_impacts_are_those_the_kernel_counts() -> None:
         end = 100.0 / frequency
         plan = plan_of(system, paths=64, record=64, seed=2, duration=end, window=(0.0, end), start="rest")
         simulation = simulation_of(plan)
-        found, columns = simulation.advance(), list(simulation.parts.columns)
-        counted = sum(found.rows[:, columns.index(impacts)].sum() for impacts in simulation.parts.struck.values())
+        found = simulation.advance()
+        sums = simulation.parts.sums(found.rows)
+        counted = sum(sums["impacts", wall].sum() for wall in simulation.parts.walls)
         marked = sum(marks(system, plan.settings.step, *path.T[:, None])[0].size for path in found.record)
         assert counted > 1000
         assert abs(marked / counted - 1.0) < 0.02

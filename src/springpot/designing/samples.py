@@ -12,14 +12,13 @@ from springpot.machine.arrays import Floats
 from springpot.problem.system import System
 from springpot.simulation.estimate import samples as estimate
 from springpot.simulation.estimate.stationary_start import ENOUGH_PATHS, adapt, pilot_paths
-from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.distributions import Distribution, distributions_in, sketches
-from springpot.simulation.watch.observables import squares
-from springpot.simulation.watch.requested import moments_felt
+from springpot.simulation.watch.distributions import Distribution, Sketch
+from springpot.simulation.watch.forces import Moments
+from springpot.simulation.watch.requested import Requested
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +72,13 @@ def sampled_run(
     if plan.adapted is None:  # runs are compared, and the error of x(0) is not the same in both
         plan = adapt(plan, paths=pilot_paths(max(plan.settings.paths, ENOUGH_PATHS)), progress=progress)
     simulation = simulation_of(plan)
-    fastest = simulation.motion.scales.fastest_rate
-    all_seen = simulation.motion.seen if distributions else ()
-    observers = [sketches(seen, GROUP * plan.settings.step * fastest) for seen in all_seen]
-    felt = [simulation.motion.seen_by_name(name, "forces", forces_only=True) for name in forces]
-    ensemble = simulation.advance(observers=[*observers, *map(squares, felt)], progress=progress)
-    samples = estimate.samples_of(simulation, ensemble.rows)
+    sketches = [Sketch.of(seen, plan.motion, plan.settings) for seen in plan.motion.seen if distributions]
+    felt = [plan.motion.seen_by_name(name, "forces", forces_only=True) for name in forces]
+    wanted = Requested((*sketches, *map(Moments.of, felt)))
+    ensemble = simulation.advance(observers=wanted.observers, progress=progress)
+    samples, observed = estimate.samples_of(simulation, ensemble.rows), wanted.read(simulation, ensemble)
     start = estimate.errors_of_the_start(plan, {name: value for name, (value, _) in samples.items()})
-    counted: dict[str, Distribution] = {}
-    for sketch, seen, counts in zip(observers, all_seen, ensemble.observed, strict=False):
-        counted |= distributions_in(simulation, sketch, seen, counts)
-    for seen, sums in zip(felt, ensemble.observed[len(observers) :], strict=True):
-        samples |= moments_felt(simulation, seen, sums)
-    return SampledRun(samples, start, counted)
+    return SampledRun({**samples, **observed["estimates"]}, start, observed.get("distributions", {}))
 
 
 def samples_of(

@@ -12,11 +12,12 @@ from springpot.machine.arrays import Floats
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
-from springpot.simulation.kernel.watching import HEADER, ON_STEPS
+from springpot.simulation.kernel.watching import ON_STEPS
+from springpot.simulation.lowering.observers import Observer, begins, layout
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.warnings import doubts
-from springpot.simulation.watch.distributions import Distribution, distributions_in, observer_of, sketches
+from springpot.simulation.watch.distributions import Distribution, Sketch
 
 BINS = 160  # of time, in which <A^2> is averaged
 SHOWN_RELAXATIONS = 6.0  # of the transient
@@ -39,10 +40,12 @@ def _growth_steps(plan: Plan) -> int:
     return max(min(settings.steps, int(min(shown / settings.step, 1e9))), min(BINS, settings.steps))
 
 
+_LAYOUT = layout(x_squares=BINS, v_squares=BINS)
+
+
 @cache
 def _growth_part() -> Any:
-    first = len(HEADER)
-    length, speed, lanes = HEADER.index("length"), HEADER.index("speed"), HEADER.index("lanes")
+    length, speed, lanes, x_first, v_first = begins(_LAYOUT, "length", "speed", "lanes", "x_squares", "v_squares")
 
     def on_steps(x: Any, v: Any, step: Any, n: Any, low: Any, high: Any, array: Any) -> None:
         for j in range(GROUP):
@@ -51,9 +54,9 @@ def _growth_part() -> Any:
                 for lane in range(int(array[lanes])):
                     x_squares += x[j * LANES + lane] ** 2
                     v_squares += v[j * LANES + lane] ** 2
-                at = first + (n + j) * BINS // high
-                array[at] += array[length] ** 2 * x_squares
-                array[at + BINS] += array[speed] ** 2 * v_squares
+                at = (n + j) * BINS // high
+                array[x_first + at] += array[length] ** 2 * x_squares
+                array[v_first + at] += array[speed] ** 2 * v_squares
 
     return callback(ON_STEPS)(on_steps)
 
@@ -87,16 +90,18 @@ class Gathering:
         self.paths = 0  # so far
         self.seconds = 0.0  # of work
         self._rows = np.empty((settings.paths, len(simulation.parts.columns)))
-        self._seen = [seen for seen in simulation.motion.seen if "x" in seen.names]
-        apart = GROUP * settings.step * simulation.motion.scales.fastest_rate
-        self._sketches = tuple(sketches(seen, apart) for seen in self._seen)
-        self._counts = [np.zeros((1, sketch.initial.size)) for sketch in self._sketches]
+        seen = [seen for seen in simulation.motion.seen if "x" in seen.names]
+        self._sketches = [Sketch.of(each, simulation.motion, settings) for each in seen]
+        self._counts = [dict[str, Floats]() for _ in seen]
         steps = _growth_steps(simulation.plan)
         self._early = simulation.but(duration=steps * settings.step, window=(0.0, steps * settings.step), record=0)
-        empty, self._speeds = np.zeros(2 * BINS), speeds
-        self._growth = tuple(observer_of(seen, _growth_part(), None, empty, per_path=False) for seen in self._seen)
+        self._speeds = speeds
+        self._growth = [
+            Observer(each, _growth_part(), None, np.zeros((), _LAYOUT), of_blocks=("x_squares", "v_squares"))
+            for each in seen
+        ]
         self._per_bin = np.bincount(np.arange(steps) * BINS // steps, minlength=BINS)
-        self._sums, self._squares, self._batches = *np.zeros((2, len(self._seen), BINS)), 0
+        self._sums, self._squares, self._batches = *np.zeros((2, len(seen), BINS)), 0
         self._blocks = 1
 
     @property
@@ -114,10 +119,11 @@ class Gathering:
         begun = time.perf_counter()
         count = min(self._blocks * LANES, self.simulation.settings.paths - self.paths)
         more = self.simulation.but(paths=count, record=0)
-        ensemble = more.advance(skipped=self.paths, observers=self._sketches)
+        ensemble = more.advance(skipped=self.paths, observers=[sketch.observer for sketch in self._sketches])
         self._rows[self.paths : self.paths + count] = ensemble.rows
-        for counts, counted in zip(self._counts, ensemble.observed, strict=True):
-            counts[0] += counted.sum(axis=0)
+        for sketch, counts in zip(self._sketches, self._counts, strict=True):
+            for name, counted in ensemble.observed[sketch.observer].items():
+                counts[name] = counts.get(name, 0.0) + counted.sum(axis=0, keepdims=True)
         self._watch_growth(count)
         self.paths += count
         spent = time.perf_counter() - begun
@@ -129,7 +135,8 @@ class Gathering:
         """Simulate the beginning of the same paths again, for averages from t = 0 on, outside the window."""
         full = count // LANES * LANES or count
         ensemble = self._early.but(paths=full).advance(skipped=self.paths, observers=self._growth)
-        x_squares, v_squares = np.split(np.array(ensemble.observed), 2, axis=2)
+        grown = [ensemble.observed[each] for each in self._growth]
+        x_squares, v_squares = (np.array([each[name] for each in grown]) for name in ("x_squares", "v_squares"))
         means = (x_squares + self._speeds * v_squares) / (np.maximum(self._per_bin, 1) * min(full, LANES))
         self._sums += means.sum(axis=1)
         self._squares += (means**2).sum(axis=1)
@@ -148,8 +155,8 @@ class Gathering:
 
     def distributions(self) -> dict[str, Distribution]:
         """Distributions over the window, of the paths so far."""
-        every = zip(self._sketches, self._seen, self._counts, strict=True)
-        found = (distributions_in(self.simulation, *each) for each in every)
+        every = zip(self._sketches, self._counts, strict=True)
+        found = (sketch.distributions(self.simulation, counts) for sketch, counts in every)
         return {name: distribution for one in found for name, distribution in one.items()}
 
     def growth(self) -> tuple[Floats, Floats]:

@@ -37,7 +37,7 @@ from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.paths.statistics import UPPER
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.options import DEFAULTS, StartKind
+from springpot.simulation.plan.options import Options, StartKind
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.rare.exceedance import exceeded, settled, split_early, stated
 from springpot.simulation.rare.search import ExceedanceCurve
@@ -50,7 +50,7 @@ def exceedance_over_devices(
     system: System, levels: Mapping[str, Any], *, duration: float, rtol: float = 0.1,
     limits: Mapping[str, float] | None = None, correlation: Mapping[tuple[str, str], float] | None = None,
     start: StartKind | None = None, initial_position: float | None = None, initial_velocity: float | None = None,
-    step: float | None = None, memory_tolerance: float = DEFAULTS["memory_tolerance"], seed: int = 1,
+    step: float | None = None, memory_tolerance: float = Options.memory_tolerance, seed: int = 1,
     threads: int | None = None, max_time: float | None = None, progress: Progress | None = None,
 ) -> DevicesThatExceed:  # fmt: skip
     """The probability that a quantity exceeds a level within a time, over devices with uncertain numbers.

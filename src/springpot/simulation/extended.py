@@ -21,14 +21,14 @@ from springpot.simulation.estimate.samples import estimates_of, samples_of, watc
 from springpot.simulation.estimate.settled import change_in_window
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.kernel.lanes import LANES
-from springpot.simulation.monte_carlo import diagnostics_of, warned
+from springpot.simulation.monte_carlo import diagnostics_of, door
 from springpot.simulation.paths.simulation import Progress, Simulation, simulation_of
 from springpot.simulation.paths.statistics import NORMAL, standard_error
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.plan import Plan, check_motion
 from springpot.simulation.plan.settings import MOST_PATHS, checked_threads, whole_number
-from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
+from springpot.simulation.result.results import KINDS, PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import doubts
 
 FIRST_PAIRS = 256
@@ -37,6 +37,7 @@ FOR_CHANCE = 0.7  # share of the rest that is left to the sampling error
 LEAST_GROWTH, MOST_GROWTH = 1.2, 8.0
 
 
+@door
 def extend(
     run: Run,
     *,
@@ -102,8 +103,8 @@ def extend(
     if (paths is None) == (rtol is None):
         raise ValueError("paths or rtol must be given, and not both.")
     if rtol is not None:
-        return warned(_extended_to(run, rtol, quantities, threads, progress))
-    return warned(_with_paths(run, paths, threads, progress))
+        return _extended_to(run, rtol, quantities, threads, progress)
+    return _with_paths(run, paths, threads, progress)
 
 
 def _check(run: object) -> None:
@@ -112,14 +113,9 @@ def _check(run: object) -> None:
     if any(each.budget for each in run.estimates.values()) and not run.path_sums.size:
         raise ValueError("run must not be made with rtol, whose paths have several steps: run it with another rtol.")
     asked = results_on_request(run.system)
-    more = {
-        "distributions": run.distributions,
-        "a spectrum": run.spectra,
-        "first passages": run.first_passages,
-        "profiles": run.profiles,
-        "observables": [name for name, unit in run.units.items() if not unit or name in asked],
-    }
-    if there := [name for name, value in more.items() if value]:
+    there = [words for kind, words in KINDS.items() if getattr(run, kind)]
+    there += ["observables"] * any(not unit or name in asked for name, unit in run.units.items())
+    if there:
         raise ValueError(f"run must have moments only, but it has {there[0]}, which need every step of each path.")
     if not run.path_sums.size:
         raise ValueError("run was saved without the sums of its paths: save it with path_sums=True.")

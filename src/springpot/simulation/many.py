@@ -8,18 +8,38 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
-from typing import Any, Unpack
+from typing import Any, Concatenate, ParamSpec
 
 from springpot.machine.faults import shown
 from springpot.problem.system import System, checked_system
-from springpot.simulation.monte_carlo import Asked, Ready, asked_for, planned, run_to, simulate, warned
+from springpot.simulation.monte_carlo import Asked, Ready, asked_for, door, planned, run_to, simulate
 from springpot.simulation.paths.simulation import Ensemble, Progress
 from springpot.simulation.paths.together import advance_together
-from springpot.simulation.plan.options import Requests
 from springpot.simulation.result.results import Run
 
+P = ParamSpec("P")
 
-def simulate_many(systems: Iterable[System], **given: Unpack[Requests]) -> list[Run]:
+
+def _of_many(
+    one: Callable[Concatenate[System, P], Run],
+) -> Callable[[Callable[..., list[Run]]], Callable[Concatenate[Iterable[System], P], list[Run]]]:
+    """Give a function the signature of that of one system, also for help and completion."""
+    own = inspect.signature(one)
+    first, *others = own.parameters.values()
+    systems = first.replace(name="systems", annotation="Iterable[System]")
+
+    def signed(many: Callable[..., list[Run]]) -> Callable[Concatenate[Iterable[System], P], list[Run]]:
+        many.__signature__ = own.replace(  # type: ignore[attr-defined]
+            parameters=[systems, *others], return_annotation="list[Run]"
+        )
+        return many
+
+    return signed
+
+
+@door
+@_of_many(simulate)
+def simulate_many(systems: Iterable[System], **given: Any) -> list[Run]:
     """Monte Carlo of many systems, with the same settings: the runs that `springpot.simulate` gives of each, together.
 
     All systems share the threads, and those of one structure (the same parts, with other numbers) the calls of the
@@ -79,17 +99,7 @@ def simulate_many(systems: Iterable[System], **given: Unpack[Requests]) -> list[
     >>> rates[0] > rates[1] > rates[2]
     True
     """
-    runs = _simulated(_checked(systems), asked_for(given))
-    for run in runs:
-        warned(run)
-    return runs
-
-
-_of_one = inspect.signature(simulate).parameters
-simulate_many.__signature__ = inspect.Signature([  # type: ignore[attr-defined]  # help and completion show every argument
-    inspect.Parameter("systems", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=Sequence[System]),
-    *(parameter for name, parameter in _of_one.items() if name != "system"),
-], return_annotation=list[Run])  # fmt: skip
+    return _simulated(_checked(systems), asked_for(given))
 
 
 def _checked(systems: Iterable[System]) -> list[System]:
@@ -126,13 +136,9 @@ def _flown(ready: Sequence[Ready], progress: Progress | None) -> dict[int, tuple
         found[number] = ensemble, seconds * work[number] / shared
     for number, tell in zip(alone, tellers, strict=True):
         begun = time.perf_counter()
-        ensemble = _noted(partial(_advance, ready, tell), number)
+        ensemble = _noted(lambda number, tell=tell: ready[number].alone(tell), number)  # type: ignore[misc]
         found[number] = ensemble, time.perf_counter() - begun
     return found
-
-
-def _advance(ready: Sequence[Ready], progress: Progress | None, number: int) -> Ensemble:
-    return ready[number].alone(progress)
 
 
 def _shares(progress: Progress | None, work: Sequence[float]) -> list[Progress | None]:

@@ -7,28 +7,30 @@ import math
 import platform
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any, Unpack
+from dataclasses import dataclass, fields
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from springpot.machine.arguments import check_called
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import few, listed, meant
 from springpot.machine.progress import Clock, Estimate, FractionDone
 from springpot.machine.versions import versions
+from springpot.problem.basquin import Basquin
 from springpot.problem.felt import about_shocks
 from springpot.problem.messages import Message, say
 from springpot.problem.system import System, owners_of
-from springpot.simulation.estimate.few_events import Watched, error_of_unseen
 from springpot.simulation.estimate.samples import estimates_of, watched
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.estimate.step_biases import step_biases
 from springpot.simulation.paths.simulation import Ensemble, Simulation, simulation_of
 from springpot.simulation.paths.statistics import standard_error
-from springpot.simulation.plan.options import DEFAULTS, Options, Progress, Requests
+from springpot.simulation.plan.options import Derivative, Observable, Options, Progress, Scheme, StartKind, is_default
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.result.results import PROBABILITIES, Run, estimates_from
 from springpot.simulation.result.warnings import (
@@ -40,26 +42,40 @@ from springpot.simulation.result.warnings import (
     about_uncontrolled_impacts,
     doubts,
 )
-from springpot.simulation.watch.requested import Requested, from_the_start, plan_for, requested
+from springpot.simulation.watch.requested import OBSERVERS, Requested, from_the_start, plan_for, requested
 
 _SAID_BY = {"no_stationary_state": "starts_from_rest", "transient_in_window": "window_from_rest"}
 LONG = 1e9  # path-steps from which the time of a run is told before it: some seconds
-_OF_RTOL = ("quantities", "max_time")
-_WATCHED = (
-    "observables", "impact_observables", "distributions", "spectrum", "first_passage", "slowest_counted_impact",
-    "profile", "forces", "rainflow",
-)  # fmt: skip
+P = ParamSpec("P")
+R = TypeVar("R", bound="Run | list[Run]")
 
 
-def simulated(system: System, **given: Unpack[Requests]) -> Run:
-    """As `simulate`, but its warnings are only in the result: no Python warnings are raised."""
-    asked = asked_for(given)
-    if asked.rtol is not None:
-        return run_to(system, asked)
-    ready = planned(system, asked).ready(asked.progress)
-    begun = time.perf_counter()
-    ensemble = ready.alone(_with_time(ready.simulation, asked.progress))
-    return ready.run(ensemble, time.perf_counter() - begun)
+def door(function: Callable[P, R]) -> Callable[P, R]:
+    """A function of users: of a wrong name it says which was meant, and it raises the warnings of its runs as Python's.
+
+    They are raised at the line of the caller.
+    """
+    known = inspect.signature(function).parameters
+
+    @wraps(function)
+    def called(*args: P.args, **given: P.kwargs) -> R:
+        for name in given:
+            if name not in known:
+                near = meant(name, known) or owners_of(name) or f"; there are {few(sorted(known))}."
+                raise TypeError(f"there is no argument {name!r}{near}")
+        found = function(*args, **given)
+        for run in found if isinstance(found, list) else [found]:
+            for sentence in run.warnings:
+                warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=2)
+        return found
+
+    return called
+
+
+def quiet(function: Callable[P, R]) -> Callable[P, R]:
+    """What is behind a `door`: its warnings are only in the result."""
+    behind: Callable[P, R] = inspect.unwrap(function)
+    return behind
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,18 +101,14 @@ class Asked:
     progress: Progress | None
 
 
-def asked_for(given: Requests) -> Asked:
-    """The arguments, after a check that they can be given together."""
-    options: dict[str, Any] = dict(given)
-    for name in options:
-        if name not in (known := {**Options.__annotations__, **Requests.__annotations__}):
-            near = meant(name, known) or owners_of(name) or f"; there are {few(sorted(known))}."
-            raise TypeError(f"there is no argument {name!r}{near}")
-    progress = options.pop("progress", None)
+def asked_for(given: Mapping[str, Any]) -> Asked:
+    """The arguments that were given, after a check that they can be given together."""
+    usual = inspect.signature(simulate).parameters
+    chosen = {name: value for name, value in given.items() if not is_default(value, usual[name].default)}
+    progress, rtol = chosen.pop("progress", None), chosen.pop("rtol", None)
     check_called(progress, "progress")
-    rtol = options.pop("rtol", None)
-    of_rtol = {name: value for name in _OF_RTOL if (value := options.pop(name, None)) is not None}
-    wishes = {name: value for name in _WATCHED if (value := options.pop(name, None)) is not None}
+    wishes = {name: chosen.pop(name) for name in OBSERVERS if name in chosen}
+    options = {each.name: chosen.pop(each.name) for each in fields(Options) if each.name in chosen}
     if rtol is not None and wishes:
         other, reason = (
             next(iter(wishes)),
@@ -105,11 +117,11 @@ def asked_for(given: Requests) -> Asked:
         if other == "forces":
             reason = "whose pairs of runs do not see them: give paths, duration and step"
         raise ValueError(f"{other} cannot be given with rtol, {reason}.")
-    if rtol is None and "max_time" in of_rtol:
+    if rtol is None and "max_time" in chosen:
         raise ValueError("max_time needs rtol: without it, paths and duration determine how long a run takes.")
-    if rtol is None and of_rtol:
+    if rtol is None and chosen:
         raise ValueError("quantities has no effect without rtol, the relative error to which they must be known.")
-    return Asked(options, wishes, rtol, of_rtol, progress)
+    return Asked(options, wishes, rtol, chosen, progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,17 +149,14 @@ class Planned:
         """With its start, which takes pilot runs, and prepared for the kernel."""
         begun = time.perf_counter()
         simulation = simulation_of(adapt(self.plan, progress=progress))
-        wanted = self.wanted.completed(simulation)
-        return Ready(self, simulation, wanted, time.perf_counter() - begun)
+        return Ready(self, simulation, time.perf_counter() - begun)
 
 
 def planned(system: System, asked: Asked) -> Planned:
     """Check the arguments for a system, and complete them."""
     options, wishes = asked.options, asked.wishes
-    passed = wishes.get("first_passage")
-    over_time = ["profile"] * ("profile" in wishes) + ["first_passage"] * (isinstance(passed, Mapping) and bool(passed))
-    plan, moved = from_the_start(plan_for(system, options, wishes), over_time, options.get("window"))
-    return Planned(system, plan, requested(plan, **wishes) if wishes else Requested(), options, moved)
+    plan, moved = from_the_start(plan_for(system, options, wishes), wishes, options.get("window"))
+    return Planned(system, plan, requested(plan, wishes), options, moved)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,42 +167,39 @@ class Ready:
     ----------
     planned : Planned
     simulation : Simulation
-    wanted : Requested
     seconds : float
         That this took.
     """
 
     planned: Planned
     simulation: Simulation
-    wanted: Requested
     seconds: float
 
     @property
     def is_alone(self) -> bool:
         """Whether its paths cannot be advanced with those of other systems."""
-        return bool(self.wanted.observers or self.simulation.settings.record or self.planned.system.with_functions)
+        watched, recorded = self.planned.wanted.observers, self.simulation.settings.record
+        return bool(watched or recorded or self.planned.system.with_functions)
 
     def alone(self, progress: Progress | None) -> Ensemble:
         """Its paths."""
         with _faults_of_own_forces(self.planned.system):
-            return self.simulation.advance(observers=self.wanted.observers, progress=progress)
+            return self.simulation.advance(observers=self.planned.wanted.observers, progress=progress)
 
     def run(self, ensemble: Ensemble, seconds: float) -> Run:
         """What its paths tell, which took so many seconds."""
         begun = time.perf_counter() - self.seconds - seconds
-        system, simulation, wanted = self.planned.system, self.simulation, self.wanted
+        system, simulation, wanted = self.planned.system, self.simulation, self.planned.wanted
         plan = simulation.plan
         seen = watched(simulation, ensemble.rows)
         values, errors = estimates_of(simulation, ensemble.rows, seen)
-        observed = wanted.read(simulation, ensemble)
-        for name, samples in observed.means.items():
-            values[name], errors[name] = float(samples.mean()), standard_error(samples, strata=plan.motion.strata)
-        for name, (value, samples) in observed.counted_impacts.items():
-            values[name], errors[name] = value, standard_error(samples, strata=plan.motion.strata)
-        errors |= _errors_of_own(wanted, values, seen)
-        biases = step_biases(
-            plan.motion, plan.settings.step, values, observed.distributions, observed.extremes, PROBABILITIES
-        )
+        results = {**wanted.read(simulation, ensemble)}
+        means, estimates, unseen = (results.pop(kind) for kind in ("means", "estimates", "errors"))
+        for name, (value, samples) in {**{name: (own.mean(), own) for name, own in means.items()}, **estimates}.items():
+            values[name], errors[name] = float(value), standard_error(samples, strata=plan.motion.strata)
+        errors |= unseen
+        distributions, extremes = results.get("distributions", {}), results.get("extremes", {})
+        biases = step_biases(plan.motion, plan.settings.step, values, distributions, extremes, PROBABILITIES)
         chosen = [*about_options(plan, self.planned.options), *self.planned.moved]
         names = {message.name for message in chosen}
         said = [doubt for doubt, cause in _SAID_BY.items() if cause in names]
@@ -205,12 +211,12 @@ class Ready:
                 for own in doubts(simulation, values, errors, ensemble.rows, seen, counted=counted)
                 if own.name not in said
             ),
-            *about_quantiles(simulation, observed.distributions, PROBABILITIES),
-            *about_observables(observed.means, values),
-            *about_damage(observed.counted_impacts),
+            *about_quantiles(simulation, distributions, PROBABILITIES),
+            *about_observables(means, values),
+            *about_damage(estimates),
             *about_forces(simulation, wanted.seen_in_full(plan.settings), values),
             *about_shocks(system, wanted.felt_names, values),
-            *(sentence for passage in observed.first_passages.values() for sentence in passage.warnings),
+            *(sentence for passage in results.get("first_passages", {}).values() for sentence in passage.warnings),
         )
         return Run(
             system=system,
@@ -220,15 +226,10 @@ class Ready:
             warnings=doubtful,
             time=plan.settings.recorded_times,
             record=ensemble.record,
-            distributions=observed.distributions,
-            extremes=observed.extremes,
-            spectra=observed.spectra,
-            first_passages=observed.first_passages,
-            profiles=observed.profiles,
-            forces=observed.forces,
             path_sums=ensemble.rows,
             adapted=plan.adapted,
             step_biases={name: bias for name, bias in biases.items() if isinstance(bias, np.ndarray)},
+            **results,
         )
 
 
@@ -248,17 +249,6 @@ def _with_time(simulation: Simulation, progress: Progress | None) -> Progress | 
 
     told(0.0)
     return told
-
-
-def _errors_of_own(wanted: Requested, values: dict[str, float], seen: Watched) -> dict[str, float]:
-    """The errors of what the user wanted of impacts, where none was seen."""
-    unseen = [name for name in values if name.endswith("counted_impact_rate") and values[name] == 0.0]
-    found = dict.fromkeys(unseen, error_of_unseen(seen.time))
-    for name, observer in wanted.impact_observables.items():
-        walls = [observer.stop] if observer.stop or "" in seen.impacts else [*seen.impacts]
-        if walls and not any(seen.impacts[wall].any() for wall in walls):
-            found[name] = math.nan
-    return found
 
 
 @contextmanager
@@ -311,7 +301,39 @@ def run_to(system: System, asked: Asked) -> Run:
     )
 
 
-def simulate(system: System, **given: Unpack[Requests]) -> Run:
+@door
+def simulate(
+    system: System,
+    *,
+    rtol: float | None = None,
+    quantities: Sequence[str] | None = None,
+    max_time: float | None = None,
+    observables: Mapping[str, Observable] | None = None,
+    impact_observables: Mapping[str, Observable] | None = None,
+    distributions: bool = False,
+    spectrum: npt.ArrayLike | None = None,
+    first_passage: Mapping[str, Any] | None = None,
+    slowest_counted_impact: float | None = None,
+    profile: npt.ArrayLike | None = None,
+    forces: Sequence[str] | None = None,
+    rainflow: Mapping[str, Basquin | Sequence[Basquin]] | None = None,
+    paths: int | None = None,
+    duration: float | None = None,
+    step: float | None = None,
+    window: tuple[float, float] | None = None,
+    seed: int = Options.seed,
+    threads: int | None = None,
+    scheme: Scheme = Options.scheme,
+    start: StartKind | None = None,
+    initial_position: float | dict[str, float] | None = None,
+    initial_velocity: float | dict[str, float] | None = None,
+    derivative: Derivative = Options.derivative,
+    memory_tolerance: float = Options.memory_tolerance,
+    contact_tolerance: float = Options.contact_tolerance,
+    record: int = Options.record,
+    record_every: int | None = None,
+    progress: Progress | None = None,
+) -> Run:
     """Monte Carlo: response levels, impact rate, impact speeds and powers, each with its standard error.
 
     Parameters
@@ -536,21 +558,17 @@ def simulate(system: System, **given: Unpack[Requests]) -> Run:
     >>> run["barrier_1_power"].unit, run["barrier_2_power"].value > 0.0
     ('W', True)
     """
-    return warned(simulated(system, **given))
+    given = {name: value for name, value in locals().items() if name != "system"}
+    asked = asked_for(given)
+    if asked.rtol is not None:
+        return run_to(system, asked)
+    ready = planned(system, asked).ready(asked.progress)
+    begun = time.perf_counter()
+    ensemble = ready.alone(_with_time(ready.simulation, asked.progress))
+    return ready.run(ensemble, time.perf_counter() - begun)
 
 
-simulate.__signature__ = inspect.Signature([  # type: ignore[attr-defined]  # help and completion show every argument
-    inspect.Parameter("system", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=System),
-    *(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=DEFAULTS.get(name))
-      for name in Requests.__annotations__),
-], return_annotation=Run)  # fmt: skip
-
-
-def warned(run: Run) -> Run:
-    """The run; its warnings are raised as Python's, at the line that asked the caller of this."""
-    for sentence in run.warnings:
-        warnings.warn(sentence, getattr(sentence, "category", UserWarning), stacklevel=3)
-    return run
+simulated = quiet(simulate)
 
 
 def diagnostics_of(simulation: Simulation, rows: Floats, seconds: float) -> dict[str, Any]:
@@ -567,11 +585,7 @@ def diagnostics_of(simulation: Simulation, rows: Floats, seconds: float) -> dict
         "start_residual": None if adapted is None else adapted.residual,
         "start_residual_se": None if adapted is None else adapted.residual_se,
         "pilot_runs": None if adapted is None else adapted.pilots,
-        **{
-            name: int(column.sum())
-            for name, column in zip(simulation.parts.columns, rows.T, strict=True)
-            if name in ("collapses", "halts")
-        },
+        **{name: int(simulation.parts.sums(rows)["limit", name].sum()) for name in ("collapses", "halts")},
         "seconds": seconds,
         "cpu": CPU_NAME or get_host_cpu_name(),
         "versions": versions("numba", "llvmlite", "numpy") | {"python": platform.python_version()},

@@ -161,7 +161,7 @@ def check_some(study: Study, most: int) -> int:
     if study.monte_carlo is None and study.exceedance is None:
         return len(chosen)
     rare, given = study.settings("exceedance"), _settings(study, "monte_carlo")
-    explicit = {name: value for name, value in given.items() if name in Options.__annotations__}
+    explicit = {name: value for name, value in given.items() if hasattr(Options, name)}
     wishes = {name: value for name, value in _requests(given).items() if name not in (*explicit, "rtol")}
     for point in map(study.point, chosen):
         try:
@@ -175,7 +175,7 @@ def check_some(study: Study, most: int) -> int:
             if given:
                 plan = plan_for(system, explicit or {"start": "stationary"}, wishes)
             if wishes:
-                requested(plan, **wishes)
+                requested(plan, wishes)
             if rare:
                 stated(system, **rare)
         except NoStationaryStateError:

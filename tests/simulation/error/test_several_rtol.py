@@ -89,11 +89,11 @@ def test_weak_order_of_the_scheme_is_what_it_states(pots: tuple[sp.Springpot, ..
         given: dict[str, Any] = {"duration": 200.0, "window": (0.0, 200.0), "step": step, "start": "rest"}
         simulation = simulation_of(plan_of(sp.System(*parts, pushed), paths=1, **given))
         assert simulation.settings.step == pytest.approx(step, rel=1e-12)
-        sums = dict(zip(simulation.parts.columns, simulation.advance().rows[0], strict=True))
+        sums = simulation.parts.sums(simulation.advance().rows[0])
         added = {each.name: each.added for each in simulation_of(plan_of(noisy, paths=1, **given)).parts.readings}
         biases.append(
             [
-                (sums[f"{of}^2 of {point}"] / step + added[f"{point}_{of}_mean_square"])
+                (sums[f"{of}^2", point] / step + added[f"{point}_{of}_mean_square"])
                 / exact[f"{point}_{of}_mean_square"]
                 - 1.0
                 for of in "xv"

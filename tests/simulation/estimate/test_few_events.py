@@ -12,8 +12,9 @@ from springpot.evidence import comparison, validity
 from springpot.evidence.cells import PaperCell
 from springpot.explorer.gathering import Gathering
 from springpot.simulation.estimate import few_events
-from springpot.simulation.estimate.few_events import chance_below, error_of_unseen, interval
+from springpot.simulation.estimate.few_events import chance_below, interval
 from springpot.simulation.paths.simulation import simulation_of
+from springpot.simulation.paths.statistics import error_of_unseen
 from springpot.simulation.plan.plan import plan_of
 from springpot.theory.walls import about_walls
 from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
@@ -85,7 +86,7 @@ def test_of_each_wall_and_of_what_it_takes() -> None:
 def test_few_impacts_have_poissons_interval() -> None:
     system = far_wall(-2.6)
     run = sp.simulate(system, **SHORT)
-    seen = run.path_sums[:, [*simulation_of(plan_of(system, **SHORT)).parts.columns].index("barrier impacts")]
+    seen = simulation_of(plan_of(system, **SHORT)).parts.sums(run.path_sums)["impacts", "barrier"]
     assert 0 < seen.sum() < few_events.FEW
     low, high = interval(seen, TIME)
     assert low < run["impact_rate"].value < high

@@ -50,10 +50,10 @@ def test_the_sums_to_the_middle_are_those_of_the_first_half(name: str) -> None:
     given: dict[str, Any] = {"paths": 3, "duration": 40.0, "step": 0.05, "window": (10.0, 30.0), "start": "rest"}
     run = simulated(STATIONARY[name], record=3, **given)
     parts = simulation_of(plan_of(STATIONARY[name], **given)).parts
-    column = dict(zip(parts.columns, run.path_sums.T, strict=True))
+    sums = parts.sums(run.path_sums)
     x = run.record[..., 0].reshape(3, 801, -1)  # of every mass, after each step
     early = [early for result, (_, early) in parts.halves.items() if "x_mean_square" in result]
-    np.testing.assert_allclose([column[each] for each in early], (x[:, 201:401] ** 2).sum(axis=1).T, rtol=1e-4)
+    np.testing.assert_allclose([sums[each] for each in early], (x[:, 201:401] ** 2).sum(axis=1).T, rtol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["linear", *map(validation, [*STATIONARY][1:])])

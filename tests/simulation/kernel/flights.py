@@ -39,7 +39,7 @@ def in_lanes(
     sweep[noise : noise + tables.count("noises") * len(names)] *= noisy
     units = np.repeat(simulation.parts.units.state, len(names))
     found = simulation.with_parts(start=starts / units, tables=replace(tables, sweep=sweep)).advance()
-    sums = dict(zip(simulation.parts.columns, found.rows.T, strict=True))
+    sums = simulation.parts.sums(found.rows)
     return found.record.reshape(LANES, steps + 1, -1, 2), sums
 
 

@@ -307,9 +307,9 @@ def test_an_observable_may_make_an_array() -> None:
 
 CALLBACKS = """
 from springpot.explorer.gathering import _growth_part
-from springpot.simulation.watch.spectrum import _spectral_part
+from springpot.simulation.watch.spectrum import _compiled
 
-print([part.how for part in (_spectral_part(2), _spectral_part(3), _growth_part())])
+print([part.how for part in (_compiled(2), _compiled(3), _growth_part())])
 """
 
 

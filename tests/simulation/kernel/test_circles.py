@@ -38,7 +38,7 @@ def test_flights_with_impacts_are_exact_at_any_step(walls: Any, step: float) -> 
     """With up to eight impacts in half a step between two close walls; 64 paths, each from a start of its own."""
     steps, starts = round(9.0 / step), _starts(walls)
     seen, sums = in_lanes(_with(walls), starts, step, steps)
-    impacts = np.sum([each for name, each in sums.items() if name.endswith(" impacts")], axis=0)
+    impacts = np.sum([each for (quantity, _), each in sums.items() if quantity == "impacts"], axis=0)
     assert impacts.sum() > 100.0
     for path, (x, v) in enumerate(starts.tolist()):
         by_hand, speeds = one_after_another(walls, FREQUENCY, x, v, step * np.arange(1.0, steps + 1.0))
@@ -53,10 +53,10 @@ def test_chattering_on_a_pressed_wall_ends(restitution: float) -> None:
     seen, sums = in_lanes(_with(walls, 1.0), _starts(walls), 0.1, 400)
     np.testing.assert_allclose(seen[:, -1, 0], [[0.3, 0.0]] * LANES, atol=1e-6)
     assert (seen[:, :, 0, 0] > 0.3 - 1e-12).all()
-    lost = sums["energy_first"] - sums["energy_last"]
-    np.testing.assert_allclose(sums["barrier loss"], lost, rtol=1e-6)
-    assert (sums["barrier impacts"] < 30.0).all()  # one that lies there does not strike
-    assert restitution > 0.0 or (sums["barrier impacts"] == 1.0).all()
+    lost = sums["energy", "first"] - sums["energy", "last"]
+    np.testing.assert_allclose(sums["loss", "barrier"], lost, rtol=1e-6)
+    assert (sums["impacts", "barrier"] < 30.0).all()  # one that lies there does not strike
+    assert restitution > 0.0 or (sums["impacts", "barrier"] == 1.0).all()
 
 
 def test_a_wall_above_is_the_mirror_image_to_the_last_bit() -> None:
@@ -64,7 +64,7 @@ def test_a_wall_above_is_the_mirror_image_to_the_last_bit() -> None:
     low, sums = in_lanes(_with(BELOW), starts, 0.29, 60)
     high, mirrored = in_lanes(_with(((-1.0, 0.4, 0.8),)), -starts, 0.29, 60)
     np.testing.assert_array_equal(high, -low)
-    np.testing.assert_array_equal(mirrored["barrier speeds"], sums["barrier speeds"])
+    np.testing.assert_array_equal(mirrored["speeds", "barrier"], sums["speeds", "barrier"])
 
 
 @pytest.mark.parametrize(("position", "paths"), [(0.0, 30_000), (-0.5, 30_000), (0.3, 30_000)])

@@ -67,4 +67,4 @@ def test_the_bits_of_a_path_do_not_depend_on_the_lanes_beside_it(name: str, tole
     for column, each in sums.items():
         np.testing.assert_array_equal(each[OWN], others[column][OWN], err_msg=column)
     assert not np.array_equal(among[OWN + 1], alike[OWN + 1])
-    assert sum(float(each[OWN]) for column, each in sums.items() if column.endswith(" impacts")) > 0.0
+    assert sum(float(each[OWN]) for (quantity, _), each in sums.items() if quantity == "impacts") > 0.0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+import inspect
+from dataclasses import fields, replace
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ import pytest
 import springpot as sp
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
+from springpot.simulation.plan.options import Options, hints
 from springpot.simulation.plan.plan import plan_of
+from springpot.simulation.watch.requested import OBSERVERS
 
 GROUND = "ground", "a"
 
@@ -153,3 +156,15 @@ def test_a_mean_square_that_is_0_but_for_its_error_is_no_speed(many: bool) -> No
     at_rest = {f"{own[:-1]}v_mean_square": -1e-6 for own in motion.displacements}
     before = motion.motions_before_walls(values | at_rest)[name]
     assert before.speed == 0.0
+
+
+def test_simulate_has_every_option_with_its_type_and_default() -> None:
+    """The options of a plan, the arguments that ask for observers, those of a tolerance, and the progress."""
+    known = inspect.signature(sp.simulate).parameters
+    options = {each.name: each.default for each in fields(Options)}
+    assert {name: known[name].default for name in options} == options
+    types = get_type_hints(inspect.unwrap(sp.simulate))
+    assert {name: types[name] | None for name in options} == {name: get_args(hint)[0] for name, hint in hints().items()}
+    assert known.keys() == {"system", *options, *OBSERVERS, "rtol", "quantities", "max_time", "progress"}
+    assert all(each.kind == each.KEYWORD_ONLY for name, each in known.items() if name != "system")
+    assert [*inspect.signature(sp.simulate_many).parameters] == ["systems", *[*known][1:]]

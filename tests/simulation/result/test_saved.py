@@ -18,12 +18,12 @@ import pytest
 import xarray
 
 import springpot as sp
-from springpot.problem.catalogue import possible_results, unit_of_result
+from springpot.problem.catalogue import OF_A_WALL, possible_results, unit_of_result
 from springpot.problem.file import read_system
 from springpot.simulation import Run
 from springpot.simulation.result import load as loaded
 from springpot.simulation.result import save as saved
-from springpot.simulation.watch.observables import COUNTED, OF_A_WALL
+from springpot.simulation.watch.counted_impacts import COUNTED
 
 OSCILLATOR = sp.Oscillator(springpot=sp.Springpot(0.5, 0.4), barrier=sp.Barrier(0.1, 0.8, "below"))
 

@@ -14,11 +14,10 @@ from numba import njit
 import springpot as sp
 from springpot.machine.faults import NotCoveredError
 from springpot.simulation.kernel.lanes import ENTRY, LANES
-from springpot.simulation.kernel.watching import HEADER
 from springpot.simulation.monte_carlo import simulated
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.watch.distributions import BINS, distribution_of
-from springpot.simulation.watch.rainflow import _CYCLES, _RANGES, _SIZE, _STACK, DEPTH, _count, _put, cycles_of
+from springpot.simulation.watch.rainflow import _CYCLES, _RANGES, _SIZE, _STACK, DEPTH, Cycles, _count, _put
 from tests.simulation.systems import NEARLY_LINEAR, of_many_kinds
 
 LIGHT = sp.System(sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(0.2))
@@ -116,8 +115,9 @@ def count(series: Any, array: Any) -> None:
 def counted(series: Any) -> tuple[Any, Any]:
     """An observer's array after a series, and the ranges that are left on its stack."""
     motion = motion_of(LIGHT)
-    observer = cycles_of(motion, motion.seen_by_name("x", "rainflow"), [sp.Basquin(1.0)])
-    array = np.concatenate([np.ones(len(HEADER)), observer.initial])
+    initial = Cycles.of(motion, motion.seen_by_name("x", "rainflow"), (sp.Basquin(1.0),)).observer.initial.copy()
+    initial["lanes"] = 1.0
+    array = initial.reshape(1).view(np.float64)
     count(series, array)
     return array, np.abs(np.diff(array[_STACK : _STACK + int(array[_SIZE])]))
 

@@ -187,18 +187,18 @@ def test_first_passages_are_those_of_the_record(restitution: float) -> None:
     speeds = passed(np.abs(v[..., 0]), run.time, 1.0)  # lowered level: noise exceeds it between the ends
     assert np.all(run.first_passages["a_speed"].times <= speeds)
     for name, wall in (("a_b_elongation", "gap"), ("roof_elongation", "roof"), ("b_x", "roof")):  # an impact is one
-        struck = run.path_sums[:, column(run, f"{wall} impacts")] > 0.0
+        struck = sums_of(run)["impacts", wall] > 0.0
         in_window = np.isfinite(run.first_passages[name].times)
         assert struck.any()
         assert np.array_equal(in_window, struck)
 
 
-def column(run: Run, name: str) -> int:
+def sums_of(run: Run) -> dict[Any, Any]:
     from springpot.simulation.paths.simulation import simulation_of
     from springpot.simulation.plan.motions import motion_of
     from springpot.simulation.plan.plan import Plan
 
-    return [*simulation_of(Plan(motion_of(run.system), run.settings)).parts.columns].index(name)
+    return simulation_of(Plan(motion_of(run.system), run.settings)).parts.sums(run.path_sums)
 
 
 def test_observers_change_nothing_and_have_the_same_bits_for_any_number_of_threads() -> None:

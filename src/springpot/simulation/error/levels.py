@@ -20,7 +20,7 @@ from springpot.simulation.paths.simulation import Progress, Simulation, simulati
 from springpot.simulation.plan.creep import Creep
 from springpot.simulation.plan.creep_of_paper import CreepOfPaper
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.options import DEFAULTS
+from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
@@ -76,7 +76,8 @@ class Level:
             observers=counts_of_fast_impacts(self.simulation),
             progress=progress,
         )
-        counted = np.stack([np.empty(more), *(of_wall[:, 0] for of_wall in ensemble.observed)], axis=1)[:, 1:]
+        numbers = [own["number"] for own in ensemble.observed.values()]
+        counted = np.stack([np.empty(more), *numbers], axis=1)[:, 1:]
         return replace(
             self, rows=np.concatenate([self.rows, ensemble.rows]), counted=np.concatenate([self.counted, counted])
         )
@@ -201,7 +202,7 @@ def level_plan(
         start=start,
         initial_position=motion.placed(None) if start == "rest" else None,
         initial_velocity=motion.moving(None),
-        memory_tolerance=1e-8 if rtol < PRECISE else DEFAULTS["memory_tolerance"],
+        memory_tolerance=1e-8 if rtol < PRECISE else Options.memory_tolerance,
     )
     return Plan(motion, settings)
 

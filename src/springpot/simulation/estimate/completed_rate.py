@@ -19,9 +19,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.simulation.kernel.watching import Observer
+from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.paths.simulation import Simulation
-from springpot.simulation.watch.observables import faster_than
+from springpot.simulation.watch.counted_impacts import faster_than
 from springpot.theory.mckean import slow_impact_power
 
 

@@ -28,6 +28,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.parts import Barrier, Dashpot, FractionalMaxwell, Mass, Maxwell, Spring, Springpot, WhiteNoise
+from springpot.simulation.lowering.readings import Sum
 from springpot.simulation.paths.simulation import Simulation
 
 SUMMED = (Mass, Spring, Springpot, Dashpot, FractionalMaxwell, Maxwell, Barrier, WhiteNoise)
@@ -44,12 +45,12 @@ def controls_of(simulation: Simulation, rows: Floats, residual: Floats | None) -
     residual : ndarray or None
         The samples of ``energy_residual``; None if there are none.
     """
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    found = [column["energy_last"] - column["energy_first"]] if simulation.motion.is_noisy else []
+    sums = simulation.parts.sums(rows)
+    found = [sums["energy", "last"] - sums["energy", "first"]] if simulation.motion.is_noisy else []
     if residual is not None and np.isfinite(residual).all():
         found.append(residual)
     if _are_summed(simulation):
-        found.extend(_balances(simulation, column))
+        found.extend(_balances(simulation, sums))
     return np.stack([np.zeros(len(rows)), *found], axis=1)[:, 1:]
 
 
@@ -63,28 +64,28 @@ def _are_summed(simulation: Simulation) -> bool:
     )
 
 
-def _balances(simulation: Simulation, column: dict[str, Floats]) -> tuple[Floats, Floats]:
+def _balances(simulation: Simulation, sums: dict[Sum, Floats]) -> tuple[Floats, Floats]:
     """Means over the window of the forces and of d(x v)/dt, per unit mass."""
     settings, (low, high) = simulation.settings, simulation.settings.window_steps
     steps, step = high - low, settings.step
     frequency = _frequency(simulation)
     turn = frequency * step
-    jumps = [(place, jump / (steps * step)) for place, jump in _jumps(simulation, column)]
-    none, mass = np.zeros(column["force"].size), simulation.parts.mass
+    jumps = [(place, jump / (steps * step)) for place, jump in _jumps(simulation, sums)]
+    none, mass = np.zeros(sums["force", ""].size), simulation.parts.mass
     pushed = sum((jump for _, jump in jumps), none)
     turned = sum((place * jump for place, jump in jumps), none)
-    x, xx, vv = (column[f"{name} of {simulation.parts.points[0]}"] / steps for name in ("x", "x^2", "v^2"))
-    force, virial = column["force"] / steps / mass, column["virial"] / steps / mass
+    x, xx, vv = (sums[name, simulation.parts.points[0]] / steps for name in ("x", "x^2", "v^2"))
+    force, virial = sums["force", ""] / steps / mass, sums["virial", ""] / steps / mass
     mean = x * _sinc(0.5 * turn) + step**2 / 24.0 * pushed
     both = (vv - frequency**2 * xx) * _sinc(turn) - turn**2 / 6.0 * turned
     return pushed - frequency**2 * mean - force, both + turned - virial
 
 
-def _jumps(simulation: Simulation, column: dict[str, Floats]) -> list[tuple[float, Floats]]:
+def _jumps(simulation: Simulation, sums: dict[Sum, Floats]) -> list[tuple[float, Floats]]:
     """The place of each wall as the kernel has it, and the sum of the jumps of the velocity there."""
     found = []
     for name in simulation.parts.walls:
-        wall, momentum = simulation.motion.touched[name], column[f"{name} momentum"] / simulation.parts.mass
+        wall, momentum = simulation.motion.touched[name], sums["momentum", name] / simulation.parts.mass
         found.append((wall.position - simulation.motion.origin, momentum if wall.side == "above" else -momentum))
     return found
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from springpot.machine.arrays import Floats
 from springpot.problem.messages import Message, say
-from springpot.simulation.paths.statistics import NORMAL, UPPER, poisson_interval
+from springpot.simulation.paths.statistics import NORMAL, UPPER, error_of_unseen, poisson_interval
 
 FEW = 10  # events, from which on a standard error says enough
 
@@ -34,17 +34,6 @@ class Watched:
 
     impacts: Mapping[str, Floats]
     time: float
-
-
-def error_of_unseen(time: float) -> float:
-    """The error of the rate of events of which none was seen in this time: 1.96 of it are the bound 3 / time.
-
-    Examples
-    --------
-    >>> round(1.959964 * error_of_unseen(2000.0), 6)
-    0.0015
-    """
-    return UPPER / (NORMAL * time)
 
 
 def chance_below(bound: float, error: float) -> float:

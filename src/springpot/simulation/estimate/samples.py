@@ -11,10 +11,10 @@ from springpot.problem.catalogue import possible_results
 from springpot.simulation.estimate.few_events import Watched, errors_of_unseen
 from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.lowering.compose import Parts
+from springpot.simulation.lowering.readings import Sum
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import ratio, residual, standard_error
 from springpot.simulation.plan.plan import Plan
-from springpot.simulation.plan.settings import Settings
 
 _ENERGIES = "x_mean_square", "v_mean_square", "elongation_mean_square", "_power"
 Samples = dict[str, tuple[float, Floats]]
@@ -53,8 +53,8 @@ def estimates_of(simulation: Simulation, rows: Floats, seen: Watched) -> tuple[d
 
 def watched(simulation: Simulation, rows: Floats) -> Watched:
     """The impacts of each path, and the time in all windows together."""
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    at_walls = {name: column[impacts] for name, impacts in simulation.parts.struck.items()}
+    sums = simulation.parts.sums(rows)
+    at_walls = {wall: sums["impacts", wall] for wall in simulation.parts.walls}
     of_all = at_walls and "impact_rate" in possible_results(simulation.motion.system)
     whole = {"": sum(at_walls.values(), np.zeros(len(rows)))} if of_all else {}
     low, high = simulation.settings.window_steps
@@ -65,7 +65,8 @@ def watched(simulation: Simulation, rows: Floats) -> Watched:
 def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     """Each estimate with its samples, one per path; its mean is that of the samples (ratios are linearized).
 
-    Differences and sums of samples from the same paths give the standard errors of differences and sums.
+    They are in the order of the catalogue, and NaN where they are of impacts that cannot be counted.  Differences and
+    sums of samples from the same paths give the standard errors of differences and sums.
 
     Parameters
     ----------
@@ -73,52 +74,34 @@ def samples_of(simulation: Simulation, rows: Floats) -> Samples:
     rows : ndarray, shape (paths, columns of the parts)
         Of `Simulation.advance`.
     """
-    return _read(simulation, rows)
-
-
-def _possible(simulation: Simulation, samples: Samples) -> Samples:
-    """In the order of the catalogue; those of impacts that cannot be counted are NaN."""
-    motion = simulation.motion
-    undefined = math.nan, np.full_like(next(iter(samples.values()))[1], np.nan)
-    samples |= {name: undefined for name in samples if motion.uncounted_because(name)}
-    return {name: samples[name] for name in possible_results(motion.system) if name in samples}
-
-
-def _read(simulation: Simulation, rows: Floats) -> Samples:
-    """The results of which the kernel's parts say how they are read from its columns."""
     parts, settings = simulation.parts, simulation.settings
     low, high = settings.window_steps
     over = {"steps": float(high - low), "time": (high - low) * settings.step, "one": 1.0}
-    over["groups"] = float(_groups_in(settings))
-    column = dict(zip(parts.columns, rows.T, strict=True))
+    over["groups"] = float(max(high // GROUP - low // GROUP, 1))  # groups of steps whose end is in the window
+    sums, none = parts.sums(rows), np.zeros(len(rows))
     found: Samples = {}
     for reading in parts.readings:
-        whole = sum((factor * column[name] for name, factor in reading.above.items()), np.zeros(len(rows)))
+        whole = sum((factor * sums[own] for own, factor in reading.above.items()), none)
         if isinstance(reading.over, tuple):
-            found[reading.name] = ratio(whole, sum((column[name] for name in reading.over), np.zeros(len(rows))))
+            found[reading.name] = ratio(whole, sum((sums[own] for own in reading.over), none))
             continue
-        values = whole**reading.power + sum(factor * column[name] ** 2 for name, factor in reading.squares.items())
+        values = whole**reading.power + sum(factor * sums[own] ** 2 for own, factor in reading.squares.items())
         values = values / over[reading.over] + reading.added
         found[reading.name] = float(values.mean()), values
-    damped = sum((factor * column[name] for name, factor in parts.damped.items()), np.zeros(len(rows)))
-    damped = damped / over["steps"] + parts.taken_at_once
-    taken = {name: (column[f"{name} loss"], column[f"{name} momentum"]) for name in parts.struck}
-    balance = _balance(parts, column, damped, taken, over["time"])
-    return _possible(simulation, found | {name: (float(values.mean()), values) for name, values in balance.items()})
+    damped = sum((factor * sums[own] for own, factor in parts.damped.items()), none)
+    balance = _balance(parts, sums, damped / over["steps"] + parts.taken_at_once, over["time"])
+    found |= {name: (float(values.mean()), values) for name, values in balance.items()}
+    motion, undefined = simulation.motion, (math.nan, np.full(len(rows), np.nan))
+    found |= {name: undefined for name in found if motion.uncounted_because(name)}
+    return {name: found[name] for name in possible_results(motion.system) if name in found}
 
 
-def _balance(
-    parts: Parts,
-    column: dict[str, Floats],
-    damped: Floats,
-    taken: dict[str, tuple[Floats, Floats]],
-    time: float,
-) -> dict[str, Floats]:
+def _balance(parts: Parts, sums: dict[Sum, Floats], damped: Floats, time: float) -> dict[str, Floats]:
     """The powers of forces with a name, the input power, and what the balance of energy leaves."""
-    works = {named: column[f"work of {named.name}"] / time for named in parts.named}
+    works = {named: sums["work", named.name] / time for named in parts.named}
     none = np.zeros(damped.size)
-    walls = sum((energy for energy, _ in taken.values()), none)
-    gained = (column["energy_last"] - column["energy_first"]) / time
+    walls = sum((sums["loss", wall] for wall in parts.walls), none)
+    gained = (sums["energy", "last"] - sums["energy", "first"]) / time
     # what noise whose increments are independent must have fed in; the work of that with an envelope is hardly known
     fed = damped + walls / time + gained
     known = "feeds", "works", "dissipates"
@@ -135,14 +118,8 @@ def _balance(
     if expected > 0.0:  # without such noise the balance is an identity, and no check
         found["energy_residual"] = (parts.expected_power + multiplied) / supplied - fed / supplied
     elif not any(named.does in ("feeds", "works") for named in works):
-        found["energy_residual"] = residual(fed, 0.0, column["energy_first"] / time)
+        found["energy_residual"] = residual(fed, 0.0, sums["energy", "first"] / time)
     return found
-
-
-def _groups_in(settings: Settings) -> int:
-    """Groups of steps whose end is in the window; at least 1."""
-    low, high = settings.window_steps
-    return max(high // GROUP - low // GROUP, 1)
 
 
 def errors_of_the_start(plan: Plan, values: dict[str, float]) -> dict[str, float]:

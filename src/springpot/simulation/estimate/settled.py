@@ -125,9 +125,9 @@ def _changes(simulation: Simulation, rows: Floats) -> Iterator[Change]:
     """Of each mean square between the halves of the window, and of the energy between its ends."""
     (low, high), step = simulation.settings.window_steps, simulation.settings.step
     middle = middle_of(low, high)
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
+    sums = simulation.parts.sums(rows)
     freedom = len(rows) - 1.0
-    first, last = column["energy_first"], column["energy_last"]
+    first, last = sums["energy", "first"], sums["energy", "last"]
     gained = float((last - first).mean())
     yield Change(
         ENERGY, float((last + first).mean()) / 2.0, gained, standard_error(last - first), freedom,
@@ -136,7 +136,7 @@ def _changes(simulation: Simulation, rows: Floats) -> Iterator[Change]:
     if not low < middle < high:
         return
     for name, (whole, early) in simulation.parts.halves.items():
-        before, after = column[early] / (middle - low), (column[whole] - column[early]) / (high - middle)
+        before, after = sums[early] / (middle - low), (sums[whole] - sums[early]) / (high - middle)
         one, other = float(before.mean()), float(after.mean())
         later = high * step
         if simulation.settings.start == "rest" or simulation.parts.law is None:  # it begins without motion
@@ -172,9 +172,9 @@ def change_of_start(plan: Plan, matters: float, progress: Progress | None = None
     simulations = [simulation_of(each) for each in plans]
     rows = [each.advance(stream=_STREAM + n, progress=progress).rows for n, each in enumerate(simulations)]
     parts, (low, high) = simulations[0].parts, plan.settings.window_steps
-    columns, changes = [*parts.columns], []
+    sums, changes = [parts.sums(each) for each in rows], []
     for name, (whole, _) in parts.halves.items():
-        one, other = (each[:, columns.index(whole)] / (high - low) for each in rows)
+        one, other = (each[whole] / (high - low) for each in sums)
         errors = standard_error(one), standard_error(other)
         error = math.hypot(*errors)
         freedom = error**4 / sum(each**4 for each in errors) * (_PATHS - 1.0) if error > 0.0 else math.inf

@@ -7,9 +7,8 @@ block, that starts with a header (:data:`HEADER`) for the conversion of the kern
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
@@ -44,83 +43,6 @@ ON_IMPACTS = types.void(types.float64, types.float64, types.int64, _numbers)
 """(count, speed, lane, array): ``count`` impacts at this speed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Observer:
-    """One observer: two compiled functions and the array they accumulate in.
-
-    Attributes
-    ----------
-    on_steps, on_impacts : compiled function or None
-        Of the signatures ``ON_STEPS`` and ``ON_IMPACTS``.
-    initial : ndarray of float
-        Content of the array at the start of a block, without the header.
-    per_path : bool
-        Whether the array has LANES numbers for each observed quantity, or counts of the whole block.
-    every : int
-        Groups of steps between two calls of ``on_steps``.
-    of : int
-        Number of the displacement that ``on_steps`` sees first.
-    stop : str
-        The wall or contact whose impacts ``on_impacts`` sees; empty for all.
-    place : float
-        Of this wall, in m; NaN where it may be one of several.
-    per_block : bool
-        Whether the whole array of each block is kept: of sums that are no whole numbers, so that the order of the
-        blocks matters.
-    feels : tuple of int
-        Which forces and accelerations ``on_steps`` sees.
-    peaks : bool
-        Whether ``on_impacts`` sees the largest force of each touch of the contact ``stop``, in place of the speed.
-    impulse : float
-        By which speeds are multiplied if it is not 0.
-    behind : callable
-        From the kernel's arguments to numbers that are put behind the array.
-    counts, forgotten : int
-        Numbers at the end of the array of an observer ``per_path``: counts of the whole block, and behind them what is
-        not kept.
-    """
-
-    on_steps: Any
-    on_impacts: Any
-    initial: Floats
-    per_path: bool
-    every: int = 1
-    of: int = 0
-    stop: str = ""
-    place: float = 0.0
-    per_block: bool = False
-    feels: tuple[int, ...] = ()
-    peaks: bool = False
-    impulse: float = 0.0
-    counts: int = 0
-    forgotten: int = 0
-    behind: Callable[[Any], Floats] = lambda parts: np.zeros(0)
-
-    @property
-    def own(self) -> int:
-        """How many numbers of the array are those of lanes."""
-        return self.initial.size - self.counts - self.forgotten if self.per_path else 0
-
-
-class Observers(NamedTuple):
-    """Addresses of the observers of a block and of their arrays; an address of 0 is not called."""
-
-    on_steps: npt.NDArray[np.int64]
-    on_impacts: npt.NDArray[np.int64]
-    place: npt.NDArray[np.int64]
-    every: npt.NDArray[np.int64]  # groups between two calls of on_steps
-    begin: npt.NDArray[np.int64]  # where in the arrays of x and v
-    stop: npt.NDArray[np.int64]  # number of the wall, or ALL, or PEAKS less the number of a contact
-    # forces and accelerations, which `springpot.simulation.kernel.feeling` makes of rows
-    feels: npt.NDArray[np.int64]  # the numbers of those that are seen
-    felt_begin: npt.NDArray[np.int64]  # of the terms of each
-    felt_row: npt.NDArray[np.int64]  # (terms,)
-    felt: Floats  # (terms, NUMBERS)
-    record: Floats  # (paths, points in time, seen): of the first paths, at the kicks before those points
-
-
-NO_OBSERVERS = Observers(*(np.zeros(0, np.int64),) * 9, np.zeros(0), np.zeros((0, 0, 0)))
-
 TABLE = "observers", "on_steps", "on_impacts", "feels", "felt", "felt_begin", "felt_row", "numbers", "record", "points"
 """The table of observers in the kernel: how many there are, and how many of them see steps and impacts; how many forces
 and accelerations are felt; where in the table their numbers stand, where the terms of each begin, and the row of each
@@ -134,20 +56,31 @@ AFTER = len(TABLE)
 OF_ONE = 6
 
 
-def table_of(observers: Observers) -> npt.NDArray[np.int64]:
-    """The table of some observers, whose arrays must live as long as it is used."""
-    each = np.array([
-        observers.on_steps, observers.on_impacts, observers.place, observers.every, observers.begin, observers.stop,
-    ]).T  # fmt: skip
-    felt, begins = AFTER + each.size, AFTER + each.size + observers.feels.size
+def table_of(
+    observers: Sequence[Sequence[int]], feels: Sequence[int], begins: Sequence[int], rows: Sequence[int],
+    numbers: Floats, record: Floats,
+) -> npt.NDArray[np.int64]:  # fmt: skip
+    """The table of some observers, whose arrays must live as long as it is used.
+
+    Parameters
+    ----------
+    observers : sequence
+        OF_ONE integers of each.
+    feels : sequence of int
+        The numbers of the forces and accelerations that are seen, which `springpot.simulation.kernel.feeling` makes.
+    begins, rows : sequence of int
+        Where the terms of each force begin, and the row of each term.
+    numbers : ndarray, shape (terms, NUMBERS)
+    record : ndarray, shape (paths, points in time, seen)
+        Of the first paths, at the kicks before those points.
+    """
+    felt = AFTER + OF_ONE * len(observers)
+    on_steps, on_impacts = (sum(own[which] != 0 for own in observers) for which in (0, 1))
     header = [
-        len(each), np.count_nonzero(each[:, 0]), np.count_nonzero(each[:, 1]), observers.feels.size, felt, begins,
-        begins + observers.felt_begin.size, observers.felt.ctypes.data, observers.record.ctypes.data,
-        observers.record.shape[1],
+        len(observers), on_steps, on_impacts, len(feels), felt, felt + len(feels), felt + len(feels) + len(begins),
+        numbers.ctypes.data, record.ctypes.data, record.shape[1],
     ]  # fmt: skip
-    return np.concatenate([header, each.ravel(), observers.feels, observers.felt_begin, observers.felt_row]).astype(
-        np.int64
-    )
+    return np.array([*header, *chain.from_iterable(observers), *feels, *begins, *rows], np.int64)
 
 
 _call_on_steps, _call_on_impacts = calling(ON_STEPS, True), calling(ON_IMPACTS, True)

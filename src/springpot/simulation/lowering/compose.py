@@ -7,7 +7,7 @@ kernel, and what it adds goes to its row: parts between the same two ends share 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -22,20 +22,20 @@ from springpot.problem.parts.circuits import Circuit
 from springpot.problem.parts.walls import PowerRestitution, Restitution, SoftStop, Stop
 from springpot.problem.system import System
 from springpot.simulation.kernel import advance as kernel
-from springpot.simulation.kernel import excitations, laws, watching
+from springpot.simulation.kernel import excitations, laws
 from springpot.simulation.kernel.branches import MARKS, Kept, table_of
 from springpot.simulation.kernel.entries import KERNELS, KERNELS_BY_LANE
 from springpot.simulation.kernel.lanes import GROUP, LANES, MOST_MODES
 from springpot.simulation.kernel.motion import CUBIC, LINEAR, NINTH, NO_SPRING, NUMBERS_OF_TURN
 from springpot.simulation.kernel.rest import MOST_POINTS, MOST_WALLS
 from springpot.simulation.kernel.striking import FIXED, POWER
-from springpot.simulation.kernel.tables import Tables, packed
+from springpot.simulation.kernel.tables import SUMS, Tables, packed
 from springpot.simulation.kernel.user_functions import restitution_of
-from springpot.simulation.kernel.watching import Observer
 from springpot.simulation.lowering import sources
 from springpot.simulation.lowering.felt import FeltInKernel, lowered_felt
 from springpot.simulation.lowering.kernel_units import Units
 from springpot.simulation.lowering.memory import Tap, answer_of, memory_of, rough_answer_of, sums_of, taps_of
+from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.lowering.parts import (
     MOST_SUBSTEPS,
     SUBSTEPS,
@@ -48,7 +48,7 @@ from springpot.simulation.lowering.parts import (
     thermal_noise,
 )
 from springpot.simulation.lowering.precision import turned_in_single
-from springpot.simulation.lowering.readings import Reading, has_damping
+from springpot.simulation.lowering.readings import Reading, Sum, has_damping
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import SINGLE_PRECISION, Settings
 
@@ -107,7 +107,7 @@ class Parts:
     taps : tuple of Tap
         Circuits whose voltage is observed.
     points, gauged : tuple of str
-        Names in the columns: of the coordinates, and of all rows.
+        Whose sums there are: names of the coordinates, and of all rows.
     others : ndarray, shape (other points, coordinates)
         The rows of points that are no coordinates.
     law : object or None
@@ -123,9 +123,8 @@ class Parts:
     contacts : tuple of str
         The soft ones, in the order of the kernel.
     damped : dict
-        The columns of the power of dampers and memory, with their factors; without ``taken_at_once``.
+        The sums of the power of dampers and memory, with their factors; without ``taken_at_once``.
     readings : tuple of Reading
-        The results that are read by the names of the columns.
     felt : FeltInKernel
     """
 
@@ -150,47 +149,47 @@ class Parts:
     mass: float = 1.0
     walls: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
-    damped: Mapping[str, float] = field(default_factory=lambda: {"power": 1.0})
+    damped: Mapping[Sum, float] = field(default_factory=lambda: {("power", ""): 1.0})
     readings: tuple[Reading, ...] = ()
     felt: FeltInKernel = field(default_factory=FeltInKernel)
 
     @property
-    def struck(self) -> dict[str, str]:
-        """The column with the impacts of each wall and contact, by its name."""
-        return {name: f"{name} impacts" for name in self.walls}
+    def columns(self) -> dict[Sum, float]:
+        """The sums of a row, each with its unit: its factor from that of the kernel."""
+        (length, speed, time), count = (self.units.length, self.units.speed, self.units.time), self.tables.count
+        energy, momentum = self.unit_mass * speed**2, self.unit_mass * speed
+        forced, touched = [""] * count("forced"), [""] * bool(self.contacts)
+        of_a_wall = [*zip(_OF_A_WALL, (1.0, speed, speed**2, energy, momentum), strict=True)]
 
-    @property
-    def columns(self) -> dict[str, float]:
-        """The numbers of a row by name, each with the factor from the kernel's units."""
-        length, speed, time = self.units.length, self.units.speed, self.units.time
-        energy = self.unit_mass * speed**2
-        of_walls = 1.0, speed, speed**2, energy, self.unit_mass * speed
-        return {
-            **{f"x of {point}": length for point in self.points},
-            **{f"x^2 of {point}": length**2 for point in self.points},
-            **{f"v^2 of {point}": speed**2 for point in self.points},
-            **{f"u of {row}": length for row in self.gauged},
-            **{f"u^2 of {row}": length**2 for row in self.gauged},
-            **{f"w^2 of {row}": speed**2 for row in self.gauged[: self.tables.count("shown")]},
-            "power": energy / time,
-            **{f"work of {each.name}": each.mass * energy for each in self.named},
-            **({"force": self.unit_mass * speed / time, "virial": energy} if self.tables.count("forced") else {}),
-            **{
-                f"{wall} {name}": factor
-                for wall in self.walls
-                for name, factor in zip(_OF_A_WALL, of_walls, strict=True)
-            },
-            **({"contacts' time": time, "contacts' depth": length} if self.contacts else {}),
-            **{tap.name: tap.factor**2 * self.unit_mass for tap in self.taps},
-            "energy_first": energy,
-            "energy_last": energy,
-            **{f"x_end of {point}": length for point in self.points},
-            **{f"v_end of {point}": speed for point in self.points},
-            "collapses": 1.0,
-            "halts": 1.0,
-            **{f"early x^2 of {point}": length**2 for point in self.points},
-            **{f"early v^2 of {point}": speed**2 for point in self.points},
+        def each(quantity: str, whose: Iterable[str], unit: float) -> dict[Sum, float]:
+            return {(quantity, own): unit for own in whose}
+
+        kinds = {
+            "x": each("x", self.points, length),
+            "xx": each("x^2", self.points, length**2),
+            "vv": each("v^2", self.points, speed**2),
+            "u": each("u", self.gauged, length),
+            "uu": each("u^2", self.gauged, length**2),
+            "ww": each("w^2", self.gauged[: count("shown")], speed**2),
+            "power": {("power", ""): energy / time},
+            "works": {("work", own.name): own.mass * energy for own in self.named},
+            "force": each("force", forced, momentum / time),
+            "virial": each("virial", forced, energy),
+            "hits": {(name, wall): unit for wall in self.walls for name, unit in of_a_wall},
+            "soft": {**each("contact time", touched, time), **each("contact depth", touched, length)},
+            "taps": {(tap.quantity, tap.circuit): tap.factor**2 * self.unit_mass for tap in self.taps},
+            "energy": each("energy", ("first", "last"), energy),
+            "x_end": each("x_end", self.points, length),
+            "v_end": each("v_end", self.points, speed),
+            "limits": each("limit", ("collapses", "halts"), 1.0),
+            "early_xx": each("early x^2", self.points, length**2),
+            "early_vv": each("early v^2", self.points, speed**2),
         }
+        return {own: unit for kind in SUMS for own, unit in kinds[kind].items()}
+
+    def sums(self, rows: Floats) -> dict[Sum, Floats]:
+        """Those of the paths, from their rows."""
+        return dict(zip(self.columns, rows.T, strict=True))
 
     @property
     def sees_v(self) -> bool:
@@ -198,12 +197,12 @@ class Parts:
         return bool(self.tables.count("turns") or self.tables.count("paper"))
 
     @property
-    def halves(self) -> dict[str, tuple[str, str]]:
-        """By the mean squares of each coordinate, the columns of the sum over the window and over its first half."""
+    def halves(self) -> dict[str, tuple[Sum, Sum]]:
+        """By the mean squares of each coordinate, the sums over the window and over its first half."""
         return {
             f"{point}_{name}_mean_square"[0 if self.shape_of_state != (2,) else len(point) + 1 :]: (
-                f"{name}^2 of {point}",
-                f"early {name}^2 of {point}",
+                (f"{name}^2", point),
+                (f"early {name}^2", point),
             )
             for point in self.points
             for name in "xv"
@@ -223,11 +222,11 @@ class Parts:
 
     def header_of(self, observer: Observer) -> list[float]:
         """Of an observer's array."""
-        (length, speed), frequency = self.units.state, self.frequency
-        wall = 0.0 if math.isnan(observer.place) else observer.place / self.units.length
-        if observer.feels:
-            frequency, wall = self.felt.scale, self.felt.exceeding(observer.feels[0])
-        speed = self.felt.force if observer.peaks else speed * (observer.impulse or 1.0)
+        (length, speed), frequency, seen = self.units.state, self.frequency, observer.seen
+        wall = 0.0 if math.isnan(seen.place) else seen.place / self.units.length
+        if seen.feels:
+            frequency, wall = self.felt.scale, self.felt.exceeding(seen.feels[0])
+        speed = self.felt.force if seen.peaks else speed * (seen.impulse or 1.0)
         return [length, speed, self.units.time, frequency, wall, LANES]
 
     def room_for_states(self, many: int) -> Kept:
@@ -272,8 +271,8 @@ class Parts:
         advance = kernels[str(sweep.dtype)]
 
         def run(states: Floats, first: int, blocks: int, settings: Settings, *given: Any) -> None:
-            k0, k1, stream, halved, observers, record, stop, rows, *branches = given
-            (low, high), watched = settings.window_steps, watching.table_of(observers)
+            k0, k1, stream, halved, watched, record, stop, rows, *branches = given
+            low, high = settings.window_steps
             table, *_alive = table_of(*branches)  # the arrays whose addresses the table has
             advance(
                 integers, sweep, double, np.ascontiguousarray(states), len(states), first, blocks, settings.steps, low,
@@ -452,8 +451,8 @@ def compose(
         law=plan.motion.drawn_about(x0) if is_drawn else None,
         named=named,
         damped={
-            "power": 1.0,
-            **{f"work of {each.name}": (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
+            ("power", ""): 1.0,
+            **{("work", each.name): (1.0 - keep[each.row] * frame.reduced[each.row]) / settings.step
                for each in shaken},
         },
         taps=memories.taps,
@@ -484,7 +483,7 @@ def compose(
         {each.named.name: n for n, each in enumerate(given) if each.named.does == "feeds"},
         {each.law.name: (each.place, each.law.impulses[0]) for each in dampers if each.law.states}, modulated,
     )  # fmt: skip
-    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, whole, frame)
+    readings = *_readings(plan, whole, lacking, shaking), *_of_thermal_noise(plan, frame)
     return replace(whole, readings=readings, felt=felt)
 
 
@@ -849,7 +848,7 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
         for n, (total, row) in enumerate(zip(frame.totals, frame.rows, strict=True)):
             if total.remembers:
-                own, hot = f"{name} of row {n}", replace(total, temperature=warm)
+                own, hot = _of_row(name, n), replace(total, temperature=warm)
                 noise = thermal_noise(own, hot, step, plan.settings.steps, parts_of_step)
                 given.append((noise, row, 4.0 * step * warm * rough_answer_of(total, step)))
             elif total.springpots:
@@ -858,20 +857,25 @@ def _excitation(plan: Plan, frame: _Frame, parts_of_step: int) -> tuple[Floats, 
     return np.array(white).reshape(-1, many), placed, constant
 
 
+def _of_row(noise: str, row: int) -> str:
+    """The name of the force of a matched noise on a row."""
+    return f"{noise} of row {row}"
+
+
 def _temperature(thermal: ThermalNoise, frame: _Frame) -> float:
     return lower(thermal.per_mass(frame.unit_mass), "", frame.units, frame.step).temperature
 
 
-def _of_thermal_noise(plan: Plan, parts: Parts, frame: _Frame) -> Iterator[Reading]:
+def _of_thermal_noise(plan: Plan, frame: _Frame) -> Iterator[Reading]:
     """The power of matched noise: measured of that with memory, and its known mean of the white noise of dashpots."""
     for thermal in plan.system.of(ThermalNoise):
         name, warm = plan.system.name_of(thermal), _temperature(thermal, frame)
-        white = sum(
-            warm * total.dashpots / float(mass)
-            for total, mass in zip(frame.totals, frame.reduced, strict=True)
-            if not total.remembers
-        )
-        works = {f"work of {each.name}": 1.0 for each in parts.named if each.name.startswith(f"{name} of row ")}
+        works, white = dict[Sum, float](), 0.0
+        for n, (total, mass) in enumerate(zip(frame.totals, frame.reduced, strict=True)):
+            if total.remembers:
+                works["work", _of_row(name, n)] = 1.0
+            else:
+                white += warm * total.dashpots / float(mass)
         yield Reading(f"{name}_power", works, "time", frame.power * white)
 
 
@@ -923,42 +927,42 @@ def _readings(plan: Plan, parts: Parts, lacking: Floats, shaking: Sequence[tuple
     for i, (called, point, own, lack) in enumerate(everywhere):
         letters, of = ("xv", point) if point in at.names else ("uw", gauged[tuple(own)])
         away = plan.motion.origin  # from where the kernel measures x
-        squares = {f"{letters[0]}^2 of {of}": 1.0, f"{letters[0]} of {of}": 2.0 * away}
-        yield Reading(f"{called}x_mean", {f"{letters[0]} of {of}": 1.0}, added=away)
+        squares = {(f"{letters[0]}^2", of): 1.0, (letters[0], of): 2.0 * away}
+        yield Reading(f"{called}x_mean", {(letters[0], of): 1.0}, added=away)
         yield Reading(f"{called}x_mean_square", squares, added=away**2)
-        above = {f"{letters[1]}^2 of {of}": 1.0, **{f"u^2 of {row}": float(lacks[i]) for row, lacks in shaking}}
+        above = {(f"{letters[1]}^2", of): 1.0, **{("u^2", row): float(lacks[i]) for row, lacks in shaking}}
         if parts.sees_v:
-            above, lack = {f"v^2 of {of}": 1.0}, 0.0
+            above, lack = {("v^2", of): 1.0}, 0.0
         yield Reading(f"{called}v_mean_square", above, added=float(lack))
         if plan.motion.potential is not None and system.stiffness > 0.0:
             share = system.natural_frequency**-2
-            whole = {**squares, **{column: share * factor for column, factor in above.items()}}
+            whole = {**squares, **{own: share * factor for own, factor in above.items()}}
             yield Reading("amplitude_mean_square", whole, added=away**2 + share * float(lack))
     for pair, own_row in at.pairs.items():
         row = gauged[tuple(own_row.tolist())]
-        yield Reading(f"{pair}_elongation_mean", {f"u of {row}": 1.0})
-        yield Reading(f"{pair}_elongation_mean_square", {f"u^2 of {row}": 1.0})
+        yield Reading(f"{pair}_elongation_mean", {("u", row): 1.0})
+        yield Reading(f"{pair}_elongation_mean_square", {("u^2", row): 1.0})
     for name, part in system.named():
         if isinstance(part, Stop):
-            yield Reading(f"{name}_impact_rate", {f"{name} impacts": 1.0}, "time")
-            yield Reading(f"{name}_impact_speed_mean", {f"{name} speeds": 1.0}, (f"{name} impacts",))
-            yield Reading(f"{name}_impact_speed_mean_square", {f"{name} squares": 1.0}, (f"{name} impacts",))
-            yield Reading(f"{name}_power", {f"{name} loss": 1.0}, "time")
-            yield Reading(f"{name}_force_mean", {f"{name} momentum": 1.0}, "time")
+            yield Reading(f"{name}_impact_rate", {("impacts", name): 1.0}, "time")
+            yield Reading(f"{name}_impact_speed_mean", {("speeds", name): 1.0}, (("impacts", name),))
+            yield Reading(f"{name}_impact_speed_mean_square", {("squares", name): 1.0}, (("impacts", name),))
+            yield Reading(f"{name}_power", {("loss", name): 1.0}, "time")
+            yield Reading(f"{name}_force_mean", {("momentum", name): 1.0}, "time")
     if parts.taps and not system.of(ThermalNoise):  # noise of a resistor is beside the mode, in the matched force
         for tap in parts.taps:
-            square, _, name = tap.name.partition(" of ")
-            yield Reading(f"{name}_{square}_mean_square", {tap.name: 1.0}, "groups")
-            if square == "current" and (count := system.counts.get(name)):
-                yield Reading(f"{name}_current_of_one_mean_square", {tap.name: 1.0 / count**2}, "groups")
+            own, name = (tap.quantity, tap.circuit), f"{tap.circuit}_{tap.quantity}"
+            yield Reading(f"{name}_mean_square", {own: 1.0}, "groups")
+            if tap.quantity == "current" and (count := system.counts.get(tap.circuit)):
+                yield Reading(f"{name}_of_one_mean_square", {own: 1.0 / count**2}, "groups")
         circuits = [(name, part) for name, part in system.named() if isinstance(part, Circuit)]
-        loads = {f"{part.of_load} of {name}": 1.0 / part.load for name, part in circuits}
+        loads: dict[Sum, float] = {(part.of_load, name): 1.0 / part.load for name, part in circuits}
         yield Reading("harvested_power", loads, "groups")
     if any(part.dissipates and "damping" in part.powers for part in system.parts):
         yield Reading("damping_power", parts.damped, added=parts.taken_at_once)
     yield from _of_a_lone_mass(system, parts, plan.motion.origin)
     for called, shares in at.beginnings.items():
-        x, v = ({f"{end} of {of}": s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
+        x, v = ({(end, of): s for of, s in zip(at.names, shares, strict=True) if s} for end in _ENDS)
         yield Reading(f"{called}x_mean_end", x, "one")
         yield Reading(f"{called}x_mean_square_end", x, "one", power=2)
         yield Reading(f"{called}v_mean_square_end", v, "one", power=2)
@@ -970,16 +974,16 @@ def _of_a_lone_mass(system: System, parts: Parts, away: float) -> Iterator[Readi
         return
     if system.stiffness > 0.0:
         share = system.natural_frequency**-2
-        ends = (f"{end} of {parts.points[0]}" for end in _ENDS)
+        ends = ((end, parts.points[0]) for end in _ENDS)
         yield Reading("amplitude_mean_square_end", {}, "one", squares=dict(zip(ends, (1.0, share), strict=True)))
-    impacts, speeds, squares = (tuple(f"{stop} {of}" for stop in parts.walls) for of in _OF_A_WALL[:3])
+    impacts, speeds, squares = (tuple((of, wall) for wall in parts.walls) for of in _OF_A_WALL[:3])
     if parts.walls:
         yield Reading("impact_rate", dict.fromkeys(impacts, 1.0), "time")
         yield Reading("impact_speed_mean", dict.fromkeys(speeds, 1.0), impacts)
         yield Reading("impact_speed_mean_square", dict.fromkeys(squares, 1.0), impacts)
     if has_damping(system):
-        yield Reading("damping_force_mean", {"force": 1.0})
-        yield Reading("damping_virial", {"virial": 1.0, "force": away})
+        yield Reading("damping_force_mean", {("force", ""): 1.0})
+        yield Reading("damping_virial", {("virial", ""): 1.0, ("force", ""): away})
     if parts.contacts:
-        yield Reading("contact_share", {"contacts' time": 1.0}, "time")
-        yield Reading("contact_penetration", {"contacts' depth": 1.0}, "one")
+        yield Reading("contact_share", {("contact time", ""): 1.0}, "time")
+        yield Reading("contact_penetration", {("contact depth", ""): 1.0}, "one")

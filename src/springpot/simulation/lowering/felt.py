@@ -26,7 +26,7 @@ EXCEEDED_BY_NOISE = 0.771  # by which colored noise exceeds its means over steps
 
 @dataclass(frozen=True, eq=False)
 class FeltInKernel:
-    """The terms of all that is felt, as `springpot.simulation.kernel.watching.Observers` has them.
+    """The terms of all that is felt, as `springpot.simulation.kernel.watching.table_of` takes them.
 
     Attributes
     ----------

@@ -131,17 +131,19 @@ def turned_in_step(arm: Arm, step: float) -> tuple[Any, Any]:
 
 @dataclass(frozen=True)
 class Tap:
-    """A mode whose square is summed: its number, the name of the sum, and the unit of the mode.
+    """A mode whose square is summed: its number, what it is of which circuit, and the unit of the mode.
 
     Attributes
     ----------
     mode : int
-    name : str
+    quantity : {"voltage", "current"}
+    circuit : str
     factor : float
     """
 
     mode: int
-    name: str
+    quantity: str
+    circuit: str
     factor: float
 
 
@@ -161,12 +163,12 @@ def taps_of(arms: Sequence[Arm], memory: Memory, history: ExponentialSum, step: 
     turning = begin + memory.powers.size // 4
     for arm in arms:
         if arm.turn:
-            yield Tap(turning, f"voltage of {arm.name}", arm.volts)
-            yield Tap(turning + 1, f"current of {arm.name}", arm.amperes)
+            yield Tap(turning, "voltage", arm.name, arm.volts)
+            yield Tap(turning + 1, "current", arm.name, arm.amperes)
             turning += 2
         else:
             if arm.name:  # the memory holds increments, not their decay within the step
-                yield Tap(modes, f"voltage of {arm.name}", arm.volts * _mean_in_step(arm.rate * step))
+                yield Tap(modes, "voltage", arm.name, arm.volts * _mean_in_step(arm.rate * step))
             modes += 1
 
 

@@ -1,4 +1,4 @@
-"""How results are read from the sums of the paths, where the kernel's sums have names of their own."""
+"""How results are read from the sums of the paths."""
 
 from __future__ import annotations
 
@@ -8,34 +8,37 @@ from typing import Literal
 
 from springpot.problem.system import System
 
+Sum = tuple[str, str]
+"""A sum over the steps of a path: of which quantity, and whose: of a coordinate, a row, a force, a wall, a circuit."""
+
 
 @dataclass(frozen=True)
 class Reading:
-    """One result as a sum of columns over steps, time or other columns.
+    """One result as sums over steps, time or other sums.
 
     Attributes
     ----------
     name : str
         Of the result.
     above : dict
-        The columns of the sum, each with its factor.
-    over : {"steps", "time", "groups", "one"} or sequence of str
-        What it is divided by: the steps, the time or the groups of steps of the window, nothing, or the sum of columns
-        (a ratio of two means over all paths).
+        The sums, each with its factor.
+    over : {"steps", "time", "groups", "one"} or tuple of Sum
+        What they are divided by: the steps, the time or the groups of steps of the window, nothing, or other sums (a
+        ratio of two means over all paths).
     added : float
         To the quotient.
     power : int
-        Of the sum of each path.
+        Of the whole of each path.
     squares : dict
-        Columns whose squares are added to that, each with its factor.
+        Sums whose squares are added to that, each with its factor.
     """
 
     name: str
-    above: Mapping[str, float]
-    over: Literal["steps", "time", "groups", "one"] | tuple[str, ...] = "steps"
+    above: Mapping[Sum, float]
+    over: Literal["steps", "time", "groups", "one"] | tuple[Sum, ...] = "steps"
     added: float = 0.0
     power: int = 1
-    squares: Mapping[str, float] = field(default_factory=dict)
+    squares: Mapping[Sum, float] = field(default_factory=dict)
 
 
 def has_damping(system: System) -> bool:

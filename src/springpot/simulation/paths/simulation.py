@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,16 +15,22 @@ import numpy.typing as npt
 from springpot.machine.arrays import Floats
 from springpot.machine.crew import work_together
 from springpot.simulation.kernel.lanes import GROUP, LANES
+from springpot.simulation.kernel.loading import Code
 from springpot.simulation.kernel.normals import key_words
-from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, NO_OBSERVERS, PEAKS, Observer, Observers
+from springpot.simulation.kernel.watching import ALL, BATCHES, HEADER, PEAKS, table_of
 from springpot.simulation.lowering.compose import Parts, compose
+from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.plan.seen import Seen
 from springpot.simulation.plan.settings import Settings
 
+_NO_RECORD = np.zeros((0, 0, 0))
 _STEPS_OF_A_CALL = 40_000  # of one block or several: 10 ms
 
 Progress = Callable[[float], None]
+Found = Mapping[str, Floats]
+"""What an observer kept of its fields, by their names: of each path, batch or block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +43,15 @@ class Ensemble:
         Sums of each path, as `Parts.columns` names them.
     record : ndarray, shape (recorded, points, 2)
         x and v at 0 and after every ``record_every`` steps.
-    observed : tuple of ndarray
-        Result of each observer: shape (paths, numbers), or (batches, size) for counts, or (blocks, size); of one that
-        has both the first two, one after the other.
+    observed : dict
+        What each observer kept, by the observer and the name of the field.
     felt : dict of ndarray
         Of the recorded paths, shape (recorded, points), by the numbers of the forces and accelerations that are seen.
     """
 
     rows: Floats
     record: Floats
-    observed: tuple[Floats, ...] = ()
+    observed: Mapping[Observer, Found] = field(default_factory=dict)
     felt: dict[int, Floats] = field(default_factory=dict)
 
 
@@ -125,33 +130,33 @@ class Simulation:
         done = itertools.count(1)
         kernel = self.parts.kernel()
         states = self.parts.states(settings, skipped, blocks * LANES, stream)
-        observed = [_rooms(observer, blocks) for observer in observers]
-        feels = sorted({number for observer in observers for number in observer.feels})
+        beginnings = [_array_of(observer, self.parts) for observer in observers]
+        rooms = [_rooms(*each, blocks) for each in zip(observers, beginnings, strict=True)]
+        feels = feels_of(observers)
         felt = np.empty((settings.record if feels else 0, settings.recorded_points, len(feels)))
         adding = threading.Lock()
 
         def work() -> None:
-            parts = self.parts
-            arrays = [np.concatenate([parts.header_of(o), o.initial, o.behind(parts)]) for o in observers]
-            addresses = addresses_of(observers, arrays, self.parts)
+            arrays = [beginning.copy() for beginning in beginnings]
             while not stop[0] and (number := together * next(next_call)) < blocks:
                 first, count = number * LANES, min(together, blocks - number)
                 some = slice(first, first + count * LANES)
-                for observer, array in zip(observers, arrays, strict=True):
-                    array[len(HEADER) : len(HEADER) + observer.initial.size] = observer.initial
-                    array[HEADER.index("lanes")] = min(LANES, settings.paths - first)
+                for array, beginning in zip(arrays, beginnings, strict=True):
+                    array[:] = beginning
+                    array["lanes"] = min(LANES, settings.paths - first)
                 kernel(
                     states[some] if len(states) > 1 else states, skipped + first, count, settings,
-                    k0, k1, stream, halved, addresses._replace(record=felt[some]), record[some], stop, rows[some],
+                    k0, k1, stream, halved, addresses_of(observers, arrays, self.parts, felt[some]), record[some],
+                    stop, rows[some],
                 )  # fmt: skip
-                for observer, array, (own, others) in zip(observers, arrays, observed, strict=True):
-                    begin = len(HEADER) + observer.own
-                    own[first : first + LANES] = array[len(HEADER) : begin].reshape(-1, LANES).T
-                    if observer.per_block:
-                        others[number] = array[begin:]
-                    elif others.size:
-                        with adding:  # whole numbers and halves: their sum does not depend on the order
-                            others[number % BATCHES] += array[begin : begin + others.shape[1]]
+                for observer, (array,), room in zip(observers, arrays, rooms, strict=True):
+                    for name in observer.of_paths:
+                        room[name][first : first + LANES] = np.moveaxis(array[name], -1, 0)
+                    for name in observer.of_blocks:
+                        room[name][number] = array[name]
+                    with adding:  # whole numbers and halves: their sum does not depend on the order
+                        for name in observer.of_batches:
+                            room[name][number % BATCHES] += array[name]
                 finished = min(together * next(done), blocks)
                 if progress is not None and not stop[0]:
                     progress(finished / blocks)
@@ -164,10 +169,12 @@ class Simulation:
         record[:, 0] = self.parts.start_of_record(started)  # the kernel writes from t = h on
         record *= self.parts.units.state
         rows *= list(columns.values())
-        kept = (room for own, others in observed for room in (own[: settings.paths], others) if room.size)
         felt *= self.parts.units.state[0]
+        for observer, room in zip(observers, rooms, strict=True):
+            room |= {name: room[name][: settings.paths] for name in observer.of_paths}
+        observed = dict(zip(observers, rooms, strict=True))
         return Ensemble(
-            rows[: settings.paths], record, tuple(kept), dict(zip(feels, np.moveaxis(felt, 2, 0), strict=True))
+            rows[: settings.paths], record, observed, dict(zip(feels, np.moveaxis(felt, 2, 0), strict=True))
         )
 
 
@@ -181,34 +188,50 @@ def blocks_of_a_call(settings: Settings, blocks: int) -> int:
     return max(1, min(_STEPS_OF_A_CALL // settings.steps, blocks // (8 * settings.threads)))
 
 
-def _rooms(observer: Observer, blocks: int) -> tuple[Floats, Floats]:
-    """The arrays for the results of an observer from all blocks: of each path, and of others."""
-    others = observer.counts if observer.per_path else observer.initial.size
-    own = np.empty((blocks * LANES, observer.own // LANES))
-    return own, np.zeros((blocks if observer.per_block else min(blocks, BATCHES), others))
+def _array_of(observer: Observer, parts: Parts) -> npt.NDArray[np.void]:
+    """The array of an observer at the start of a block, with its header."""
+    array: npt.NDArray[np.void] = observer.initial(parts) if callable(observer.initial) else observer.initial
+    array = array.reshape(1).copy()
+    for name, number in zip(HEADER, parts.header_of(observer), strict=True):
+        array[name] = number
+    return array
 
 
-def addresses_of(observers: Sequence[Observer], arrays: Sequence[Floats], parts: Parts) -> Observers:
-    """The observers in the form that the kernel takes: addresses; walls and what is felt are those of the parts."""
+def _rooms(observer: Observer, array: npt.NDArray[np.void], blocks: int) -> dict[str, Floats]:
+    """Arrays for what an observer keeps of all blocks, by the names of its fields."""
+    shapes = {name: array[name].shape[1:] for name in array.dtype.names or ()}
+    return {
+        **{name: np.empty((blocks * LANES, *shapes[name][:-1])) for name in observer.of_paths},
+        **{name: np.zeros((min(blocks, BATCHES), *shapes[name])) for name in observer.of_batches},
+        **{name: np.empty((blocks, *shapes[name])) for name in observer.of_blocks},
+    }
 
-    def numbers(values: Iterable[int]) -> npt.NDArray[np.int64]:
-        return np.fromiter(values, np.int64)
 
-    def seen(observer: Observer) -> int:
-        if observer.peaks:
-            return PEAKS - parts.contacts.index(observer.stop)
-        return parts.walls.index(observer.stop) if observer.stop else ALL
+def addresses_of(
+    observers: Sequence[Observer], arrays: Sequence[npt.NDArray[Any]], parts: Parts, record: Floats = _NO_RECORD
+) -> npt.NDArray[np.int64]:
+    """The observers as the kernel has them, with their arrays and the room for the record of what is felt."""
 
-    return Observers(
-        on_steps=numbers(0 if o.on_steps is None else o.on_steps.address for o in observers),
-        on_impacts=numbers(0 if o.on_impacts is None else o.on_impacts.address for o in observers),
-        place=numbers(array.ctypes.data for array in arrays),
-        every=numbers(o.every for o in observers),
-        begin=numbers(o.of * GROUP * LANES for o in observers),
-        stop=numbers(map(seen, observers)),
-        feels=numbers(sorted({number for o in observers for number in o.feels})),
-        felt_begin=parts.felt.begin,
-        felt_row=parts.felt.row,
-        felt=parts.felt.numbers,
-        record=NO_OBSERVERS.record,
-    )
+    def address(compiled: Code | None) -> int:
+        return 0 if compiled is None else compiled.address
+
+    def wall(seen: Seen) -> int:
+        if seen.peaks:
+            return PEAKS - parts.contacts.index(seen.stop or "")
+        return parts.walls.index(seen.stop) if seen.stop else ALL
+
+    each = [
+        (
+            address(own.on_steps) if own.seen.number is not None else 0,
+            address(own.on_impacts) if own.seen.stop is not None else 0,
+            array.ctypes.data, own.every, (own.seen.number or 0) * GROUP * LANES, wall(own.seen),
+        )
+        for own, array in zip(observers, arrays, strict=True)
+    ]  # fmt: skip
+    felt = parts.felt
+    return table_of(each, feels_of(observers), felt.begin.tolist(), felt.row.tolist(), felt.numbers, record)
+
+
+def feels_of(observers: Sequence[Observer]) -> list[int]:
+    """The numbers of the forces and accelerations that are seen, in the order of their record."""
+    return sorted({number for observer in observers for number in observer.seen.feels})

@@ -118,6 +118,17 @@ def without_doubtful(controls: Floats) -> Floats:
     return controls[:, ~(np.abs(controls.mean(axis=0)) > DOUBTFUL * error)]
 
 
+def error_of_unseen(time: float) -> float:
+    """The error of the rate of events of which none was seen in this time: 1.96 of it are the bound 3 / time.
+
+    Examples
+    --------
+    >>> round(1.959964 * error_of_unseen(2000.0), 6)
+    0.0015
+    """
+    return UPPER / (NORMAL * time)
+
+
 def poisson_interval(count: int) -> tuple[float, float]:
     """The 95 % interval of the mean of a number that follows Poisson's law (F. Garwood, Biometrika 28, 1936).
 

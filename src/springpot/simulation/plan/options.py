@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 if TYPE_CHECKING:
     from annotated_types import Ge, Gt
-
-    from springpot.problem.basquin import Basquin
 
 Observable = Callable[..., float]
 Progress = Callable[[float], None]
@@ -21,76 +20,42 @@ StartKind = Literal["rest", "stationary"]
 Derivative = Literal["caputo", "riemann-liouville"]
 
 
-class Options(TypedDict, total=False):
-    """What a caller may give to a run, each with its words in the help of the command.
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What a caller may give to a run, with its words in the help of the command, and what is taken otherwise.
 
-    `springpot.simulation.simulate` says more of each one; `springpot.simulation.plan.plan.plan_of` checks them.
+    Where that depends on the rest it is None.  `springpot.simulation.simulate` says more of each one;
+    `springpot.simulation.plan.plan.plan_of` checks them.
     """
 
-    paths: Annotated[int, Ge(1), "Number of independent paths"]
-    duration: Annotated[float | None, Gt(0.0), "End of the run, in s."]
-    step: Annotated[float | None, Gt(0.0), "Time step, in s."]
-    window: Annotated[tuple[float, float] | None, "Times between which averages are taken, in s."]
-    seed: Annotated[int, "Seed: the same seed gives the same paths, and other systems with it deviate alike"]
-    threads: Annotated[int | None, "Number of threads; as many as this process may use if not given."]
-    scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, the scheme of the paper"]
+    paths: Annotated[int | None, Ge(1), "Number of independent paths; 5000 if not given."] = None
+    duration: Annotated[float | None, Gt(0.0), "End of the run, in s."] = None
+    step: Annotated[float | None, Gt(0.0), "Time step, in s."] = None
+    window: Annotated[tuple[float, float] | None, "Times between which averages are taken, in s."] = None
+    seed: Annotated[int, "Seed: the same seed gives the same paths, and other systems with it deviate alike"] = 1
+    threads: Annotated[int | None, "Number of threads; as many as this process may use if not given."] = None
+    scheme: Annotated[Scheme, "Integration scheme: default, or grunwald, the scheme of the paper"] = "default"
     start: Annotated[
         StartKind | None,
         "stationary: from the stationary means, which pilot runs find; rest: from rest.  If not given: "
         "stationary, but rest if an initial state or the Riemann-Liouville derivative is given, or if there is no "
         "stationary state.",
-    ]
+    ] = None
     initial_position: Annotated[
         float | dict[str, float] | None,
         "x(0), in m; the run then starts from there.  Of several masses by their names, 0 where none is given.",
-    ]
+    ] = None
     initial_velocity: Annotated[
         float | dict[str, float] | None,
         "x'(0), in m/s; the run then starts from there.  Of several masses by their names, 0 where none is given.",
-    ]
-    derivative: Annotated[Derivative, "Definition of the derivative; the two differ if x(0) is not 0"]
-    memory_tolerance: Annotated[float, "Relative error allowed in the memory kernel"]
-    contact_tolerance: Annotated[float, "Scheme grunwald only: distance from the wall that counts as an impact, in m"]
-    record: Annotated[int, "Number of paths whose x and v are stored"]
-    record_every: Annotated[int | None, "Steps between two stored points of a path."]
-
-
-class Requests(Options, total=False):
-    """The options, and what a run is to find out; `springpot.simulate` says more of each one."""
-
-    rtol: float | None
-    quantities: Sequence[str] | None
-    max_time: float | None
-    observables: Mapping[str, Observable] | None
-    impact_observables: Mapping[str, Observable] | None
-    distributions: bool
-    spectrum: Any
-    first_passage: Mapping[str, Any] | None
-    slowest_counted_impact: float | None
-    profile: Any
-    forces: Sequence[str] | None
-    rainflow: Mapping[str, Basquin | Sequence[Basquin]] | None
-    progress: Progress | None
-
-
-DEFAULTS: Options = {
-    "paths": 5000,
-    "duration": None,
-    "step": None,
-    "window": None,
-    "seed": 1,
-    "threads": None,
-    "scheme": "default",
-    "start": None,
-    "initial_position": None,
-    "initial_velocity": None,
-    "derivative": "caputo",
-    "memory_tolerance": 1e-6,
-    "contact_tolerance": 1e-5,
-    "record": 0,
-    "record_every": None,
-}
-"""What is taken where nothing is given; None where that depends on the rest."""
+    ] = None
+    derivative: Annotated[Derivative, "Definition of the derivative; the two differ if x(0) is not 0"] = "caputo"
+    memory_tolerance: Annotated[float, "Relative error allowed in the memory kernel"] = 1e-6
+    contact_tolerance: Annotated[
+        float, "Scheme grunwald only: distance from the wall that counts as an impact, in m"
+    ] = 1e-5
+    record: Annotated[int, "Number of paths whose x and v are stored"] = 0
+    record_every: Annotated[int | None, "Steps between two stored points of a path."] = None
 
 
 def hints(*without: str) -> Mapping[str, Any]:
@@ -104,7 +69,19 @@ def hints(*without: str) -> Mapping[str, Any]:
     from annotated_types import Ge, Gt  # only those who show the limits need them
 
     declared = get_type_hints(Options, localns={"Ge": Ge, "Gt": Gt}, include_extras=True)
-    return {name: _optional(hint) for name, hint in declared.items() if name not in without}
+    parts = {name: get_args(hint) for name, hint in declared.items() if name not in without}
+    return {name: Annotated[(kind | None, *rest)] for name, (kind, *rest) in parts.items()}
+
+
+def is_default(value: Any, default: Any) -> bool:
+    """Whether it is as if an argument were left out; of whatever was given: what cannot be compared is not.
+
+    Examples
+    --------
+    >>> is_default(1, 1), is_default(True, 1), is_default([1.0], None)
+    (True, False, False)
+    """
+    return value is default or (type(value) is type(default) and bool(value == default))
 
 
 def own_seed(seed: int, thing: Mapping[str, Any]) -> int:
@@ -140,10 +117,4 @@ def words(name: str) -> str:
     'Number of independent paths; 5000 if not given.'
     """
     text = next(word for word in get_args(hints()[name]) if isinstance(word, str))
-    return text if text.endswith(".") else f"{text}; {DEFAULTS[name]} if not given."  # type: ignore[literal-required]
-
-
-def _optional(hint: Any) -> Any:
-    assert get_origin(hint) is Annotated
-    kind, *rest = get_args(hint)
-    return Annotated[(kind | None, *rest)]
+    return text if text.endswith(".") else f"{text}; {getattr(Options, name)} if not given."

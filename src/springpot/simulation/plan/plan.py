@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Unpack, cast, get_args
+from types import MappingProxyType
+from typing import Any, get_args
 
 from springpot.machine.arguments import LARGEST, finite_number, one_of
 from springpot.machine.faults import shown
@@ -13,7 +14,7 @@ from springpot.problem.system import System
 from springpot.simulation.plan.adapted import Adapted
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.options import DEFAULTS, Derivative, Options, Scheme, SchemeOfRun, StartKind
+from springpot.simulation.plan.options import Derivative, Options, Scheme, SchemeOfRun, StartKind, is_default
 from springpot.simulation.plan.schemes import scheme_of
 from springpot.simulation.plan.settings import (
     MOST_PATHS,
@@ -28,6 +29,7 @@ from springpot.simulation.plan.transient import MOST_TRANSIENT
 _OF_A_START = "initial_position", "initial_velocity", "derivative"
 SHORTEST = 1e-30  # duration, over the shortest time of the motion
 TOO_FAR_APART = "the problem's numbers must be closer together: double precision does not hold its motion."
+USUAL_PATHS = 5000
 LONGEST_DEFAULT = 2_000_000  # steps
 MOST_RECORDED = 50_000_000
 COARSEST = 0.5  # largest step * fastest rate that is accepted
@@ -99,8 +101,8 @@ class Plan:
         return not self.motion.not_stationary and self.transient_left <= MOST_TRANSIENT and not remembered
 
 
-def plan_of(system: System, **given: Unpack[Options]) -> Plan:
-    """Check the given options, complete them with defaults, and decide all that a run needs.
+def plan_of(system: System, **given: Any) -> Plan:
+    """Check the given `Options`, complete them, and decide all that a run needs.
 
     Raises
     ------
@@ -114,29 +116,28 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
     50
     """
     motion = motion_of(system)
-    options = cast(Options, {**DEFAULTS, **given})
-    one_of(options["scheme"], "scheme", get_args(Scheme))
-    one_of(options["derivative"], "derivative", get_args(Derivative))
-    scheme = scheme_of(options["scheme"])
-    for name, only_paper in (("scheme", scheme.only_paper), ("derivative", options["derivative"] != "caputo")):
+    options = Options(**given)
+    one_of(options.scheme, "scheme", get_args(Scheme))
+    one_of(options.derivative, "derivative", get_args(Derivative))
+    scheme = scheme_of(options.scheme)
+    for name, only_paper in (("scheme", scheme.only_paper), ("derivative", options.derivative != "caputo")):
         if only_paper and motion.beyond_paper:
-            must = f"{name} must be {DEFAULTS[name]!r}"  # type: ignore[literal-required]
-            raise ValueError(f"{must}: {motion.beyond_paper}")
-    start = options["start"]
+            raise ValueError(f"{name} must be {getattr(Options, name)!r}: {motion.beyond_paper}")
+    start = options.start
     if start is None:
-        start, _ = default_start(motion, options)
+        start, _ = default_start(motion, given)
     one_of(start, "start", get_args(StartKind))
-    paths = whole_number(options["paths"], "paths", 1, MOST_PATHS)
-    if motion.different_paths and (motion.recorded or "paths" not in given):
+    paths = whole_number(USUAL_PATHS if options.paths is None else options.paths, "paths", 1, MOST_PATHS)
+    if motion.different_paths and (motion.recorded or options.paths is None):
         paths = min(paths, motion.different_paths)
-    seed = checked_seed(options["seed"])
-    threads = checked_threads(options["threads"])
+    seed = checked_seed(options.seed)
+    threads = checked_threads(options.threads)
     whole = motion.recorded
-    wanted = whole if options["duration"] is None and whole else options["duration"]
-    scheme_of_run = motion.scheme_for(options["scheme"])
-    duration, step, steps = _grid(motion, wanted, options["step"], scheme_of_run, start)
-    window = _window((0.0, duration) if whole and options["window"] is None else options["window"], duration, step)
-    record, record_every = _record(options["record"], options["record_every"], paths, steps, len(system.points))
+    wanted = whole if options.duration is None and whole else options.duration
+    scheme_of_run = motion.scheme_for(options.scheme)
+    duration, step, steps = _grid(motion, wanted, options.step, scheme_of_run, start)
+    window = _window((0.0, duration) if whole and options.window is None else options.window, duration, step)
+    record, record_every = _record(options.record, options.record_every, paths, steps, len(system.points))
     settings = Settings(
         paths=paths,
         duration=duration,
@@ -146,18 +147,18 @@ def plan_of(system: System, **given: Unpack[Options]) -> Plan:
         threads=threads,
         scheme=scheme_of_run,
         start=start,
-        initial_position=_initial_position(motion, options["initial_position"], start, options["derivative"]),
-        initial_velocity=motion.moving(options["initial_velocity"]),
-        derivative=options["derivative"],
-        memory_tolerance=finite_number(options["memory_tolerance"], "memory_tolerance", low=1e-13, high=1e-2),
-        contact_tolerance=finite_number(options["contact_tolerance"], "contact_tolerance", low=0.0, high=LARGEST),
+        initial_position=_initial_position(motion, options.initial_position, start, options.derivative),
+        initial_velocity=motion.moving(options.initial_velocity),
+        derivative=options.derivative,
+        memory_tolerance=finite_number(options.memory_tolerance, "memory_tolerance", low=1e-13, high=1e-2),
+        contact_tolerance=finite_number(options.contact_tolerance, "contact_tolerance", low=0.0, high=LARGEST),
         record=record,
         record_every=record_every,
     )
     return Plan(motion, settings)
 
 
-def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind, str]:
+def default_start(motion: Motion, given: Mapping[str, Any] = MappingProxyType({})) -> tuple[StartKind, str]:
     """The start of a run without the argument ``start``, and the reason if there is no stationary state.
 
     The start is stationary, unless x(0), x'(0) or the Riemann-Liouville derivative is given, which mean a start from a
@@ -166,7 +167,8 @@ def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind,
     Parameters
     ----------
     motion : Motion
-    given : Options
+    given : dict
+        `Options` of the caller, by name.
 
     Returns
     -------
@@ -180,21 +182,13 @@ def default_start(motion: Motion, given: Options = DEFAULTS) -> tuple[StartKind,
     >>> default_start(motion_of(System(Spring(1.0), WhiteNoise(1.0))))
     ('rest', 'nothing dissipates energy, so it grows without limit')
     """
-    options = {**DEFAULTS, **given}
-    chosen: dict[str, Any] = {**options}
-    usual: dict[str, Any] = {**DEFAULTS}
-    if not all(_is_default(chosen[name], usual[name]) for name in _OF_A_START):
+    if any(name in given and not is_default(given[name], getattr(Options, name)) for name in _OF_A_START):
         return "rest", ""
     if motion.recorded:
         return "rest", ""
     if motion.not_stationary:
         return "rest", motion.not_stationary
     return "stationary", ""
-
-
-def _is_default(value: Any, default: Any) -> bool:
-    """Of whatever was given: what cannot be compared is not."""
-    return value is default or (isinstance(value, str | int | float) and value == default)
 
 
 def check_stationary(system: System, who: str) -> None:

@@ -14,7 +14,7 @@ from springpot.memory import direct
 from springpot.memory.weights import Family
 from springpot.memory.zeta import zeta_beyond_one
 from springpot.simulation.kernel.lanes import GROUP
-from springpot.simulation.plan.options import DEFAULTS, SchemeOfRun
+from springpot.simulation.plan.options import Options, SchemeOfRun
 
 
 class NumericalScheme(Protocol):
@@ -98,7 +98,7 @@ class Grunwald(NumericalScheme):
         Largest distance of an impact from the wall, in m.
     """
 
-    contact_tolerance: float = DEFAULTS["contact_tolerance"]
+    contact_tolerance: float = Options.contact_tolerance
 
     order: ClassVar[int] = 1
     default_step: ClassVar[float] = 0.001
@@ -171,7 +171,7 @@ def newest_weights(order: float) -> tuple[float, float]:
     return last - 2.0 / math.gamma(4.0 - order), -last
 
 
-def scheme_of(word: SchemeOfRun, contact_tolerance: float = DEFAULTS["contact_tolerance"]) -> NumericalScheme:
+def scheme_of(word: SchemeOfRun, contact_tolerance: float = Options.contact_tolerance) -> NumericalScheme:
     """The scheme of a name.
 
     Examples

@@ -11,7 +11,7 @@ import numpy as np
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 from springpot.machine.processors import threads_available
-from springpot.simulation.plan.options import DEFAULTS, Derivative, SchemeOfRun, StartKind
+from springpot.simulation.plan.options import Derivative, Options, SchemeOfRun, StartKind
 from springpot.simulation.plan.schemes import NumericalScheme, scheme_of
 
 MOST_STEPS = 100_000_000
@@ -63,8 +63,8 @@ class Settings:
     initial_position: float | dict[str, float] | None = None
     initial_velocity: float | dict[str, float] = 0.0
     derivative: Derivative = "caputo"
-    memory_tolerance: float = DEFAULTS["memory_tolerance"]
-    contact_tolerance: float = DEFAULTS["contact_tolerance"]
+    memory_tolerance: float = Options.memory_tolerance
+    contact_tolerance: float = Options.contact_tolerance
     record: int = 0
     record_every: int = 1
 

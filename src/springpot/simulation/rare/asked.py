@@ -32,13 +32,13 @@ from springpot.simulation.kernel.branches import MARKS
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES
 from springpot.simulation.kernel.loading import Code
-from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS
 from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps
+from springpot.simulation.lowering.observers import Observer
 from springpot.simulation.plan.motion import ModesNear, Motion
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
-from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.first_passage import SHIFT
 from springpot.simulation.watch.observables import is_taken, mean_of
 
@@ -103,7 +103,7 @@ def quantity_of(
         if name in motion.levels or is_taken(motion.system, str(name)):
             raise ValueError(f"{argument} cannot call a function {shown(name)}: there is a quantity of that name.")
         observer = mean_of(motion, name, function, "state", most=_MOST)
-        return Quantity(name, "", "own", Seen(feels=observer.feels), observer)
+        return Quantity(name, "", "own", Seen(feels=observer.seen.feels), observer)
     known = motion.levels | {name: ("impact_speed", each) for name, each in motion.speeds.items()}
     if name not in known and name in motion.felt:
         return Quantity(
@@ -223,9 +223,9 @@ def asked_of(plan: Plan, parts: Parts, quantity: Quantity, levels: Floats, sign:
         shares = np.pad(roughness_in_steps(plan, parts.felt, seen), (0, GROUP), mode="edge")
     initial = np.concatenate([shared, rooms, by_lane, shares])
     on_energy, on_modes, on_steps, on_impacts = _compiled()
-    nearness = Observer(on_energy if modes is None else on_modes, None, initial, per_path=True)
-    seeing = observer_of(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
-    seeing = replace(seeing, on_steps=on_steps)  # also where only impacts are seen
+    nearness = Observer(Seen(), on_energy if modes is None else on_modes, None, initial)
+    seen = replace(seen, number=seen.number or 0)  # steps also where only impacts are seen
+    seeing = Observer(seen, on_steps, on_impacts if kind == "impact_speed" else None, initial)
     observers = nearness, *([quantity.observer] if quantity.observer else []), seeing
     duration = (high - low) * plan.settings.step
     downwards = quantity.has_sides and sign < 0.0

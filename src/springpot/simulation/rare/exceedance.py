@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,7 @@ from springpot.simulation.kernel.lanes import GROUP
 from springpot.simulation.paths.simulation import Progress, simulation_of
 from springpot.simulation.plan.motion import Motion
 from springpot.simulation.plan.motions import motion_of
-from springpot.simulation.plan.options import DEFAULTS, Options, StartKind
+from springpot.simulation.plan.options import Options, StartKind
 from springpot.simulation.plan.plan import Plan, default_start, plan_of
 from springpot.simulation.plan.settings import MOST_STEPS, Settings
 from springpot.simulation.rare.asked import Quantity, asked_of, quantity_of
@@ -123,7 +123,7 @@ def exceedance(
     initial_position: float | None = None,
     initial_velocity: float | None = None,
     step: float | None = None,
-    memory_tolerance: float = DEFAULTS["memory_tolerance"],
+    memory_tolerance: float = Options.memory_tolerance,
     seed: int = 1,
     threads: int | None = None,
     max_time: float | None = None,
@@ -268,8 +268,7 @@ def stated(
         finite_number(max_time, "max_time", low=0.0, open_low=True, hint="It is in seconds.")
     duration = finite_number(duration, "duration", low=0.0, open_low=True, hint="It is in seconds.")
     if given.get("start") is None:  # the time counts when the motion has settled
-        options = {name: value for name, value in given.items() if value is not None}
-        given["start"], _ = default_start(motion_of(system), cast(Options, options))
+        given["start"], _ = default_start(motion_of(system), given)
     plan = plan_of(system, duration=duration, **given)
     if not plan.motion.is_random:
         raise ValueError("system must have noise, a random phase or records at random: without, nothing is by chance.")

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
+from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from springpot.machine.arguments import text
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
 from springpot.machine.extras import need
 from springpot.machine.faults import name_results, with_error
 from springpot.machine.plain import plain
@@ -32,13 +33,18 @@ if TYPE_CHECKING:
 
     from springpot.simulation.error.budget import Budget
     from springpot.simulation.watch.distributions import Distribution
-    from springpot.simulation.watch.passage_times import Columns, PassagesOfLevels, PassageTimes
+    from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
     from springpot.simulation.watch.profiles import Profile
     from springpot.simulation.watch.spectrum import Spectrum
 
 PROBABILITIES = (0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999)  # of the quantiles in files
 
 
+KINDS = {
+    "distributions": "distributions", "spectra": "a spectrum", "first_passages": "first passages",
+    "profiles": "profiles",
+}  # fmt: skip
+"""The results of observers that say their own columns: the fields of `Run`, with words for them."""
 _BOUNDS = {
     "step_bias": "the step's bias of", "memory_bias": "the memory's bias of", "transient": "what the start leaves in",
 }  # fmt: skip
@@ -234,16 +240,10 @@ class Run:
         >>> words["x_mean_se"] is None, words["settings"]["paths"]
         (True, 1)
         """
-        quantiles, biases = self._quantiles(), self.step_biases
+        bins = {f"{name}_bin" for name in self.distributions}  # of densities
         numbers = {
             **{name: value for name, (value, _, _) in self._numbers().items()},
-            **({"probability": PROBABILITIES} if quantiles or self.first_passages else {}),
-            **{name: at for name, (at, _, _) in quantiles.items()},
-            **{f"{name}_se": error for name, (_, error, _) in quantiles.items()},
-            **{f"{name}_step_bias": biases[name] for name in quantiles if name in biases},
-            **{name: column for name, (column, _) in self._spectral().items()},
-            **{name: values for name, (_, values, _) in self._passed().items()},
-            **{name: column for name, (column, _) in self._in_bins().items()},
+            **{name: values for name, (axes, values, _) in self._observed().items() if bins.isdisjoint(axes)},
         }
         return plain(numbers) | {
             "system": self.system.to_dict(),
@@ -272,43 +272,21 @@ class Run:
         """The unit of every estimate, by name; of an observable it is empty."""
         return {name: estimate.unit for name, estimate in self.estimates.items()}
 
-    def _passed(self) -> Columns:
-        """First passages by name: axes, values, and unit and description."""
-        each = (passage.columns(PROBABILITIES) for passage in self.first_passages.values())
-        return {name: column for columns in each for name, column in columns.items()}
-
-    def _spectral(self) -> dict[str, tuple[Floats, dict[str, Any]]]:
-        """Frequencies, and spectra with their errors, by name: numbers and attributes."""
-        found: dict[str, tuple[Floats, dict[str, Any]]] = {}
-        for name, own in self.spectra.items():
-            found["frequency"] = own.frequency, {"units": "rad s-1"}
-            unit = unit_of_result(self.system, f"{name}_spectrum")
-            found[f"{name}_spectrum"] = own.density, {"units": unit, "resolution": own.resolution}
-            found[f"{name}_spectrum_se"] = own.standard_error, {"units": unit}
-        return found
-
-    def _in_bins(self) -> dict[str, tuple[Floats, str]]:
-        """Middles and widths of the bins of time, and profiles with their errors, by name: numbers and unit."""
-        found: dict[str, tuple[Floats, str]] = {}
-        for name, own in self.profiles.items():
-            found["time_bin"], found["time_bin_width"] = (own.time, "s"), (np.diff(own.edges), "s")
-            found[name], found[f"{name}_se"] = (own.value, own.unit), (own.standard_error, own.unit)
-        return found
-
-    def _quantiles(self) -> dict[str, tuple[Floats, Floats, str]]:
-        """Quantiles at PROBABILITIES of distributions, extremes and passage times: values, errors, unit."""
-        quantiles = {
-            f"{name}_quantile": (*sketch.quantile(PROBABILITIES), sketch.unit)
-            for name, sketch in self.distributions.items()
-        }
+    def _observed(self) -> Columns:
+        """What was asked for beside numbers."""
+        found: Columns = {}
+        for name, own in chain.from_iterable(getattr(self, kind).items() for kind in KINDS):
+            found |= own.columns(name, PROBABILITIES)
         for name, samples in self.extremes.items():
             from springpot.simulation.watch.distributions import sample_quantiles  # for who asked for extremes
 
-            quantiles[f"{name}_quantile"] = (
-                *sample_quantiles(samples, PROBABILITIES),
-                unit_of_result(self.system, f"{name}_quantile"),
-            )
-        return quantiles
+            unit = {"units": unit_of_result(self.system, f"{name}_quantile")}
+            for end, values in zip(("", "_se"), sample_quantiles(samples, PROBABILITIES), strict=True):
+                found[f"{name}_quantile{end}"] = ("probability",), values, unit
+        for name, bias in self.step_biases.items():
+            axes, _, unit = found[name]
+            found[f"{name}_step_bias"] = axes, bias, unit
+        return found
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset: every estimate and its ``_se`` with units, the rest as attributes.
@@ -356,11 +334,12 @@ class Run:
             for name, (value, unit, text) in self._numbers().items()
         }
         coordinates: dict[str, Any] = {}
-        if walls := self._by_wall(data):
+        walls, points = [*self.system.stops], [*self.system.points]
+        if walls:
+            self._join(data, "barrier", walls, {name: f"barrier_{name}" for name in OF_A_WALL}, "wall")
             coordinates["barrier"] = ("barrier", walls)
-        if points := self._by_point(data):
+        if self._join(data, "point", points, {name: name for name in OF_A_POINT}, "mass"):
             coordinates["point"] = ("point", points)
-        biases = self.step_biases
         if self.settings.record:
             coordinates["path"] = ("path", np.arange(len(self.record)))
             coordinates["time"] = ("time", self.time, {"units": "s"})
@@ -369,57 +348,28 @@ class Run:
             data["v"] = (axes, self.record[..., 1], {"units": "m s-1"})
             for name, column in self.forces.items():
                 data[name] = (("path", "time"), column, {"units": unit_of_result(self.system, name)})
-        if self.first_passages:
-            coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
-        for name, (at, error, unit) in self._quantiles().items():
-            coordinates["probability"] = ("probability", list(PROBABILITIES), {"units": "1"})
-            data[name] = ("probability", at, {"units": unit})
-            data[f"{name}_se"] = ("probability", error, {"units": unit})
-            if name in biases:
-                data[f"{name}_step_bias"] = ("probability", biases[name], {"units": unit})
-        for name, (column, attributes) in self._spectral().items():
-            (coordinates if name == "frequency" else data)[name] = ("frequency", column, attributes)
-        for name, (axes, values, words) in self._passed().items():
+        for name, (axes, values, words) in self._observed().items():
             axis = axes[0] if len(axes) == 1 else axes
-            (coordinates if name == axis else data)[name] = (axis, values, words)
-        for name, (column, unit) in self._in_bins().items():
-            (coordinates if name.startswith("time_bin") else data)[name] = ("time_bin", column, {"units": unit})
-        for name, sketch in self.distributions.items():
-            edges, density, error = sketch.density()
-            where, per_unit = f"{name}_bin", {"units": sketch.density_unit}
-            coordinates[where] = (where, 0.5 * (edges[1:] + edges[:-1]), {"units": sketch.unit})
-            coordinates[f"{name}_bin_width"] = (where, np.diff(edges), {"units": sketch.unit})
-            data[f"{name}_density"] = (where, density, per_unit)
-            data[f"{name}_density_se"] = (where, error, per_unit)
-            if f"{name}_density" in biases:
-                data[f"{name}_density_step_bias"] = (where, biases[f"{name}_density"], per_unit)
+            (coordinates if name in (axis, f"{axis}_width") else data)[name] = axis, values, words
         return data, coordinates
 
-    def _by_point(self, data: dict[str, Any]) -> list[str]:
-        """Join the numbers of several masses to arrays over them, ``x_mean_square`` and so on; no names without any."""
-        points, joined = [*self.system.points], False
-        for name in OF_A_POINT:
-            for ending in ("", *PARTS_OF_ERROR):
-                if all(f"{point}_{name}{ending}" in data for point in points):
-                    parts = [data.pop(f"{point}_{name}{ending}") for point in points]
-                    attributes = {"units": parts[0][2]["units"], "long_name": f"{name} of each mass".replace("_", " ")}
-                    data[f"{name}{ending}"] = ("point", [part[1] for part in parts], attributes)
-                    joined = True
-        return points if joined else []
+    @staticmethod
+    def _join(data: dict[str, Any], axis: str, owners: Sequence[str], names: dict[str, str], word: str) -> bool:
+        """Join the numbers of several owners to arrays over them; whether there are any.
 
-    def _by_wall(self, data: dict[str, Any]) -> list[str]:
-        """Join the numbers of the walls of a system to arrays over them, ``barrier_impact_rate`` and so on."""
-        walls = [*self.system.stops]
-        for quantity in OF_A_WALL:
-            for ending in ("", *PARTS_OF_ERROR):
-                names = [f"{wall}_{quantity}{ending}" for wall in walls]
-                if names and all(name in data for name in names):
-                    parts = [data.pop(name) for name in names]
-                    one, words = f"{walls[0]}_{quantity}", f"{quantity.replace('_', ' ')} of each wall"
-                    text = parts[0][2]["long_name"].replace(one, words).replace(one.replace("_", " "), words)
-                    attributes = {"units": parts[0][2]["units"], "long_name": text}
-                    data[f"barrier_{quantity}{ending}"] = ("barrier", [part[1] for part in parts], attributes)
-        return walls
+        ``names``: those of the arrays, by what the numbers are called after their owners.
+        """
+        joined = False
+        for (quantity, whole), ending in product(names.items(), ("", *PARTS_OF_ERROR)):
+            each = [f"{own}_{quantity}{ending}" for own in owners]
+            if each and all(name in data for name in each):
+                parts = [data.pop(name) for name in each]
+                one, text = f"{owners[0]}_{quantity}", f"{quantity.replace('_', ' ')} of each {word}"
+                text = parts[0][2]["long_name"].replace(one, text).replace(one.replace("_", " "), text)
+                attributes = {"units": parts[0][2]["units"], "long_name": text}
+                data[f"{whole}{ending}"] = (axis, [part[1] for part in parts], attributes)
+                joined = True
+        return joined
 
     def save(self, path: str | Path, *, overwrite: bool = False, path_sums: bool = False) -> Path:
         """Write the run to a file: see `springpot.simulation.result.save.save_run`, whose arguments are the same.

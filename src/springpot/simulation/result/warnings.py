@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from springpot.simulation.estimate.step_biases import impact_biases, missed_in
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.statistics import NORMAL, spread_by_logarithms
 from springpot.simulation.plan.motion import Motion
-from springpot.simulation.plan.options import Options
 from springpot.simulation.plan.plan import Plan, default_start
 from springpot.simulation.plan.settings import SINGLE_PRECISION
 from springpot.simulation.plan.struck import missed_impacts, slow_impact_order
@@ -93,9 +92,9 @@ def doubts(
 
 def _about_limits(simulation: Simulation, rows: Floats) -> Iterator[Message]:
     """Of steps in which the kernel did not follow every impact; on a circle what it leaves out are hops of no size."""
-    column = dict(zip(simulation.parts.columns, rows.T, strict=True))
-    if not simulation.parts.tables.count("turns") and (count := int(column["collapses"].sum())):
-        yield say("impacts_limited", count=count, halted=int(column["halts"].sum()))
+    collapses, halts = (int(simulation.parts.sums(rows)["limit", own].sum()) for own in ("collapses", "halts"))
+    if not simulation.parts.tables.count("turns") and collapses:
+        yield say("impacts_limited", count=collapses, halted=halts)
 
 
 def _about_shapes(motion: Motion) -> Iterator[Message]:
@@ -292,7 +291,7 @@ def _about_walls(simulation: Simulation, values: Values, seen: Watched) -> Itera
 def about_uncontrolled_impacts(reached: Reached, rtol: float) -> list[Message]:
     """Of large errors of impact rate and speed in a run with ``rtol`` that does not control them."""
     walls = [
-        f"{wall}_" for wall in reached.simulation.parts.struck if not reached.simulation.parts.tables.count("forced")
+        f"{wall}_" for wall in reached.simulation.parts.walls if not reached.simulation.parts.tables.count("forced")
     ] or [""]
     left = {
         name: reached.budgets[name].total / abs(reached.values[name])
@@ -367,7 +366,7 @@ def about_options(plan: Plan, given: Mapping[str, Any]) -> list[Message]:
     contact_tolerance has no effect without scheme='grunwald'.
     """
     motion = plan.motion
-    _, reason = default_start(motion, cast(Options, given))
+    _, reason = default_start(motion, given)
     useless = {}
     if "contact_tolerance" in given and given.get("scheme", "default") != "grunwald":
         useless["contact_tolerance"] = " without scheme='grunwald'"

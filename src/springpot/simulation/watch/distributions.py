@@ -8,6 +8,8 @@ density is smooth.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -17,54 +19,81 @@ import numpy.typing as npt
 from numba import njit
 
 from springpot.machine.arguments import LARGEST, finite_number, real_array
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
 from springpot.machine.faults import shown
 from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, beyond, bits_of, f32, i32, stack_array
-from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
-from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS
+from springpot.simulation.lowering.observers import Observer, begins, layout
+from springpot.simulation.paths.simulation import Ensemble, Simulation
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
-
-FIRST = len(HEADER)
-_, _SPEED_UNIT, _, _FREQUENCY, _WALL, _LANES = range(FIRST)
+from springpot.simulation.plan.settings import Settings
+from springpot.simulation.watch.forces import seen_forces
+from springpot.simulation.watch.requested import Observed, Request
 
 _PARTS = 64  # bins in an octave
 _LOWEST, _HIGHEST = -24, 24  # octaves, in powers of two of the kernel's units, which are near the problem's scales
 BINS = _PARTS * (_HIGHEST - _LOWEST) + 1  # of one sign; the first holds everything below the lowest octave
 _OFFSET = (127 + _LOWEST) * _PARTS - 1
-_SLOTS = {"x": 0, "v": 2 * BINS, "amplitude": 4 * BINS, "impact_speed": 5 * BINS}
-_X, _V, _AMPLITUDE, _SPEED = (FIRST + slot for slot in _SLOTS.values())
 FEWEST_BEYOND = 4.0  # samples beyond a quantile, for a standard error of it
 FEWEST_BATCHES = 10  # for a usable standard error
 SAMPLING = 0.1  # between two samples of a sketch, in units of the shortest time scale
+FINE = 0.01  # step over the fastest rate, of laws of the speeds of impacts, of which the slowest lack most
+
+_LAYOUT = layout(x=2 * BINS, v=2 * BINS, amplitude=BINS, impact_speed=BINS)
+_OF_FORCE = layout(x=2 * BINS)
+_FREQUENCY, _WALL, _LANES, _X, _V, _AMPLITUDE, _SPEED = begins(
+    _LAYOUT, "frequency", "wall", "lanes", "x", "v", "amplitude", "impact_speed"
+)
 
 
-def sketches(seen: Seen, group_in_time_scales: float) -> Observer:
-    """Counts for those distributions that a displacement has by its names; of a force or an acceleration its own.
+@dataclass(frozen=True, eq=False)
+class Sketch(Request):
+    """The distributions that a displacement has by its names; of a force or an acceleration its own."""
 
-    Parameters
-    ----------
-    seen : Seen
-    group_in_time_scales : float
-        Length of four steps in units of the shortest time scale; samples are about ``SAMPLING`` of it apart.
-    """
-    every = max(1, int(SAMPLING / group_in_time_scales))
-    if seen.feels:
-        return observer_of(seen, _sketch_of_force(), None, np.zeros(2 * BINS), per_path=False, every=every)
-    return observer_of(seen, *_sketch_parts(), np.zeros(6 * BINS), per_path=False, every=every)
+    @classmethod
+    def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Sketch]:
+        if wishes["distributions"] is not True:
+            raise TypeError(f"distributions must be True or False, not {shown(wishes['distributions'])}.")
+        for seen in (*plan.motion.seen, *seen_forces(plan, wishes)):
+            yield cls.of(seen, plan.motion, plan.settings)
 
+    @classmethod
+    def of(cls, seen: Seen, motion: Motion, settings: Settings) -> Sketch:
+        """Of this one; samples are about ``SAMPLING`` of the shortest time scale apart."""
+        every = max(1, int(SAMPLING / (GROUP * settings.step * motion.scales.fastest_rate)))
+        on_steps, on_impacts = (_compiled_of_force(), None) if seen.feels else _compiled()
+        initial = np.zeros((), _OF_FORCE if seen.feels else _LAYOUT)
+        return cls((Observer(seen, on_steps, on_impacts, initial, of_batches=(*seen.names,), every=every),))
 
-def observer_of(
-    seen: Seen, on_steps: Any, on_impacts: Any, initial: Floats, *, per_path: bool = True, every: int = 1,
-    per_block: bool = False,
-) -> Observer:  # fmt: skip
-    """An observer of a displacement and of the impacts that belong to it, as far as there are any."""
-    steps, impacts = None if seen.number is None else on_steps, None if seen.stop is None else on_impacts
-    return Observer(
-        steps, impacts, initial, per_path, every, seen.number or 0, seen.stop or "", seen.place, per_block, seen.feels,
-        seen.peaks, seen.impulse,
-    )  # fmt: skip
+    @classmethod
+    def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
+        return FINE / motion.scales.fastest_rate if motion.crowded else math.inf
+
+    def in_full(self, settings: Settings) -> bool:
+        return True
+
+    def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
+        return {"distributions": self.distributions(simulation, ensemble.observed[self.observer])}
+
+    def distributions(self, simulation: Simulation, counts: Mapping[str, Floats]) -> dict[str, Distribution]:
+        """From counts of batches, shape (batches, bins), by the names of one mass."""
+        units, seen, motion = simulation.parts.units, self.observer.seen, simulation.motion
+        header = dict(zip(HEADER, simulation.parts.header_of(self.observer), strict=True))
+        place = 0.0 if seen.feels else units.state[0] * header["wall"] + 0.0  # of a single wall
+        x, v = units.state
+        x = x / header["frequency"] if seen.feels else x
+        scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": header["speed"]}
+        distributions = {}
+        for name, called in seen.names.items():
+            unit, per_unit = (unit_of_result(motion.system, f"{called}_{end}") for end in ("quantile", "density"))
+            own = np.zeros_like(counts[name]) if motion.is_undefined(seen) else counts[name]
+            found = distribution_of(unit, per_unit, scale[name], own)
+            distributions[called] = replace(found, edges=found.edges + place) if name == "x" else found
+        return distributions
 
 
 _numbers, _places = stack_array(LANES), stack_array(LANES)
@@ -87,7 +116,7 @@ def _count(array, first, values, lanes, places):
 
 
 @cache
-def _sketch_parts() -> tuple[Any, Any]:
+def _compiled() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         j, lanes = max(low - n, 0), int(array[_LANES])
@@ -109,7 +138,7 @@ def _sketch_parts() -> tuple[Any, Any]:
 
 
 @cache
-def _sketch_of_force() -> Any:
+def _compiled_of_force() -> Any:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         j, scale = max(low - n, 0), array[_FREQUENCY]
@@ -245,6 +274,21 @@ class Distribution:
         there = above[:, at] - part * self.counts[:, at]
         return np.asarray(there.sum(axis=0) / self.size), self._error(there)
 
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
+        """Everything for tables and files."""
+        edges, density, error = self.density()
+        at, its_error = self.quantile(probabilities)
+        where, unit, per_unit = (f"{name}_bin",), {"units": self.unit}, {"units": self.density_unit}
+        return {
+            "probability": (("probability",), [*probabilities], {"units": "1"}),
+            f"{name}_quantile": (("probability",), at, unit),
+            f"{name}_quantile_se": (("probability",), its_error, unit),
+            f"{name}_bin": (where, 0.5 * (edges[1:] + edges[:-1]), unit),
+            f"{name}_bin_width": (where, np.diff(edges), unit),
+            f"{name}_density": (where, density, per_unit),
+            f"{name}_density_se": (where, error, per_unit),
+        }
+
     def _error(self, counts: Floats) -> Floats:
         """Standard error of the ratio of sums of counts to the number of samples; batches are independent."""
         batches = self.counts[self.counts.sum(axis=1) > 0.0].sum(axis=1)
@@ -253,25 +297,6 @@ class Distribution:
         share = counts.sum(axis=0) / self.size
         apart = counts[self.counts.sum(axis=1) > 0.0] - share * batches.reshape(-1, *(1,) * (counts.ndim - 1))
         return np.asarray(np.sqrt(batches.size / (batches.size - 1.0) * (apart**2).sum(axis=0)) / self.size)
-
-
-def distributions_in(simulation: Simulation, observer: Observer, seen: Seen, counts: Floats) -> dict[str, Distribution]:
-    """The distributions from the counts of `sketches`, of shape (batches, size of the observer's array)."""
-    units = simulation.parts.units
-    header = simulation.parts.header_of(observer)
-    place = 0.0 if seen.feels else units.state[0] * header[_WALL] + 0.0  # of a single wall
-    x, v = units.state
-    x = x / header[_FREQUENCY] if seen.feels else x
-    scale = {"x": x, "v": v, "amplitude": units.length, "impact_speed": header[_SPEED_UNIT]}
-    distributions = {}
-    for name, called in seen.names.items():
-        taken = counts[:, _SLOTS[name] : _SLOTS[name] + (2 if name in ("x", "v") else 1) * BINS]
-        unit, per_unit = (
-            unit_of_result(simulation.motion.system, f"{called}_{end}") for end in ("quantile", "density")
-        )
-        found = distribution_of(unit, per_unit, scale[name], taken)
-        distributions[called] = replace(found, edges=found.edges + place) if name == "x" else found
-    return distributions
 
 
 def distribution_of(unit: str, density_unit: str, scale: float, counts: Floats) -> Distribution:

@@ -21,12 +21,13 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 from numba.core.errors import NumbaError
 
@@ -36,130 +37,169 @@ from springpot.machine.faults import cause_of, shown
 from springpot.problem.catalogue import LEVELS, unit_of_result
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, OF_USER
-from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
+from springpot.simulation.kernel.loading import Code
+from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
+from springpot.simulation.lowering.compose import Parts
 from springpot.simulation.lowering.felt import roughness_in_steps
-from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.lowering.observers import Observer, begins, layout
+from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
-from springpot.simulation.watch.distributions import observer_of
 from springpot.simulation.watch.observables import is_taken
 from springpot.simulation.watch.passage_times import PassagesOfLevels, PassageTimes
-
-Wanted = Mapping[str, Any]
+from springpot.simulation.watch.requested import Observed, Request
 
 SHIFT = 0.5826  # -zeta(1/2) / sqrt(2 pi)
 SETTLED = 2.0  # relaxation times after which the rate of passages is assumed constant
 MOST_LEVELS = 1000
 ROUNDED = 1e-9  # relative to a level: what vector code may round otherwise
-_FIRST = len(HEADER)
-_LENGTH, _SPEED, _TIME, _, _WALL, _ = range(_FIRST)
-# for each lane, from _FIRST on: the number of the next level and this level, the state of the previous step, and how
-# near a group of steps comes to the level; then constants, the levels, and for each lane when it passed each of them
-_NEXT, _LEVEL, _SEEN, _X, _V, _STRUCK, _NEAR, _CONSTANTS, _LEVELS = (_FIRST + LANES * i for i in range(9))
-_COUNT, _TIMES, _SIGN, _REFERENCE, _ROOT, _OMEGA, _SIDE, _SLACK, _STEPS = range(_CONSTANTS, _CONSTANTS + 9)
-# _STEPS: behind all of it, where the shares of the root in each step are; 0 without an envelope
+_OF_LANES = "next", "level", "known", "x", "v", "struck", "near"
+"""The number of the next level and this level; whether there is a previous step, its state and the speed of an impact
+since then; and how near a group of steps comes to the level."""
+_CONSTANTS = "count", "times_at", "sign", "reference", "root", "omega", "side", "slack", "shares_at"
 
+
+def _layout(levels: int, steps: int = 0) -> np.dtype[np.void]:
+    """With when each lane passed each level, -1 if it has not, and the share of the root in each of so many steps."""
+    lanes, constants = dict.fromkeys(_OF_LANES, LANES), dict.fromkeys(_CONSTANTS, ())
+    return layout(**lanes, **constants, levels=levels, times=(levels, LANES), shares=steps)
+
+
+(_LENGTH, _SPEED, _TIME, _WALL, _NEXT, _LEVEL, _KNOWN, _X, _V, _STRUCK, _NEAR, _COUNT, _TIMES_AT, _SIGN, _REFERENCE,
+ _ROOT, _OMEGA, _SIDE, _SLACK, _SHARES_AT, _LEVELS) = begins(
+    _layout(1), "length", "speed", "time", "wall", *_OF_LANES, *_CONSTANTS, "levels",
+)  # fmt: skip
 
 _SIZES = {"x": "distance", "v": "speed", "force": "size of force"}
 """Quantities with a sign, which can leave an interval: their distance from its middle."""
 
 
-@dataclass(frozen=True, eq=False)
-class Passage:
-    """Levels of one quantity that are passed one after another.
+@dataclass(frozen=True)
+class Way:
+    """Levels of a quantity that are passed one after another, in one direction.
 
     Attributes
     ----------
-    quantity : str
-    listed : bool
-        Whether a list of levels was given.
-    places : tuple of int
-        Of the levels, in this list.
     levels : tuple of float
+    places : tuple of int
+        Of the levels, among those that were given.
     reference : float
         From which distances are measured; NaN for other quantities.
-    unit : str
-    observer : Observer
+    """
+
+    levels: tuple[float, ...]
+    places: tuple[int, ...]
+    reference: float
+
+
+@dataclass(frozen=True, eq=False)
+class FirstPassages(Request):
+    """The first passages of one quantity, with an observer for each way.
+
+    Attributes
+    ----------
+    quantity, unit : str
+    listed : bool
+        Whether a list of levels was given.
+    at_once : bool
+        Whether the state at time 0 counts.
+    ways : tuple of Way
     """
 
     quantity: str
-    listed: bool
-    places: tuple[int, ...]
-    levels: tuple[float, ...]
-    reference: float
     unit: str
-    observer: Observer
+    listed: bool
+    at_once: bool
+    ways: tuple[Way, ...]
 
+    over_time: ClassVar[bool] = True
 
-def checked(plan: Plan, wanted: Wanted | None) -> tuple[Passage, ...]:
-    """Check and compile the requested first passages.
+    @classmethod
+    def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[FirstPassages]:
+        """Of each quantity by its name: a level, or a list of levels.
 
-    Parameters
-    ----------
-    wanted : dict
-        Name and level of each quantity, or a list of levels.  A pair (low, high) of a displacement or velocity is an
-        interval to be left; a distance may have ``{"level": ..., "reference": ...}``, and with one mass any other name
-        is an observable's, with a pair of a function f(t, x, v) and its level or levels.
+        A pair (low, high) of a displacement or velocity is an interval to be left; a distance may have ``{"level": ...,
+        "reference": ...}``, and with one mass any other name is an observable's, with a pair of a function f(t, x, v)
+        and its level or levels.
+        """
+        given = wishes["first_passage"]
+        if not isinstance(given, Mapping):
+            words = "first_passage must be a dict of names and levels"
+            raise TypeError(f"{words}, such as {{'x': 0.01}}, not {shown(given)}.")
+        for name, levels in given.items():
+            yield cls.of(plan, name, levels)
 
-    Raises
-    ------
-    TypeError, ValueError
-        One sentence, before any work.
-    """
-    if wanted is None:
-        return ()
-    if not isinstance(wanted, Mapping):
-        words = "first_passage must be a dict of names and levels"
-        raise TypeError(f"{words}, such as {{'x': 0.01}}, not {shown(wanted)}.")
-    return tuple(passage for name, given in wanted.items() for passage in _passages(plan, name, given))
-
-
-def _passages(plan: Plan, name: str, given: Any) -> list[Passage]:
-    motion = plan.motion
-    reference = math.nan
-    quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
-    if name in motion.felt:
-        quantity, seen = "force", motion.seen_by_name(name, "first_passage")
-    if not quantity and motion.arguments:
-        if isinstance(given, tuple | list) and any(map(callable, given)):
-            raise ValueError(
-                f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
-            )
-        near = motion.near(name, sorted({*motion.levels, *motion.felt}))
-        raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
-    if not quantity:
-        function, given = _observable(plan, name, given)
-    else:
-        given, reference = _levels_and_reference(name, quantity, given)
-    listed = isinstance(given, list) or (isinstance(given, np.ndarray) and given.ndim > 0)
-    each = [*given] if listed else [given]
-    if not 0 < len(each) <= MOST_LEVELS:
-        raise ValueError(f"first_passage of {name} must have 1 to {MOST_LEVELS} levels, not {len(each)}.")
-    parts = _parts(quantity) if quantity else _observable_parts(name, function)
-    # of all that are passed in one direction, each lies beyond the one before
-    ways = dict[tuple[str, float, float], list[tuple[float, int]]]()
-    for place, one in enumerate(each):
-        if quantity in _SIZES and isinstance(one, tuple):
-            middle, half = _interval(name, seen if quantity == "x" else Seen(), one)
-            way, level = (_SIZES[quantity], 1.0, middle), half
+    @classmethod
+    def of(cls, plan: Plan, name: str, given: Any) -> FirstPassages:
+        """Of one quantity."""
+        motion = plan.motion
+        reference = math.nan
+        quantity, seen = motion.levels.get(name) or ("", next(own for _, own in motion.levels.values()))
+        if name in motion.felt:
+            quantity, seen = "force", motion.seen_by_name(name, "first_passage")
+        if not quantity and motion.arguments:
+            if isinstance(given, tuple | list) and any(map(callable, given)):
+                raise ValueError(
+                    f"first_passage of {shown(name)} cannot be of a function of your own, which is for one mass."
+                )
+            near = motion.near(name, sorted({*motion.levels, *motion.felt}))
+            raise ValueError(f"first_passage has {shown(name)}, which is nothing that can pass a level{near}")
+        if not quantity:
+            function, given = _observable(plan, name, given)
         else:
-            level = _level(name, quantity, one)
-            sign = _direction(plan, name, quantity, seen, level) if quantity in _SIZES else 1.0
-            way = quantity, sign, reference
-        ways.setdefault(way, []).append((level, place))
-    found = []
-    for (kind, sign, middle), own in ways.items():
-        own.sort(key=lambda each, sign=sign: sign * each[0])  # type: ignore[misc]
-        levels, places = zip(*own, strict=True)
-        observer = _observer(plan, seen, parts if kind == quantity else _parts(kind), kind, levels, sign, middle)
+            given, reference = _levels_and_reference(name, quantity, given)
+        listed = isinstance(given, list) or (isinstance(given, np.ndarray) and given.ndim > 0)
+        each = [*given] if listed else [given]
+        if not 0 < len(each) <= MOST_LEVELS:
+            raise ValueError(f"first_passage of {name} must have 1 to {MOST_LEVELS} levels, not {len(each)}.")
+        compiled = _compiled_of(quantity) if quantity else _compiled_of_observable(name, function)
+        # of all that are passed in one direction, each lies beyond the one before
+        found = dict[tuple[str, float, float], list[tuple[float, int]]]()
+        for place, one in enumerate(each):
+            if quantity in _SIZES and isinstance(one, tuple):
+                middle, half = _interval(name, seen if quantity == "x" else Seen(), one)
+                way, level = (_SIZES[quantity], 1.0, middle), half
+            else:
+                level = _level(name, quantity, one)
+                sign = _direction(plan, name, quantity, seen, level) if quantity in _SIZES else 1.0
+                way = quantity, sign, reference
+            found.setdefault(way, []).append((level, place))
         unit = unit_of_result(plan.system, name) if seen.feels else LEVELS.get(quantity, "")
-        found.append(Passage(name, listed, places, levels, middle, unit, observer))
-    return found
+        # the state at time 0 counts, unless it is not known or there is no force yet
+        at_once = plan.settings.window_steps[0] == 0 and plan.settings.initial_position is not None and not seen.feels
+        observers, ways = list[Observer](), list[Way]()
+        for (kind, sign, middle), own in found.items():
+            own.sort(key=lambda each, sign=sign: sign * each[0])  # type: ignore[misc]
+            levels, places = zip(*own, strict=True)
+            initial = _initial(plan, seen, kind, levels, sign, middle, at_once)
+            on_steps, on_impacts = compiled if kind == quantity else _compiled_of(kind)
+            observers.append(Observer(seen, on_steps, on_impacts, initial, of_paths=("times",)))
+            ways.append(Way(levels, places, middle))
+        return cls((*observers,), name, unit, listed, at_once, (*ways,))
+
+    def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
+        found = dict[int, PassageTimes]()
+        for observer, way in zip(self.observers, self.ways, strict=True):
+            times = ensemble.observed[observer]["times"].T
+            for place, level, passed in zip(way.places, way.levels, times, strict=True):
+                found[place] = self._passage_times(simulation, way, level, passed)
+        of_levels = tuple(found[place] for place in sorted(found))
+        return {"first_passages": {self.quantity: PassagesOfLevels(of_levels) if self.listed else found[0]}}
+
+    def _passage_times(self, simulation: Simulation, way: Way, level: float, passed: Floats) -> PassageTimes:
+        settings, motion, (low, high) = simulation.settings, simulation.motion, simulation.settings.window_steps
+        begin = 0.0 if self.at_once else (low + 1) * settings.step
+        horizon = high * settings.step - begin
+        since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
+        times = np.where(passed < 0.0, np.inf, since)
+        settling = motion.settled_after(settings.start, SETTLED) if motion.settles else math.inf
+        return PassageTimes(self.quantity, level, way.reference, self.unit, begin, horizon, settling, times)
 
 
-def _observer(
-    plan: Plan, seen: Seen, parts: Any, quantity: str, levels: tuple[float, ...], sign: float, reference: float
-) -> Observer:
+def _initial(
+    plan: Plan, seen: Seen, quantity: str, levels: tuple[float, ...], sign: float, reference: float, at_once: bool
+) -> Callable[[Parts], npt.NDArray[np.void]]:
+    """The array for the levels of a way, once the kernel's arguments are known."""
     motion, settings, frequency = plan.motion, plan.settings, math.nan
     if not motion.arguments:
         frequency = motion.system.resonance if quantity == "amplitude" else motion.system.natural_frequency
@@ -168,23 +208,24 @@ def _observer(
             f"first_passage of {quantity} needs a linear spring: use x, v, speed, distance or an observable."
         )
     kernels = np.array([0.5 * (frequency * level) ** 2 for level in levels] if quantity == "amplitude" else levels)
-    first = 9 + -(-len(levels) // LANES)
-    initial = np.full((first + len(levels), LANES), -1.0)  # passed at -1: not yet
-    initial[:9] = 0.0
-    initial[1] = kernels[0]
-    if settings.window_steps[0] == 0 and settings.initial_position is not None and not seen.feels:
-        x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
-        initial[2:5] = np.array([[1.0], [x], [v]])
-    root = 1.0 if seen.feels else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
     middle = 0.0 if math.isnan(reference) else reference
-    slack = ROUNDED * (np.abs(kernels).max() + abs(middle))
-    in_steps = _FIRST + initial.size if motion.is_modulated else 0
-    constants = len(levels), first * LANES, sign, middle, root, frequency, seen.side, slack, in_steps
-    initial[7, : len(constants)] = constants
-    initial[8:first].flat[: len(levels)] = kernels
-    on_steps, on_impacts = parts
-    made = observer_of(seen, on_steps, on_impacts, initial.ravel())
-    return replace(made, behind=lambda parts: roughness_in_steps(plan, parts.felt, seen)) if in_steps else made
+
+    def initial(parts: Parts) -> npt.NDArray[np.void]:
+        shares = roughness_in_steps(plan, parts.felt, seen) if motion.is_modulated else np.zeros(0)
+        kind = _layout(len(levels), shares.size)
+        array = np.zeros((), kind)
+        array["level"], array["levels"], array["times"], array["shares"] = kernels[0], kernels, -1.0, shares
+        if at_once:
+            x, v = motion.start_of(seen, settings.initial_position, settings.initial_velocity)
+            array["known"], array["x"], array["v"] = 1.0, x, v
+        array["count"], array["sign"], array["reference"], array["omega"] = len(levels), sign, middle, frequency
+        array["root"] = 1.0 if seen.feels else SHIFT * math.sqrt(motion.intensity_of(seen) * settings.step)
+        array["side"], array["slack"] = seen.side, ROUNDED * (np.abs(kernels).max() + abs(middle))
+        array["times_at"], shares_at = begins(kind, "times", "shares")
+        array["shares_at"] = shares_at if shares.size else 0
+        return array
+
+    return initial
 
 
 def _levels_and_reference(name: str, quantity: str, given: Any) -> tuple[Any, float]:
@@ -247,39 +288,6 @@ def _direction(plan: Plan, name: str, quantity: str, seen: Seen, level: float) -
     return 1.0 if level > x else -1.0
 
 
-def passage_times(
-    simulation: Simulation, passages: Sequence[Passage], left: Sequence[Floats]
-) -> dict[str, PassageTimes | PassagesOfLevels]:
-    """The passage times of each quantity, from the arrays of the observers of its levels.
-
-    Parameters
-    ----------
-    left : sequence of ndarray, shape (paths, numbers)
-    """
-    found = dict[str, dict[int, PassageTimes]]()
-    for passage, array in zip(passages, left, strict=True):
-        for place, level, passed in zip(passage.places, passage.levels, array.T[-len(passage.levels) :], strict=True):
-            found.setdefault(passage.quantity, {})[place] = _passage_times(simulation, passage, level, passed)
-    listed = {passage.quantity for passage in passages if passage.listed}
-    return {
-        name: PassagesOfLevels(tuple(own[place] for place in sorted(own))) if name in listed else own[0]
-        for name, own in found.items()
-    }
-
-
-def _passage_times(simulation: Simulation, passage: Passage, level: float, passed: Floats) -> PassageTimes:
-    settings, (low, high) = simulation.settings, simulation.settings.window_steps
-    at_once = low == 0 and passage.observer.initial[_SEEN - _FIRST] == 1.0
-    begin = 0.0 if at_once else (low + 1) * settings.step
-    horizon = high * settings.step - begin
-    since = np.where(passed - begin < 1e-9 * settings.step, 0.0, np.minimum(passed - begin, horizon))
-    times = np.where(passed < 0.0, np.inf, since)
-    settling = (
-        simulation.motion.settled_after(simulation.settings.start, SETTLED) if simulation.motion.settles else math.inf
-    )
-    return PassageTimes(passage.quantity, level, passage.reference, passage.unit, begin, horizon, settling, times)
-
-
 # --- compiled ------------------------------------------------------------------------------------------------------
 
 
@@ -302,7 +310,7 @@ def _observable(plan: Plan, name: object, given: Any) -> tuple[Callable[..., flo
     return function, level
 
 
-def _observable_parts(name: str, function: Callable[..., float]) -> tuple[Any, Any]:
+def _compiled_of_observable(name: str, function: Callable[..., float]) -> tuple[Code, Code]:
     inner = njit(**OF_USER)(getattr(function, "py_func", function))
 
     @njit(**INLINE)
@@ -373,7 +381,7 @@ def _energy(t, x, v, level, sign, reference, omega):
 
 
 @cache
-def _parts(name: str) -> tuple[Any, Any]:
+def _compiled_of(name: str) -> tuple[Code, Code]:
     value, shift, slope = {
         "x": (_x, _no_shift, _x_slope),
         "force": (_x, _noise_in_v, None),
@@ -401,7 +409,7 @@ def _inside(before, after, slope_before, slope_after, h):
     return h * s * (1.0 - math.sqrt(top / (top - before)))
 
 
-def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: bool = False) -> tuple[Any, Any]:
+def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: bool = False) -> tuple[Code, Code]:
     """``on_steps`` and ``on_impacts`` for a quantity that has passed the level if ``value`` is not negative.
 
     ``timed``: whether it depends on the time; ``felt``: whether it is a force or an acceleration.
@@ -412,10 +420,10 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
     @njit(**INLINE)
     def follow(x, v, h, n, low, high, array, lane):
         """Look at each step of a group for one lane."""
-        count, times = int(array[_COUNT]), _FIRST + int(array[_TIMES])
+        count, times = int(array[_COUNT]), int(array[_TIMES_AT])
         sign, reference, root, omega = array[_SIGN], array[_REFERENCE], array[_ROOT], array[_OMEGA]
         whole = root * abs(array[_LENGTH] * array[_WALL]) if felt else root
-        in_steps, last = int(array[_STEPS]), min(high - n, GROUP) - 1
+        in_steps, last = int(array[_SHARES_AT]), min(high - n, GROUP) - 1
         number, level = int(array[_NEXT + lane]), array[_LEVEL + lane]
         for j in range(GROUP):
             if not low <= n + j < high:
@@ -423,7 +431,7 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
             t, root = h * (n + j + 1), whole * array[in_steps + n + j] if in_steps > 0 else whole
             here, speed = array[_LENGTH] * x[j * LANES + lane], array[_SPEED] * v[j * LANES + lane]
             before, speed_before = array[_X + lane], array[_V + lane]
-            seen = array[_SEEN + lane] > 0.0
+            seen = array[_KNOWN + lane] > 0.0
             struck = array[_STRUCK + lane]
             away = array[_SIDE] * array[_SPEED]  # from the wall
             turned = struck > 0.0 and seen and (away * speed_before < 0.0 < away * speed or j == last)
@@ -458,12 +466,12 @@ def _compiled(value: Any, shift: Any, slope: Any, *, timed: bool = False, felt: 
                 level = array[_LEVELS + number] if number < count else sign * math.inf
             if turned:
                 array[_STRUCK + lane] = 0.0
-            array[_SEEN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
+            array[_KNOWN + lane], array[_X + lane], array[_V + lane] = 1.0, here, speed
         array[_NEXT + lane], array[_LEVEL + lane] = number, level
 
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
-        h, in_steps = array[_TIME] * step, int(array[_STEPS])
+        h, in_steps = array[_TIME] * step, int(array[_SHARES_AT])
         if not (low < n and n + GROUP <= high) or (timed and in_steps > 0):
             for lane in range(LANES):
                 follow(x, v, h, n, low, high, array, lane)

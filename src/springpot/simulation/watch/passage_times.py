@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import finite_number, real_array
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
 from springpot.machine.faults import per_cent, shown
 from springpot.problem.catalogue import OF_A_LEVEL
 from springpot.problem.messages import Message, say
 from springpot.simulation.paths.statistics import binomial_interval
 from springpot.simulation.watch.passage_rates import Bounded, PassageRate, rate_of
-
-Columns = dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]
 
 FEWEST_LATE = 20  # passages needed in the second half of the horizon to estimate their rate
 FEWEST_AT_ALL = 5  # the same if censored paths add less than a standard error to the mean
@@ -365,9 +363,9 @@ class PassageTimes:
             found |= {key: own.value, f"{key}_se": own.error, f"{key}_low": own.low, f"{key}_high": own.high}
         return found
 
-    def columns(self, probabilities: tuple[float, ...]) -> Columns:
-        """Everything for tables and files, by name: axes, values, and unit and description."""
-        name = f"{self.quantity}_first_passage"
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
+        """Everything for tables and files."""
+        name = f"{name}_first_passage"
         numbers, found = self.numbers, Columns()
         for key, (unit, text, endings) in OF_A_LEVEL.items():
             for end in endings:
@@ -377,6 +375,7 @@ class PassageTimes:
         found[axis] = (axis,), t, {"units": "s"}
         survival = zip(("", "_se", "_low", "_high"), (*self.survival(t), *self.survival_interval(t)), strict=True)
         found |= {f"{name}_survival{end}": ((axis,), values, {"units": "1"}) for end, values in survival}
+        found["probability"] = ("probability",), [*probabilities], {"units": "1"}
         for end, values in zip(("", "_se"), self.quantile(probabilities), strict=True):
             found[f"{name}_quantile{end}"] = ("probability",), values, {"units": "s"}
         return found
@@ -427,12 +426,12 @@ class PassagesOfLevels(Sequence[PassageTimes]):
         """The levels; of an interval half its width."""
         return tuple(each.level for each in self)
 
-    def columns(self, probabilities: tuple[float, ...]) -> Columns:
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
         """As those of one level, over one more axis."""
-        each = [one.columns(probabilities) for one in self]
-        name = f"{self[0].quantity}_first_passage"
+        each = [one.columns(name, probabilities) for one in self]
+        name = f"{name}_first_passage"
         axis, found = f"{name}_level", each[0]
-        time = {f"{name}_time": found.pop(f"{name}_time")}
+        common = {axis: found.pop(axis) for axis in (f"{name}_time", "probability")}
         stacked = {
             key: (
                 (axis, *axes),
@@ -445,7 +444,7 @@ class PassagesOfLevels(Sequence[PassageTimes]):
         if not all(math.isnan(one.reference) for one in self):
             where = np.array([one.reference for one in self])
             stacked[f"{name}_reference"] = (axis,), where, {"units": self[0].unit}
-        return {**places, **time, **stacked}
+        return {**places, **common, **stacked}
 
     @property
     def warnings(self) -> tuple[Message, ...]:

@@ -13,7 +13,8 @@ parabola through three of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -41,34 +42,32 @@ from springpot.simulation.kernel.lanes import (
     stack_array,
     u64,
 )
-from springpot.simulation.kernel.watching import HEADER, ON_IMPACTS, ON_STEPS, Observer
-from springpot.simulation.paths.simulation import Simulation
+from springpot.simulation.kernel.watching import ON_IMPACTS, ON_STEPS
+from springpot.simulation.lowering.observers import Observer, begins, layout
+from springpot.simulation.paths.simulation import Ensemble, Simulation
 from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.seen import Seen
-from springpot.simulation.watch.distributions import BINS, Distribution, bin_of, distribution_of
-
-Counted = tuple[Seen, tuple[Basquin, ...], Observer]
+from springpot.simulation.watch.distributions import BINS, FINE, Distribution, bin_of, distribution_of
+from springpot.simulation.watch.requested import Observed, Request
 
 MOST_CURVES = 9
 DEPTH = 72  # turning points on the stack of a path; of more, as in a long decay, the oldest range is half a cycle
-_LENGTH, _SCALE, _PATHS = HEADER.index("length"), HEADER.index("frequency"), HEADER.index("lanes")
-# After the header: of each path the cycles and the damage by each curve, then counts of ranges, maxima and minima
-_CYCLES = len(HEADER)
-_DAMAGE = _CYCLES + LANES
-_RANGES = _DAMAGE + MOST_CURVES * LANES
-_PEAKS = _RANGES + BINS
-_VALLEYS = _PEAKS + 2 * BINS
-# and then what is forgotten after a block: exponents, whether it is a force or an acceleration, walls; of each lane x
-# and v after the last step, or what is felt in the last two; how long an impact is remembered; the stack;
-# and of closed ranges that are not counted yet their number, sizes, weights and lanes
-_EXPONENTS = _VALLEYS + 2 * BINS
-_FELT, _LOW, _HIGH = (_EXPONENTS + MOST_CURVES + i for i in range(3))
-_LAST, _RATE, _STRUCK, _SIZE = (_HIGH + 1 + i * LANES for i in range(4))
-_STACK = _SIZE + LANES
-_WAITING = _STACK + DEPTH * LANES
 _MOST_WAITING = (DEPTH + GROUP) * LANES  # all that may be closed in four steps
-_RANGE, _WEIGHT, _WHOSE = (_WAITING + 1 + i * _MOST_WAITING for i in range(3))
-_END = _WHOSE + _MOST_WAITING
+_LAYOUT = layout(
+    cycles=LANES, damage=(MOST_CURVES, LANES),  # of each path, the latter by each curve
+    ranges=BINS, peaks=2 * BINS, valleys=2 * BINS,  # counts
+    exponents=MOST_CURVES, feels=(), low=(), high=(),  # whether it is a force or an acceleration; walls
+    last=LANES, rate=LANES,  # x and v after the last step, or what is felt in the last two
+    struck=LANES,  # how long an impact is remembered
+    size=LANES, stack=(LANES, DEPTH),
+    waiting=(), range=_MOST_WAITING, weight=_MOST_WAITING, whose=_MOST_WAITING,  # closed ranges, not counted yet
+)  # fmt: skip
+(_LENGTH, _SCALE, _PATHS, _CYCLES, _DAMAGE, _RANGES, _PEAKS, _VALLEYS, _EXPONENTS, _FELT, _LOW, _HIGH, _LAST, _RATE,
+ _STRUCK, _SIZE, _STACK, _WAITING, _RANGE, _WEIGHT, _WHOSE) = begins(
+    _LAYOUT, "length", "frequency", "lanes", "cycles", "damage", "ranges", "peaks", "valleys", "exponents", "feels",
+    "low", "high", "last", "rate", "struck", "size", "stack", "waiting", "range", "weight", "whose",
+)  # fmt: skip
 _REMEMBERED = 2.0  # groups in which an impact may show
 
 
@@ -95,30 +94,76 @@ def longer_cycles(ranges: Distribution, rate: float, bars: int = 30) -> tuple[Fl
     return place[seen], rate * share[seen], rate * error[seen]
 
 
-def wanted_cycles(motion: Motion, given: Any) -> tuple[Counted, ...]:
-    """What is to be counted, each with its curves and its observer.
+@dataclass(frozen=True, eq=False)
+class Cycles(Request):
+    """The cycles of a displacement, a force or an acceleration, and their damage.
 
-    Raises
-    ------
-    TypeError, ValueError, NotCoveredError
-        One sentence, before any work.
+    Attributes
+    ----------
+    curves : tuple of Basquin
     """
-    if given is None:
-        return ()
-    if not isinstance(given, Mapping) or not given:
-        words = "rainflow must be a dict of names and Basquin curves"
-        raise TypeError(f"{words}, such as {{'x': sp.Basquin(5.0, strength=0.01)}}, not {shown(given)}.")
-    found = []
-    for name, wanted in given.items():
-        seen = motion.seen_by_name(name, "rainflow")
-        curves = wanted if isinstance(wanted, Sequence) else (wanted,)
-        if not curves or not all(isinstance(curve, Basquin) for curve in curves):
-            raise TypeError(f"rainflow of {name} must be a Basquin curve, or a list of them, not {shown(wanted)}.")
-        if len(curves) > MOST_CURVES:
-            raise ValueError(f"rainflow of {name} must have at most {MOST_CURVES} curves, not {len(curves)}.")
-        _check_smooth(motion, name, curves)
-        found.append((seen, (*curves,), cycles_of(motion, seen, curves)))
-    return tuple(found)
+
+    curves: tuple[Basquin, ...]
+
+    @classmethod
+    def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[Cycles]:
+        motion, given = plan.motion, wishes["rainflow"]
+        if not isinstance(given, Mapping) or not given:
+            words = "rainflow must be a dict of names and Basquin curves"
+            raise TypeError(f"{words}, such as {{'x': sp.Basquin(5.0, strength=0.01)}}, not {shown(given)}.")
+        for name, wanted in given.items():
+            seen = motion.seen_by_name(name, "rainflow")
+            curves = wanted if isinstance(wanted, Sequence) else (wanted,)
+            if not curves or not all(isinstance(curve, Basquin) for curve in curves):
+                raise TypeError(f"rainflow of {name} must be a Basquin curve, or a list of them, not {shown(wanted)}.")
+            if len(curves) > MOST_CURVES:
+                raise ValueError(f"rainflow of {name} must have at most {MOST_CURVES} curves, not {len(curves)}.")
+            _check_smooth(motion, name, curves)
+            yield cls.of(motion, seen, (*curves,))
+
+    @classmethod
+    def of(cls, motion: Motion, seen: Seen, curves: tuple[Basquin, ...]) -> Cycles:
+        """Of this one; the impacts on any wall make velocities jump, not only those on its own."""
+        hard = not seen.feels and bool(motion.system.of(Barrier))
+        initial = np.zeros((), _LAYOUT)
+        initial["exponents"][: len(curves)] = [curve.exponent for curve in curves]
+        initial["feels"], initial["low"], initial["high"] = bool(seen.feels), seen.low, seen.high
+        own = Observer(
+            replace(seen, stop="" if hard else None), *_compiled(), initial,
+            of_paths=("cycles", "damage"), of_batches=("ranges", "peaks", "valleys"),
+        )  # fmt: skip
+        return cls((own,), curves)
+
+    @classmethod
+    def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
+        """A force is behind a wall as steep as an impact."""
+        given = wishes["rainflow"]
+        of_forces = isinstance(given, Mapping) and any(name in motion.felt for name in given)
+        return FINE / motion.scales.fastest_rate if of_forces else math.inf
+
+    def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
+        """Cycles, damage and life, each with the samples of the paths; distributions of ranges and turning points."""
+        seen, sums = self.observer.seen, ensemble.observed[self.observer]
+        settings, parts = simulation.settings, simulation.parts
+        name, system = seen.names["x"], simulation.plan.system
+        low, high = settings.window_steps
+        time = (high - low) * settings.step
+        unit = parts.units.length / (parts.felt.scale if seen.feels else 1.0)
+        rate = sums["cycles"] / time
+        found = {f"{name}_cycle_rate": (float(rate.mean()), rate)}
+        for number, curve in enumerate(self.curves):
+            end = f"_{number + 1}" if len(self.curves) > 1 else ""
+            damage = sums["damage"][:, number] * curve.damage_per_hour(1.0 / time, unit)
+            mean = float(damage.mean())
+            life = 1.0 / mean if mean > 0.0 else math.nan
+            found[f"{name}_damage_rate{end}"] = mean, damage
+            found[f"{name}_life{end}"] = life, life + (mean - damage) * life**2
+        units = (called := unit_of_result(system, f"{name}_range_quantile")), unit_times("1", called, -1)
+        distributions = {
+            f"{name}_{end}": distribution_of(*units, unit, sums[counts])
+            for end, counts in (("range", "ranges"), ("peak", "peaks"), ("valley", "valleys"))
+        }
+        return {"estimates": found, "distributions": distributions}
 
 
 def _check_smooth(motion: Motion, name: str, curves: Sequence[Basquin]) -> None:
@@ -142,54 +187,6 @@ def _order(part: Any) -> float:
     if isinstance(part, Springpot):
         return part.order
     return 1.0 if isinstance(part, Dashpot | PolynomialDashpot) else 0.0
-
-
-def cycles_of(motion: Motion, seen: Seen, curves: Sequence[Basquin]) -> Observer:
-    """Counts the cycles of a displacement, a force or an acceleration."""
-    system = motion.system
-    hard = not seen.feels and bool(system.of(Barrier))  # its impacts make velocities jump; any wall, not only its own
-    array = np.zeros(_END - len(HEADER))
-    begin = _EXPONENTS - len(HEADER)
-    array[begin : begin + len(curves)] = [curve.exponent for curve in curves]
-    array[_FELT - len(HEADER) : _HIGH + 1 - len(HEADER)] = bool(seen.feels), seen.low, seen.high
-    on_steps, on_impacts = _parts()
-    return Observer(
-        on_steps, on_impacts if hard else None, array, per_path=True, of=seen.number or 0, feels=seen.feels,
-        counts=5 * BINS, forgotten=_END - _EXPONENTS,
-    )  # fmt: skip
-
-
-def fatigue_in(
-    simulation: Simulation, counted: Counted, sums: Floats, counts: Floats
-) -> tuple[dict[str, tuple[float, Floats]], dict[str, Distribution]]:
-    """Cycles, damage and life, each with the samples of the paths; and the distributions of ranges and turning points.
-
-    Parameters
-    ----------
-    sums : ndarray, shape (paths, 1 + MOST_CURVES)
-    counts : ndarray, shape (batches, 5 * BINS)
-    """
-    seen, curves, observer = counted
-    settings, parts = simulation.settings, simulation.parts
-    name, system = seen.names["x"], simulation.plan.system
-    low, high = settings.window_steps
-    time = (high - low) * settings.step
-    unit = parts.units.length / (parts.header_of(observer)[_SCALE] if seen.feels else 1.0)
-    rate = sums[:, 0] / time
-    found = {f"{name}_cycle_rate": (float(rate.mean()), rate)}
-    for number, curve in enumerate(curves):
-        end = f"_{number + 1}" if len(curves) > 1 else ""
-        damage = sums[:, 1 + number] * curve.damage_per_hour(1.0 / time, unit)
-        mean = float(damage.mean())
-        life = 1.0 / mean if mean > 0.0 else math.nan
-        found[f"{name}_damage_rate{end}"] = mean, damage
-        found[f"{name}_life{end}"] = life, life + (mean - damage) * life**2
-    units = (called := unit_of_result(system, f"{name}_range_quantile")), unit_times("1", called, -1)
-    ranges, *turns = counts[:, :BINS], counts[:, BINS : 3 * BINS], counts[:, 3 * BINS :]
-    distributions = {f"{name}_range": distribution_of(*units, unit, ranges)}
-    for end, signed in zip(("peak", "valley"), turns, strict=True):
-        distributions[f"{name}_{end}"] = distribution_of(*units, unit, signed)
-    return found, distributions
 
 
 # --- compiled ------------------------------------------------------------------------------------------------------
@@ -310,7 +307,7 @@ _marks = stack_array(LANES)
 
 
 @cache
-def _parts() -> tuple[Any, Any]:
+def _compiled() -> tuple[Any, Any]:
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
         felt = array[_FELT] > 0.0

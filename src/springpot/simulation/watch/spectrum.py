@@ -8,8 +8,10 @@ about (resolution / g)^2.
 
 from __future__ import annotations
 
+import contextlib
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -17,13 +19,18 @@ import numpy as np
 import numpy.typing as npt
 
 from springpot.machine.arguments import LARGEST, finite_number, items_of
-from springpot.machine.arrays import Floats
+from springpot.machine.arrays import Columns, Floats
+from springpot.problem.catalogue import unit_of_result
 from springpot.simulation.kernel.callbacks import callback
 from springpot.simulation.kernel.lanes import GROUP, LANES, stack_array
-from springpot.simulation.kernel.watching import HEADER, ON_STEPS, Observer
-from springpot.simulation.plan.seen import Seen
+from springpot.simulation.kernel.watching import ON_STEPS
+from springpot.simulation.lowering.observers import Observer, begins, layout
+from springpot.simulation.paths.simulation import Ensemble, Simulation
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.plan import Plan
 from springpot.simulation.plan.settings import Settings
-from springpot.simulation.watch.distributions import observer_of
+from springpot.simulation.watch.forces import seen_forces
+from springpot.simulation.watch.requested import Observed, Request
 
 MOST_SUMS = 30_000_000  # stored numbers, 0.24 GB; evaluation needs about four times as much
 SAMPLES_PER_CYCLE = 12  # of the fastest rate and the highest frequency, against aliasing
@@ -39,18 +46,104 @@ class Spectrum:
     frequency : ndarray, shape (n,)
         In rad/s.
     density, standard_error : ndarray, shape (n,)
-        In m^2 s per rad: the integral of the density over all frequencies, negative ones too, is the variance of x.
+        In ``unit``, of a displacement m^2 s per rad: the integral of the density over all frequencies, negative ones
+        too, is the variance of x.
     resolution : float
         Each value is an average over frequencies with this root mean square width, in rad/s.
+    unit : str
+        Of the density.
     """
 
     frequency: Floats
     density: Floats
     standard_error: Floats
     resolution: float
+    unit: str
+
+    def columns(self, name: str, probabilities: Sequence[float]) -> Columns:
+        """Everything for tables and files."""
+        axes = ("frequency",)
+        return {
+            "frequency": (axes, self.frequency, {"units": "rad s-1"}),
+            f"{name}_spectrum": (axes, self.density, {"units": self.unit, "resolution": self.resolution}),
+            f"{name}_spectrum_se": (axes, self.standard_error, {"units": self.unit}),
+        }
 
 
-def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest: float, spectra: int) -> Floats:
+def step_for(highest: float) -> float:
+    """The longest step that resolves a frequency in rad/s, in s."""
+    return 2.0 * math.pi / (SAMPLES_PER_CYCLE * GROUP * highest)
+
+
+_HALF = 8  # of the samples of a path that are added together
+_one, _halves = stack_array(_HALF), stack_array(_HALF * LANES)
+
+
+def _layout(count: int) -> np.dtype[np.void]:
+    """Of an array for so many frequencies: sums of each path; tables; how far all have turned; samples that wait."""
+    return layout(
+        cosines=(count, LANES), sines=(count, LANES), weighed=LANES, every=(), even=(count, _HALF), odd=(count, _HALF),
+        turned=(2, count), reached=(2, count), waiting=(2 * _HALF, LANES),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class FourierSums(Request):
+    """The spectrum of a displacement, a force or an acceleration, from the Fourier sums of each path.
+
+    Attributes
+    ----------
+    frequencies : ndarray
+        In rad/s.
+    """
+
+    frequencies: Floats
+
+    @classmethod
+    def asked(cls, plan: Plan, wishes: Mapping[str, Any]) -> Iterator[FourierSums]:
+        settings, fastest = plan.settings, plan.motion.scales.fastest_rate
+        moving = [seen for seen in (*plan.motion.seen, *seen_forces(plan, wishes)) if "x" in seen.names]
+        frequencies = _checked(wishes["spectrum"], settings, fastest, len(moving))
+        spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
+        every = max(1, int(spacing / (GROUP * settings.step)))
+        turns = frequencies * settings.step * GROUP * every  # from one sample to the next
+        about = np.outer(turns, np.arange(_HALF) + 0.5)  # from the middle of those that are added together
+        initial = np.zeros((), _layout(frequencies.size))
+        initial["every"], initial["even"], initial["odd"] = every, np.cos(about), np.sin(about)
+        initial["turned"] = np.cos(2 * _HALF * turns), np.sin(2 * _HALF * turns)
+        initial["reached"][0] = 1.0  # a turn by which all sums differ makes no difference
+        compiled, kept = _compiled(frequencies.size), ("cosines", "sines", "weighed")
+        for seen in moving:
+            yield cls((Observer(seen, compiled, None, initial, of_paths=kept, every=every),), frequencies)
+
+    @classmethod
+    def longest_step(cls, motion: Motion, wishes: Mapping[str, Any]) -> float:
+        with contextlib.suppress(TypeError, ValueError):
+            return step_for(max(motion.scales.fastest_rate, *map(float, wishes["spectrum"])))
+        return math.inf
+
+    def read(self, simulation: Simulation, ensemble: Ensemble) -> Observed:
+        settings, frequencies, sums = simulation.settings, self.frequencies, ensemble.observed[self.observer]
+        spacing, (low, high) = GROUP * self.observer.every, settings.window_steps
+        n = np.arange(low // GROUP * GROUP, high, spacing)
+        n = n[n >= low]
+        taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
+        since = n - n[0] - (_HALF - 0.5) * spacing
+        turned = np.exp(-1j * np.outer(since, frequencies * settings.step)).T @ taper
+        paths = sums["cosines"] + 1j * sums["sines"]
+        mean = sums["weighed"].mean() / taper.sum()  # over all paths: the mean of one path contains its slow motion
+        periodograms = np.abs(paths - mean * turned) ** 2
+        periodograms *= spacing * settings.step / (2.0 * np.pi * (taper**2).sum())
+        error = np.full(frequencies.size, np.nan)
+        if len(paths) > 1:
+            error = periodograms.std(axis=0, ddof=1) / math.sqrt(len(paths))
+        resolution = math.sqrt(4.0 / 3.0) * math.pi / ((high - low) * settings.step)
+        name = self.observer.seen.names["x"]
+        unit = unit_of_result(simulation.motion.system, f"{name}_spectrum")
+        return {"spectra": {name: Spectrum(frequencies, periodograms.mean(axis=0), error, resolution, unit)}}
+
+
+def _checked(frequencies: npt.ArrayLike, settings: Settings, fastest: float, spectra: int) -> Floats:
     """The frequencies of so many spectra as an array; ``fastest`` is the fastest rate of the problem, in 1/s.
 
     Raises
@@ -85,40 +178,12 @@ def checked_frequencies(frequencies: npt.ArrayLike, settings: Settings, fastest:
     return values
 
 
-def step_for(highest: float) -> float:
-    """The longest step that resolves a frequency in rad/s, in s."""
-    return 2.0 * math.pi / (SAMPLES_PER_CYCLE * GROUP * highest)
-
-
-def spectral(seen: Seen, frequencies: Floats, settings: Settings, fastest: float) -> Observer:
-    """Fourier sums of each path at frequencies in rad/s."""
-    spacing = 2.0 * math.pi / (SAMPLES_PER_CYCLE * max(float(frequencies.max()), fastest))
-    every = max(1, int(spacing / (GROUP * settings.step)))
-    turns = frequencies * settings.step * GROUP * every  # from one sample to the next
-    about = np.outer(turns, np.arange(_HALF) + 0.5)  # from the middle of those that are added together
-    tables = np.concatenate(
-        [np.cos(about).ravel(), np.sin(about).ravel(), np.cos(2 * _HALF * turns), np.sin(2 * _HALF * turns)]
-    )
-    reached = np.repeat([1.0, 0.0], frequencies.size)  # a turn by which all sums differ makes no difference
-    kept = (2 * frequencies.size + 1) * LANES
-    initial = np.concatenate([np.zeros(kept), [every], tables, reached, np.zeros(2 * _HALF * LANES)])
-    observer = observer_of(seen, _spectral_part(frequencies.size), None, initial, every=every)
-    return replace(observer, forgotten=initial.size - kept)
-
-
-_HALF = 8  # of the samples of a path that are added together
-_one, _halves = stack_array(_HALF), stack_array(_HALF * LANES)
-
-
 @cache
-def _spectral_part(count: int) -> Any:
+def _compiled(count: int) -> Any:
     """Samples wait until there are enough; what is even and what is odd about their middle needs half the products."""
-    cosines = len(HEADER)
-    sines, weighed = cosines + count * LANES, cosines + 2 * count * LANES
-    every = weighed + LANES
-    even, odd = every + 1, every + 1 + _HALF * count
-    turned, reached = odd + _HALF * count, odd + (_HALF + 2) * count
-    waiting = reached + 2 * count
+    length, cosines, sines, weighed, every, even, odd, turned, reached, waiting = begins(
+        _layout(count), "length", "cosines", "sines", "weighed", "every", "even", "odd", "turned", "reached", "waiting"
+    )
 
     @callback(ON_STEPS)
     def on_steps(x, v, step, n, low, high, array):
@@ -126,7 +191,7 @@ def _spectral_part(count: int) -> Any:
             return
         spacing = GROUP * int(array[every])
         place = (n - low) // spacing % (2 * _HALF)
-        scale = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2 * array[0]
+        scale = math.sin(math.pi * (n + 0.5 - low) / (high - low)) ** 2 * array[length]
         for lane in range(LANES):
             array[waiting + place * LANES + lane] = scale * x[lane]
         if place < 2 * _HALF - 1 and n + spacing < high:
@@ -157,30 +222,3 @@ def _spectral_part(count: int) -> Any:
             array[reached + k], array[reached + count + k] = c * ahead - s * aside, s * ahead + c * aside
 
     return on_steps
-
-
-def spectrum_in(frequencies: Floats, settings: Settings, sums: Floats, every: int) -> Spectrum:
-    """The spectrum from the sums of `spectral`.
-
-    Parameters
-    ----------
-    sums : ndarray, shape (paths, 2 * n + 1)
-    every : int
-        Groups of steps between two samples.
-    """
-    count, spacing = frequencies.size, GROUP * every
-    low, high = settings.window_steps
-    n = np.arange(low // GROUP * GROUP, high, spacing)
-    n = n[n >= low]
-    taper = np.sin(np.pi * (n + 0.5 - low) / (high - low)) ** 2
-    since = n - n[0] - (_HALF - 0.5) * spacing
-    turned = np.exp(-1j * np.outer(since, frequencies * settings.step)).T @ taper
-    paths = sums[:, :count] + 1j * sums[:, count : 2 * count]
-    mean = sums[:, -1].mean() / taper.sum()  # over all paths: the mean of one path contains its slow motion
-    periodograms = np.abs(paths - mean * turned) ** 2
-    periodograms *= spacing * settings.step / (2.0 * np.pi * (taper**2).sum())
-    error = np.full(count, np.nan)
-    if len(sums) > 1:
-        error = periodograms.std(axis=0, ddof=1) / math.sqrt(len(sums))
-    resolution = math.sqrt(4.0 / 3.0) * math.pi / ((high - low) * settings.step)
-    return Spectrum(frequencies, periodograms.mean(axis=0), error, resolution)
