@@ -144,7 +144,7 @@ def exceeded_by_devices(
             )
     bounds = _limits(limits, [quantity.name for quantity, _, _ in wanted])
     plan = _plan_of_all(plan, systems_of(system, [*numbers], _some(numbers, together, plan)), settings.get("step"))
-    lot = Lot(system, numbers, together, simulation_of(plan))
+    lot = Lot(system, numbers, together, plan, simulation_of(split_early(plan)))
     settings = {name: value for name, value in settings.items() if value is not None}
     found, said = dict[str, DeviceExceedance](), list[str]()
     for n, (quantity, given, sign) in enumerate(wanted):
@@ -183,7 +183,7 @@ def _plan_of_all(plan: Plan, some: Sequence[System], step: float | None) -> Plan
         shorter = min(each.default_step(scheme) for each in motions) / plan.motion.default_step(scheme)
         plan = plan.but(step=plan.settings.step * min(shorter, 1.0))
     plan = settled(plan, motions)
-    return split_early(adapt(plan) if plan.settings.start == "stationary" else plan)
+    return adapt(plan) if plan.settings.start == "stationary" else plan
 
 
 def _levels(levels: object) -> tuple[dict[str, Any], dict[str, Uncertain]]:

@@ -155,19 +155,17 @@ class Lot:
     numbers : dict of Uncertain
         Of the system, and of levels.
     together : Correlation
+    plan : Plan
+        Of the nominal device; its window is the time that counts.
     nominal : Simulation
-        Of the nominal device.
+        The same, in whose window paths are split: it may begin sooner.
     """
 
     system: System
     numbers: dict[str, Uncertain]
     together: Correlation
+    plan: Plan
     nominal: Simulation
-
-    @property
-    def plan(self) -> Plan:
-        """Of the nominal device."""
-        return self.nominal.plan
 
     def devices(self, scores: Floats, tell: Callable[[float], None]) -> tuple[Floats, list[Simulation]]:
         """The values of their numbers, and they themselves."""
@@ -175,7 +173,8 @@ class Lot:
 
         values = values_at(self.numbers, self.together, ndtr(scores))
         systems = systems_of(self.system, [*self.numbers], values)
-        found = simulations_of(plans_like(self.plan, [motion_of(each) for each in systems]), self.plan, tell)
+        whole = self.nominal.plan
+        found = simulations_of(plans_like(whole, [motion_of(each) for each in systems]), whole, tell)
         if not alike([each.parts.tables for each in found]):
             raise ValueError(
                 "system must have devices that share blocks of paths, but they differ in a rate of their memory, in an "
@@ -220,8 +219,7 @@ class AskedOfDevices:
         OutOfTimeError
             If the time is over before the repetitions of the first stage have ended.
         """
-        one = self.lot.nominal
-        asked = asked_of(one.plan, one.parts, self.quantity, self.levels, self.sign)
+        asked = asked_of(self.lot.plan, self.lot.nominal.parts, self.quantity, self.levels, self.sign)
         first = self._drawn(0, None, asked, lambda done: tell(0.15 * done))
         plain = self._run(asked, first, PILOT_PATHS, False, 0, clock)
         splits, tilt, paths = bool(plain.found[:, -1].mean() < FREQUENT), None, PILOT_PATHS
