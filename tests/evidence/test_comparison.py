@@ -39,7 +39,7 @@ from tests.sizes import validation
 
 def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
     found = compare(oscillator(0.5, 1.0), rtol=0.02)
-    averagings = {"averaging_printed", "averaging", "averaging_shifted", "averaging_amplitude"}
+    averagings = {"averaging_printed", "averaging", "averaging_amplitude"}
     assert set(found.answers) == {*averagings, "envelope", "memory_closure"}
     assert found.recommended in ("envelope", "memory_closure")
     estimate = found.simulation["amplitude_mean_square"]

@@ -96,8 +96,6 @@ _LISTED = (
     Method("averaging_printed", "averaging, as printed", "averaging.averaging", "orange", (5.0, 2.0),
            options={"form": "printed"}, over_order="at once"),
     Method("averaging", "averaging", "averaging.averaging", "purple", (1.0, 1.5), over_order="at once"),
-    Method("averaging_shifted", "averaging, shifted", "averaging.averaging", "green", (4.0, 1.5, 1.0, 1.5),
-           options={"form": "shifted"}),
     Method("averaging_amplitude", "averaging of the amplitude", "systems.amplitude.averaging_amplitude", "green",
            (2.5, 1.0, 2.5, 3.0)),
     Method("linearization", "linearization", "systems.linearization.linearization", "blue", (1.0, 1.5), seconds=0.1),
