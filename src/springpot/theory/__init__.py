@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
     from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
     from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
-    from springpot.theory.methods.systems.boltzmann import ExactOfPoints
-    from springpot.theory.methods.systems.energy import ExactLaw
     from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearization import Linearization, linearization
@@ -35,8 +33,6 @@ __all__ = [
     "Averaging",
     "Envelope",
     "Exact",
-    "ExactLaw",
-    "ExactOfPoints",
     "Fatigue",
     "FokkerPlanck",
     "HalfCycles",
@@ -78,8 +74,6 @@ _PLACES = {
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
     "methods.systems.amplitude": ("AmplitudeAveraging", "averaging_amplitude"),
-    "methods.systems.boltzmann": ("ExactOfPoints",),
-    "methods.systems.energy": ("ExactLaw",),
     "methods.systems.half_cycles": ("HalfCycles", "half_cycles"),
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearization": ("Linearization", "linearization"),
