@@ -14,8 +14,8 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.envelope.balance import balance
 from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
-from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
+from springpot.theory.methods.systems.envelope import envelope
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, NoStationaryStateError

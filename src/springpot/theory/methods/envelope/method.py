@@ -43,17 +43,15 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import times
-from springpot.theory.forms import form_of
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
-from springpot.theory.methods.systems.envelope import check_system_covered, envelope_of_system
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, endless, paper_covered, problem_and_units
-from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, Result
+from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments
 
 _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where errors are already large
@@ -120,7 +118,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         Examples
         --------
         >>> import springpot as sp
-        >>> light = envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
+        >>> light = sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
         """
@@ -188,7 +186,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         Examples
         --------
         >>> import springpot as sp
-        >>> light = envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
+        >>> light = sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
         >>> passage = light.first_passage(amplitude=3.0)
         >>> round(passage.mean_time, 1), float(passage.survival(20.0).round(2))
         (11.5, 0.14)
@@ -325,43 +323,9 @@ class _Law:
         return self.portrait.energy(self.kappa)
 
 
-@np.errstate(all="ignore")  # what is not finite is no answer
-def envelope(system: System) -> Envelope | Result:
-    """Solve a system by diffusion of its energy, with the mean field of the envelope.
-
-    Parameters
-    ----------
-    system : System
-        The paper's problem, a linear spring with one springpot or dashpot and white noise: any order, wall,
-        restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders between 0 and 1.  With
-        other parts see `springpot.theory.methods.systems.envelope.envelope_of_system`.
-
-    Returns
-    -------
-    Envelope or Result
-        The former of the paper's problem.
-
-    Raises
-    ------
-    NotCoveredError
-        If the preload is deeper, the springpot stronger, or cycles of different size cross.
-    TypeError
-        If it is not a System.
-
-    Examples
-    --------
-    >>> import springpot as sp
-    >>> lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=sp.Barrier(-1.0, restitution=0.8))
-    >>> result = envelope(lossy)
-    >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
-    (6.5, 0.207)
-    """
-    solve: Callable[[System], Envelope | Result] = form_of(system, _envelope, envelope_of_system)
-    return solve(system)
-
-
-def _envelope(system: System) -> Envelope:
-    paper = _paper_covered(system)
+def envelope_of_paper(system: System) -> Envelope:
+    """The form of the paper's problem."""
+    paper = check_paper_covered(system)
     law = None
     stationary: Moments | str
     if without := _without(paper):
@@ -384,13 +348,7 @@ def _envelope(system: System) -> Envelope:
     )
 
 
-def check_covered(system: System) -> None:
-    """Raise `NotCoveredError` for what is not covered."""
-    check: Callable[[System], object] = form_of(system, _paper_covered, check_system_covered)
-    check(system)
-
-
-def _paper_covered(system: System) -> Dimensionless:
+def check_paper_covered(system: System) -> Dimensionless:
     """The paper's problem where it is covered; otherwise `NotCoveredError`."""
     paper = paper_covered(system)
     if _without(paper) or paper.excitation.intensity == 0.0:

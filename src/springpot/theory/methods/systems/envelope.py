@@ -1,9 +1,9 @@
-"""The energy envelope of systems: slow diffusion of the size of the cycles in any single well."""
+"""The energy envelope: slow diffusion of the size of the cycles in any single well."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
@@ -38,7 +38,9 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
+from springpot.theory.forms import form_of
 from springpot.theory.methods.envelope.balance import Labels, saturated
+from springpot.theory.methods.envelope.method import Envelope, check_paper_covered, envelope_of_paper
 from springpot.theory.methods.systems.coverage import check_kinds, unheld
 from springpot.theory.methods.systems.cycles import (
     COARSE,
@@ -303,6 +305,47 @@ def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = 
     # D f / J of the diffusion of the action: D is half the rate at which its variance grows
     strength = 0.5 * rates.spread * cycles.period**2 * np.exp(fall.min() - fall) / rates.action
     return _Law(cycles, rates, weight / weight.sum(), strength / weight.sum(), found, labels)
+
+
+@np.errstate(all="ignore")  # what is not finite is no answer
+def envelope(system: System) -> Envelope | Result:
+    """Solve a system by diffusion of its energy, with the mean field of the envelope.
+
+    Parameters
+    ----------
+    system : System
+        The paper's problem, a linear spring with one springpot or dashpot and white noise: any order, wall,
+        restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders between 0 and 1.  With
+        other parts see `envelope_of_system`.
+
+    Returns
+    -------
+    Envelope or Result
+        The former of the paper's problem.
+
+    Raises
+    ------
+    NotCoveredError
+        If the preload is deeper, the springpot stronger, or cycles of different size cross.
+    TypeError
+        If it is not a System.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=sp.Barrier(-1.0, restitution=0.8))
+    >>> result = envelope(lossy)
+    >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
+    (6.5, 0.207)
+    """
+    solve: Callable[[System], Envelope | Result] = form_of(system, envelope_of_paper, envelope_of_system)
+    return solve(system)
+
+
+def check_covered(system: System) -> None:
+    """Raise `NotCoveredError` for what is not covered."""
+    check: Callable[[System], object] = form_of(system, check_paper_covered, check_system_covered)
+    check(system)
 
 
 def envelope_of_system(system: System) -> Result:
