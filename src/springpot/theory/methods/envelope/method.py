@@ -11,8 +11,8 @@ cycle over 2 pi) diffuses.  The springpot, dimensionless (Omega = q = 1, a = alp
    correlation follows from the spectrum of the diffusion operator, with rates lambda and shares s of the variance:
    k0 = c sum s lambda^a (1 - y) / (1 - y^(1/(1-a))), y = sin(a pi/2) (lambda/w1)^(1-a).  The first factor is that of
    an exponential correlation; the second makes the correlation smooth at lag 0, and k0 = 0 at a = 1.
-3. Its stored energy, (1 - a)/4 sum k_n X_n^2, follows a changing amplitude with a delay; it reduces the loss of the
-   envelope by the factor 1 - f, the change of the stored energy over w1 dJ.
+3. Its stored energy, (1 - a)/4 sum k_n X_n^2, is a part of that of a cycle.  The action is then that of a wave with
+   dispersion, J = <v^2>/w1 - (a/4) sum k_n X_n^2 / w1, for which the change of the energy is w1 dJ.
 4. It dissipates the power (c/2) sin(a pi/2) sum (n w1)^(1+a) X_n^2 plus, because harmonics are lines of width
    beta (1 + n^2)/2, (c/4) cos(a pi/2) (1-a) beta sum w_n^a (w_n^2/w^2 - 1) X_n^2, less a share lambda^a / w^a of that
    due to the slow line.
@@ -20,8 +20,11 @@ cycle over 2 pi) diffuses.  The springpot, dimensionless (Omega = q = 1, a = alp
    with the noise: the renewal formula in every cycle, 2/(1+r^2) of the cycle's mean square if undamped.  The flux of
    impacts is corrected for short returns (`impacts`), and for sudden losses as at order 1 (`losses`).
 
-The stationary density per action is exp(-(2/q) int (loss / <v^2>) (1 - f) w1 dJ): exact for a dashpot with an elastic
-wall anywhere.  k0, m, beta and the share in 4 are determined self-consistently.  With an elastic wall no number is
+6. Means of positions, and of the momentum and the energy that a wall takes, are per action.  Those of <v^2> and of the
+   number of impacts are per area <v^2>/w1 of the plane of x and v, where a memory is part of J.
+
+The stationary density per action is exp(-(2/q) int (loss / <v^2>) w1 dJ): exact for a dashpot with an elastic wall
+anywhere.  k0, m, beta and the share in 4 are determined self-consistently.  With an elastic wall no number is
 fitted; with a lossy one three are (see the modules in 5).  The derivation, and the alternatives that were tried, are in
 the documentation, pages "The energy envelope" and "What was tried".
 """
@@ -127,8 +130,9 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
             return np.full(t.shape, self.amplitude_mean_square)
         law = self._stationary_law()
         square = law.cells.x_square + law.kappa * law.cells.v_square
-        probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time)
-        return (probability @ square).reshape(t.shape) * law.units.length**2
+        probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time) * law.cells.area
+        mean = np.asarray(probability @ square / probability.sum(axis=1))
+        return mean.reshape(t.shape) * law.units.length**2
 
     def first_passage(
         self,
