@@ -111,6 +111,15 @@ def test_a_room_of_the_simulation_imports_only_those_above_it(name: str) -> None
     assert wrong == set()
 
 
+def test_no_two_folders_of_methods_import_each_other() -> None:
+    def folder(module: str) -> str:
+        parts = module.split(".")
+        return parts[3] if parts[1:3] == ["theory", "methods"] and len(parts) > 4 else ""
+
+    pairs = {(folder(module), folder(name)) for module, names in graph(types=True).items() for name in names}
+    assert {pair for pair in pairs if all(pair) and pair[0] != pair[1] and pair[::-1] in pairs} == set()
+
+
 def test_no_circle_of_imports() -> None:
     """Nor of those for types only."""
     left = {module: names - {module} for module, names in graph(types=True).items()}

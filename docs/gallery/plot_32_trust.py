@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import springpot as sp
 
 figure, panels = plt.subplots(2, 2, figsize=(8.6, 7.0), sharex=True, sharey=True)
-for method, axes in zip(("averaging", "averaging_shifted", "envelope", "memory_closure"), panels.flat, strict=True):
+for method, axes in zip(("averaging", "averaging_amplitude", "envelope", "memory_closure"), panels.flat, strict=True):
     sp.figures.plot_gaps(method, ax=axes)
 for axes in panels[0]:
     axes.set_xlabel("")

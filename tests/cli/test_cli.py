@@ -160,7 +160,7 @@ def test_theory_prints_a_table_with_units(capsys: pytest.CaptureFixture[str]) ->
     rows = {line.split()[0]: line.split()[1:] for line in out.splitlines() if line.startswith("  ")}
     assert out.splitlines()[0].startswith("x'' + 1 x + 1 D^0.5 x = w(t)")
     methods = next(line.split() for line in out.splitlines() if line.lstrip().startswith("averaging_printed"))
-    assert [name for name in methods if name != "*"][:3] == ["averaging_printed", "averaging", "averaging_shifted"]
+    assert [name for name in methods if name != "*"][:3] == ["averaging_printed", "averaging", "averaging_amplitude"]
     assert rows["amplitude_mean_square"][:2] == ["2.2963", "2.2963"]
     assert rows["amplitude_mean_square"][-1] == "m2"
     assert out.splitlines()[-1] in ("* recommended here: memory_closure", "* recommended here: envelope")

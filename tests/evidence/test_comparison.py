@@ -39,7 +39,7 @@ from tests.sizes import validation
 
 def test_gaps_are_per_cent_and_standard_errors_of_the_same_numbers() -> None:
     found = compare(oscillator(0.5, 1.0), rtol=0.02)
-    averagings = {"averaging_printed", "averaging", "averaging_shifted", "averaging_amplitude"}
+    averagings = {"averaging_printed", "averaging", "averaging_amplitude"}
     assert set(found.answers) == {*averagings, "envelope", "memory_closure"}
     assert found.recommended in ("envelope", "memory_closure")
     estimate = found.simulation["amplitude_mean_square"]
@@ -160,7 +160,7 @@ def test_the_best_method_is_as_good_as_is_claimed() -> None:
         return int(good.sum()), good.size
 
     assert within(near, 2.0) == (54, 56)  # as docs/limits.md says
-    assert within(light, 5.0) == (470, 476)
+    assert within(light, 5.0) == (471, 476)
 
 
 def test_every_cell_that_is_off_warns_and_no_other_does() -> None:

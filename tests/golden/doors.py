@@ -368,7 +368,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     "theory": {
         **_STUDY,
-        "methods": ["averaging_printed", "averaging", "averaging_shifted", "envelope", "memory_closure", "exact"],
+        "methods": ["averaging_printed", "averaging", "averaging_amplitude", "envelope", "memory_closure", "exact"],
         "fixed": {"side": "below", "natural_frequency": 2.0},
         "axes": {"order": [0.3, 1.0], "coefficient": [0.1, 1.0], "position": [0.4, -0.2], "restitution": [1.0, 0.8]},
     },

@@ -82,7 +82,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
         {"axes": {"order": {"linspace": [0, 1, 510_000]}, "coefficient": {"linspace": [0, 1, 510_000]}}},
         "the axes have more than 1,000,000 values together: make them shorter.",
     ),
-    ({"methods": ["averaging"] * 400_000}, "methods: must have at most 14 items, not 400000."),
+    ({"methods": ["averaging"] * 400_000}, "methods: must have at most 13 items, not 400000."),
     (
         {"fixed": {"restitution": 1.5}},
         "fixed.restitution must be in [0, 1], not 1.5. An elastic wall has 1, a plastic impact 0.",

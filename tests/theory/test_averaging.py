@@ -418,7 +418,7 @@ def test_shifted_moments_hang_together():
     result = shifted(0.4, 0.8, omega=2.0, q=3.0, barrier=Barrier(restitution=0.9, side="below"))
     w = result.frequency
     assert w > 2.0
-    assert result.method == "averaging_shifted"
+    assert result.method == "averaging_amplitude"
     assert result.amplitude_mean_square == pytest.approx(result.x_mean_square + result.v_mean_square / 4)
     assert result.impact_rate == pytest.approx(w / math.pi)
     assert result.impact_speed_mean_square == pytest.approx(2 * result.v_mean_square)

@@ -14,8 +14,8 @@ from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.averaging import averaging
 from springpot.theory.methods.envelope.balance import balance
 from springpot.theory.methods.envelope.cycles import harmonic_sum, make_cycles
-from springpot.theory.methods.envelope.method import envelope
 from springpot.theory.methods.exact import exact
+from springpot.theory.methods.systems.envelope import envelope
 from springpot.theory.numerics.panels import panel_rule
 from springpot.theory.problem import Problem
 from springpot.theory.result import MOMENTS, NoStationaryStateError
@@ -50,6 +50,22 @@ def test_sums_over_harmonics_against_a_long_sum(p, gamma):
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.where(np.abs(z - 1.0) < 1e-9, 1.0 + math.sin(2 * p) / (2 * p), 2.0 * math.sin(p) / p / (1.0 - z * z))
     assert harmonic_sum(np.array([p]), gamma)[0] == pytest.approx(float(np.sum(n**gamma * x * x)), rel=1e-6)
+
+
+@pytest.mark.parametrize(("order", "c", "b", "r"), [(0.5, 1.0, -1.0, 1.0), (0.3, 3.0, -0.5, 0.5), (0.7, 1.0, 1.0, 1.0)])
+def test_energy_of_a_cycle_changes_by_its_frequency_times_the_action(order, c, b, r):
+    """The energy is that of motion and spring, and what the springpot stores of the harmonics and of the slow force."""
+    found = balance(Problem(order, c, b, r))
+    k1, wave = found.frequency**2 - 1.0, 2.0 * (found.x_square - found.mean**2)
+    stored = 0.5 * (found.v_square + found.x_square) + 0.25 * (1.0 - order) * k1 * wave
+    change = found.labels.derivative(stored)
+    change += found.closure.slow_stiffness * (found.mean - found.closure.mean) * found.labels.derivative(found.mean)
+    gap = change / (math.pi * found.frequency / found.phase * found.measure) - 1.0
+    assert np.average(np.abs(gap), weights=found.weight) < 1e-3
+
+
+def test_without_memory_actions_are_areas():
+    assert balance(Problem(1.0, 0.3, -1.0, 0.8)).area == pytest.approx(1.0, rel=1e-12)
 
 
 def test_phase_is_the_inverse_of_the_height():

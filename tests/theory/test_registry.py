@@ -96,7 +96,7 @@ def test_every_method_looks_unlike_the_others_and_each_averaging_without_its_col
     looks = {name: (method.color, method.dash) for name, method in registry.METHODS.items()}
     assert len(set(looks.values())) == len(looks)
     averagings = [dash for name, (_, dash) in looks.items() if name.startswith("averaging")]
-    assert len(set(averagings)) == len(averagings) == 4
+    assert len(set(averagings)) == len(averagings) == 3
 
 
 def test_what_a_method_does_not_cover_it_says_without_solving() -> None:

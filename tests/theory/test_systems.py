@@ -11,7 +11,7 @@ from scipy import integrate, special
 
 import springpot as sp
 from springpot.theory import NoConvergenceError, NotCoveredError, exact, linear, linearization, solve_all
-from springpot.theory.methods.systems.energy import ExactLaw
+from springpot.theory.methods.exact import Exact
 from tests.sizes import validation
 from tests.struck import rates_of, speeds_of
 
@@ -276,7 +276,7 @@ def test_the_least_energy_inside_a_contact(push: float) -> None:
 def test_energies_beyond_double_precision_are_said_so() -> None:
     """Soon: what rounding leaves open no finer panel settles."""
 
-    def found(temperature: float) -> ExactLaw:
+    def found(temperature: float) -> Exact:
         return exact(sp.System(sp.Spring(-1.0), cubic(1.0), sp.Dashpot(1.0), sp.ThermalNoise(temperature)))
 
     for temperature in (1e-14, 1e-40):

@@ -71,7 +71,7 @@ class Map:
 PAPER_MAP = Map(
     file=Path(__file__).with_name("validity.csv"),
     axes=(("position", 0.25), ("restitution", 0.15), ("order", 0.1), ("c", 0.3)),
-    methods=("averaging", "averaging_shifted", "envelope", "memory_closure"),
+    methods=("averaging", "averaging_amplitude", "envelope", "memory_closure"),
     moments=MOMENTS,
     good=dict.fromkeys(MOMENTS, 4.0) | {"amplitude_mean_square": 2.0},
     judged=("amplitude_mean_square", "x_mean", "impact_rate"),

@@ -53,7 +53,7 @@ def plot_gaps(
 
     Parameters
     ----------
-    method : {"averaging", "averaging_shifted", "envelope", "memory_closure"}
+    method : {"averaging", "averaging_amplitude", "envelope", "memory_closure"}
     moment : str
         Any of `springpot.theory.result.MOMENTS`.
     ax : matplotlib.axes.Axes, optional

@@ -13,13 +13,12 @@ from springpot.machine.faults import NotCoveredError
 if TYPE_CHECKING:
     from springpot.theory.level_crossings import LevelRates, LevelsOfProbability, exceedance, exceedance_level
     from springpot.theory.methods.averaging import Averaging, averaging
-    from springpot.theory.methods.envelope.method import Envelope, envelope
+    from springpot.theory.methods.envelope.method import Envelope
     from springpot.theory.methods.exact import Exact, exact
     from springpot.theory.methods.fokker_planck.method import FokkerPlanck, fokker_planck
     from springpot.theory.methods.memory_closure.method import MemoryClosure, memory_closure
     from springpot.theory.methods.systems.amplitude import AmplitudeAveraging, averaging_amplitude
-    from springpot.theory.methods.systems.boltzmann import ExactOfPoints
-    from springpot.theory.methods.systems.energy import ExactLaw
+    from springpot.theory.methods.systems.envelope import envelope
     from springpot.theory.methods.systems.half_cycles import HalfCycles, half_cycles
     from springpot.theory.methods.systems.linear import LinearResponse, linear
     from springpot.theory.methods.systems.linearization import Linearization, linearization
@@ -35,8 +34,6 @@ __all__ = [
     "Averaging",
     "Envelope",
     "Exact",
-    "ExactLaw",
-    "ExactOfPoints",
     "Fatigue",
     "FokkerPlanck",
     "HalfCycles",
@@ -74,12 +71,11 @@ _PLACES = {
     "level_crossings": ("LevelRates", "LevelsOfProbability", "exceedance", "exceedance_level"),
     "methods.averaging": ("Averaging", "averaging"),
     "methods.memory_closure.method": ("MemoryClosure", "memory_closure"),
-    "methods.envelope.method": ("Envelope", "envelope"),
+    "methods.envelope.method": ("Envelope",),
+    "methods.systems.envelope": ("envelope",),
     "methods.exact": ("Exact", "exact"),
     "methods.fokker_planck.method": ("FokkerPlanck", "fokker_planck"),
     "methods.systems.amplitude": ("AmplitudeAveraging", "averaging_amplitude"),
-    "methods.systems.boltzmann": ("ExactOfPoints",),
-    "methods.systems.energy": ("ExactLaw",),
     "methods.systems.half_cycles": ("HalfCycles", "half_cycles"),
     "methods.systems.linear": ("LinearResponse", "linear"),
     "methods.systems.linearization": ("Linearization", "linearization"),

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 
 from springpot.machine.arguments import finite_number
+from springpot.machine.arrays import Floats
 from springpot.memory.zeta import zeta_beyond_one
 from springpot.problem.dimensionless import Dimensionless
+
+N = TypeVar("N", float, Floats)
 
 _SERIES_TERMS = 30
 
@@ -57,7 +61,8 @@ def stiffness_sum(alpha: float) -> float:
 
 def decay_rate(paper: Dimensionless) -> float:
     """beta of the corrected form, in 1/s: the amplitude decays like exp(-beta t)."""
-    return memory_decay(paper, paper.natural_frequency) + impact_decay(paper, paper.natural_frequency)
+    omega, pot = paper.natural_frequency, paper.springpot
+    return memory_decay(pot.order, pot.coefficient, omega, paper.barrier is not None) + impact_decay(paper, omega)
 
 
 def mean_square_amplitude(paper: Dimensionless, beta: float, frequency: float) -> float:
@@ -65,13 +70,15 @@ def mean_square_amplitude(paper: Dimensionless, beta: float, frequency: float) -
     return paper.excitation.intensity / (4.0 * beta) * 2.0 / frequency / frequency if beta > 0.0 else math.inf
 
 
-def memory_decay(paper: Dimensionless, frequency: float) -> float:
-    """The springpot's part of beta: half its power over one cycle, divided by the energy."""
-    alpha, coefficient = paper.springpot.order, paper.springpot.coefficient
-    loss = coefficient * math.pow(frequency, alpha - 1.0) * math.sin(alpha * math.pi / 2.0)
-    if paper.barrier is None:
-        return loss / 2.0
-    return 32.0 / math.pi**2 * harmonic_sum(alpha) * loss
+def memory_decay(order: float, coefficient: float, frequency: N, wall: bool) -> N:
+    """A springpot's part of beta on A cos, or on A \\|cos\\| behind a wall: half its power, divided by the energy."""
+    loss: N = coefficient * frequency ** (order - 1.0) * math.sin(order * math.pi / 2.0)
+    return 32.0 / math.pi**2 * harmonic_sum(order) * loss if wall else loss / 2.0
+
+
+def stiffness_share(order: float, wall: bool) -> float:
+    """The part of a springpot's stiffness in phase that acts on A cos (all of it), or on A \\|cos\\| behind a wall."""
+    return 16.0 / math.pi**2 * stiffness_sum(order) if wall else 1.0
 
 
 def impact_decay(paper: Dimensionless, frequency: float) -> float:

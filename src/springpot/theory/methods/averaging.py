@@ -16,7 +16,7 @@ from springpot.machine.faults import NotCoveredError, shown
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.parts.springpots import resonance
 from springpot.problem.system import System, checked_system
-from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_sum
+from springpot.theory.decay import impact_decay, mean_square_amplitude, memory_decay, stiffness_share
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.normals import Normals
@@ -26,7 +26,7 @@ from springpot.theory.result import Moments, NoStationaryStateError, moments_of
 
 _NOTHING = 1e-200  # m^2, of a motion that has not begun
 _MOST_HARMONICS = 10_000  # of lines in a spectrum, which takes some tenths of a second
-_METHODS = {"corrected": "averaging", "printed": "averaging_printed", "shifted": "averaging_shifted"}
+_METHODS = {"corrected": "averaging", "printed": "averaging_printed", "shifted": "averaging_amplitude"}
 _LIGHT = 0.1  # the largest c at which <A^2> without a wall is within 2 % of the exact one, at every order
 _CHECKED = 1.0  # the largest c at which it was compared with the exact one at several orders
 _MAPPED = 3.0  # the largest c on the validity map, which has the errors with a wall
@@ -237,7 +237,8 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
         energy.  ``"printed"`` has the paper's Omega^(alpha-2) (Eq. 18-20), for an elastic wall only; both agree
         at Omega = 1.  ``"shifted"`` is the corrected form at the frequency w > Omega that the springpot's in-phase
         force gives: w^2 = Omega^2 + (16 C / pi^2) cos(alpha pi/2) sum_m (2 m w)^alpha / (4m^2-1)^2 with a wall,
-        w^2 = Omega^2 + C w^alpha cos(alpha pi/2) without; here <x^2> and <v^2> / Omega^2 differ.
+        w^2 = Omega^2 + C w^alpha cos(alpha pi/2) without; here <x^2> and <v^2> / Omega^2 differ.  It is
+        `averaging_amplitude` where the spring is linear, in closed form.
 
     Returns
     -------
@@ -267,7 +268,8 @@ def averaging(system: System, form: Literal["corrected", "printed", "shifted"] =
     system = checked_system(system)
     paper = check_covered(system, form)
     frequency = _shifted_frequency(paper) if form == "shifted" else paper.natural_frequency
-    beta = memory_decay(paper, frequency)
+    pot = paper.springpot
+    beta = memory_decay(pot.order, pot.coefficient, frequency, paper.barrier is not None)
     if form == "printed":
         beta /= paper.natural_frequency
     beta += impact_decay(paper, frequency)
@@ -304,7 +306,7 @@ def check_covered(system: System, form: str = "corrected") -> Dimensionless:
 def _shifted_frequency(paper: Dimensionless) -> float:
     """w of a steady oscillation with the springpot's in-phase force: with a wall that is less than of a free one."""
     pot = paper.springpot
-    share = 1.0 if paper.barrier is None else 16.0 / math.pi**2 * stiffness_sum(pot.order)
+    share = stiffness_share(pot.order, paper.barrier is not None)
     return resonance(paper.natural_frequency**2, [replace(pot, coefficient=share * pot.coefficient)])
 
 

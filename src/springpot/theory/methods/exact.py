@@ -1,4 +1,4 @@
-"""Exact answers: the dashpot with an elastic wall anywhere, the springpot without a wall, and what never settles."""
+"""Exact answers, with one result for all: the paper's problem, one mass in any potential, several masses."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import modulus_correlation, times
 from springpot.theory.forms import form_of
-from springpot.theory.methods.systems.boltzmann import ExactOfPoints, check_points_covered, exact_of_points
-from springpot.theory.methods.systems.energy import ExactLaw, check_law_covered, exact_law
+from springpot.theory.methods.systems.boltzmann import check_points_covered, exact_of_points
+from springpot.theory.methods.systems.energy import EnergyLaw, check_law_covered, exact_law
 from springpot.theory.normals import Normals, hazard_of
 from springpot.theory.numerics.contours import (
     dashpot_mean_squares,
@@ -37,11 +37,11 @@ _REACH = (
 
 
 @dataclass(frozen=True)
-class Exact(DensitiesOfAmplitude[Normals]):
+class Exact(DensitiesOfAmplitude[Normals | EnergyLaw]):
     """The exact stationary state, and where it is known the way there from rest.
 
-    Without a wall x and v are independent and normal.  With a dashpot and an elastic wall they are the same two
-    normals, of equal energy, with x cut off at the wall.
+    Of a linear spring x and v are independent and normal, with x cut off at a wall; else the density is a function of
+    the energy.
 
     Notes
     -----
@@ -198,37 +198,52 @@ class Exact(DensitiesOfAmplitude[Normals]):
             return x / frequency**3, v / frequency
         return relaxation(alpha, c).mean_squares(t)
 
+    def _stationary_law(self) -> Normals | EnergyLaw:
+        _ = self.system.per_unit_mass  # of several masses there are moments alone
+        return super()._stationary_law()
+
 
 @np.errstate(all="ignore")  # what is not finite is no answer
-def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
+def exact(system: System) -> Exact:
     """Solve a system exactly, where that can be done.
 
     Parameters
     ----------
     system : System
-        The paper's problem, a linear spring with one springpot or dashpot and white noise: without a wall; or of order
-        1 with an elastic wall anywhere; or with a springpot that dissipates nothing (order 0, or C = 0) and an elastic
-        wall or none, where there is no stationary state.  With other parts see
-        `springpot.theory.methods.systems.energy.exact_law`, with several masses
-        `springpot.theory.methods.systems.boltzmann.exact_of_points`.
+        Linear springs, one springpot or dashpot and white noise without a wall; or any springs, constant forces,
+        elastic walls and conservative contacts, on one mass or several, with one of
+
+        - dashpots and white noise, of several masses such that its matrix is 2 kT times that of the dashpots;
+        - `ThermalNoise`, with any springpots, arms, circuits and dashpots (and white noise, with dashpots alone);
+        - on one mass and a linear spring, dashpots, `VanDerPol` and a cubic `PolynomialDashpot` of the coefficient
+          mu / Omega^2 (mu of VanDerPol), and white noise.
+
+        Masses that no part joins to the others may have another temperature.  At most three elongations with walls,
+        contacts or nonlinear springs may depend on each other.
 
     Returns
     -------
-    Exact, ExactLaw or ExactOfPoints
-        The first of the paper's problem, exact to about 1e-13 of the size of its moments; the second to about 1e-10;
-        the last of several masses, to 1e-8 or, with three elongations together, 1e-6.
+    Exact
+        Moments of the paper's problem to about 1e-13 of their size, of one mass with other parts to 1e-10 (a warning
+        says where rounding leaves less), of several masses to 1e-8, or 1e-6 where three elongations depend on each
+        other.  Densities are of one mass; those of amplitude and energy, correlation, spectrum and the way from rest of
+        the paper's problem.
 
     Raises
     ------
     NotCoveredError
         If the system is another one; the sentence names the part.
+    NoConvergenceError
+        If the density is too narrow beside its range, or rounding of large energies leaves nothing of it.
     TypeError
         If it is not a System.
 
     Notes
     -----
-    Order 1, elastic wall: the joint density is proportional to exp(-(2C/q)(v^2/2 + Omega^2 x^2/2)) beyond the
-    wall [1]_.  No wall: <x^2> = int S dw and <v^2> = int w^2 S dw with
+    The density is proportional to exp(-(2/q) int_0^H f dH) for a damping force f(H) v and white noise of intensity q
+    [1]_, and to exp(-H / kT) for matched noise, whatever the memory [2]_; H is the energy, per unit mass in the former.
+    A linear spring, a dashpot and one elastic wall thus have normal x, cut off at the wall, and normal v.  Without a
+    wall and with memory <x^2> = int S dw and <v^2> = int w^2 S dw with
     S = (q / 2 pi) / \\|Omega^2 - w^2 + C (iw)^alpha\\|^2, by the contours of
     `springpot.theory.numerics.contours`.  Order 0 is a spring of stiffness Omega^2 + C (for the Riemann-Liouville
     derivative, and for Caputo's from x(0) = 0).
@@ -236,6 +251,7 @@ def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     References
     ----------
     .. [1] T. K. Caughey, "Nonlinear theory of random vibrations", Advances in Applied Mechanics 11 (1971).
+    .. [2] R. Kubo, "The fluctuation-dissipation theorem", Reports on Progress in Physics 29 (1966).
 
     Examples
     --------
@@ -246,23 +262,35 @@ def exact(system: System) -> Exact | ExactLaw | ExactOfPoints:
     (1.5251, 0.6084)
     >>> round(exact(sp.Oscillator(barrier=None)).x_mean_square, 6)
     0.532136
+
+    Two elastic walls and a hardening spring:
+
+    >>> system = sp.System(
+    ...     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.1, 1.0)), sp.Dashpot(0.4), sp.WhiteNoise(1.0),
+    ...     sp.Barrier(-0.5), sp.Barrier(1.2, side="below"),
+    ... )
+    >>> result = exact(system)
+    >>> round(result.x_mean, 5), round(result.barrier_1_impact_rate, 5), round(result.barrier_2_impact_rate, 5)
+    (0.25606, 0.28165, 0.11139)
+
+    Two masses that strike each other:
+
+    >>> pair = sp.System(
+    ...     sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(2.0, between=("ground", "a")),
+    ...     sp.Spring(1.0, between=("a", "b")), sp.Spring(0.5, between=("ground", "b")),
+    ...     sp.Springpot(0.5, 0.2, between=("a", "b")), sp.ThermalNoise(0.6),
+    ...     stop=sp.Barrier(-0.3, between=("a", "b")),
+    ... )
+    >>> round(exact(pair).stop_impact_rate, 6), round(exact(pair).stop_force_mean, 6)
+    (0.434012, 0.486526)
     """
-    solve: Callable[[System], Exact | ExactLaw | ExactOfPoints] = form_of(
-        system, exact_of_paper, exact_law, exact_of_points
-    )
-    return solve(system)
-
-
-def exact_of_paper(system: System) -> Exact:
-    """The form of the paper's problem."""
-    paper = _paper_covered(system)
-    stationary, law = exact_state(system, paper)
+    stationary, law, warnings = form_of(system, _of_paper, exact_law, _of_points)(system)
     return Exact(
         method="exact",
         system=system,
         stationary=stationary,
         assumptions=("None: this solves the equation of motion as it stands, with memory of the whole past.",),
-        warnings=(),
+        warnings=warnings,
         is_exact=True,
         _law=law,
     )
@@ -272,6 +300,17 @@ def check_covered(system: System) -> None:
     """Raise `NotCoveredError` for what is not covered."""
     check: Callable[[System], object] = form_of(system, _paper_covered, check_law_covered, check_points_covered)
     check(system)
+
+
+_Solved = tuple[Moments | str, Normals | EnergyLaw | None, tuple[str, ...]]
+
+
+def _of_paper(system: System) -> _Solved:
+    return *exact_state(system, _paper_covered(system)), ()
+
+
+def _of_points(system: System) -> _Solved:
+    return exact_of_points(system), None, ()
 
 
 def _paper_covered(system: System) -> Dimensionless:

@@ -8,6 +8,7 @@ the physics is in `method`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
@@ -32,7 +33,6 @@ _STRUCK = 1e-8  # variance of the mean of a cycle over <x^2>, below which the wa
 _STRIKING_PANELS = 9
 _SHORT = 2.0  # power by which broadening decreases in short flights: of 1, 2, 4 the best at r = 0.5 and 0.8, b = 1
 _FASTEST, _FARTHEST = 1e150, 1e60  # largest velocity and displacement whose powers do not overflow
-_SMALLEST_SHARE = 0.3  # floor of 1 - f, which is first order in c; reached only beyond c = 3
 
 
 @dataclass(frozen=True)
@@ -166,15 +166,16 @@ class Stretch:
 class Cells:
     """Cells of the diffusion in time; one entry per cell for every array, named as in `Balance`."""
 
+    diffusion: EnergyDiffusion
+    stretch: Stretch | None
     label: Floats
+    area: Floats
     x_square: Floats
     v_square: Floats
     phase: Floats
     amplitude: Floats
     frequency: Floats
     centre: Floats
-    diffusion: EnergyDiffusion
-    stretch: Stretch | None
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,9 @@ class Balance:
         Impacts per unit of time (0 without), the cycle's impact speed, and the square of the speed before an impact
         over the square of that.
     action, measure, weight : ndarray
-        J, dJ/dlabel and the probability of the node's cell.
+        J, that of a cycle with its memory, dJ/dlabel, and the probability of the node's cell.
+    area : ndarray
+        Area of the plane of x and v between cycles, over 2 pi dJ: 1 without memory.
     fall, mobility : ndarray
         -ln of the stationary density per action, and D / J.
     density : ndarray
@@ -228,6 +231,7 @@ class Balance:
     action: Floats
     measure: Floats
     weight: Floats
+    area: Floats
     fall: Floats
     mobility: Floats
     density: Floats
@@ -237,6 +241,13 @@ class Balance:
     def average(self, values: Floats) -> float:
         """Stationary mean of a quantity of the cycles."""
         return float(self.weight @ values)
+
+    @property
+    def per_area(self) -> Balance:
+        """With the probabilities of cycles per area of the plane of x and v."""
+        weight = self.weight * self.area
+        total = weight.sum()
+        return replace(self, weight=weight / total, density=self.density * self.area / total)
 
     def from_origin(self, origin: float) -> tuple[float, float]:
         """Mean and mean square of x - origin."""
@@ -263,7 +274,7 @@ class Balance:
     def cells(self) -> Cells:
         """The same cycles on a finer grid, for the diffusion in time."""
         label, measure = panel_rule(self.labels.edges, _FINE_NODES)
-        columns = (self.action, self.measure, self.fall, self.mobility, self.x_square, self.v_square)
+        columns = (self.action, self.measure, self.fall, self.mobility, self.area, self.x_square, self.v_square)
         shapes = (self.phase, self.amplitude, self.frequency, self.centre)
         fine = self.labels.interpolate(np.stack([*columns, *shapes], axis=1), label).T
         density = np.exp(-fine[2])
@@ -271,8 +282,7 @@ class Balance:
         likely = (mass > 1e-25 * mass.max()) & (np.diff(np.maximum.accumulate(fine[0]), prepend=0.0) > 0.0)
         diffusion = make_energy_diffusion(fine[0, likely], mass[likely], (density * fine[3])[likely])
         kept = likely & np.isin(fine[0], diffusion.action)
-        x_square, v_square, phase, amplitude, frequency, centre = fine[4:, kept]
-        return Cells(label[kept], x_square, v_square, phase, amplitude, frequency, centre, diffusion, self.stretch)
+        return Cells(diffusion, self.stretch, label[kept], *fine[4:, kept])
 
 
 def balance(problem: Problem) -> Balance:
@@ -398,17 +408,14 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
     before = before_impact(dashpot / v_square * 2.0 * p / w, r)
     dissipation = dashpot + closure.share * _broadening(problem, closure, p, a, w, w1)
     lost = dissipation + rate * 0.5 * (1.0 - r * r) * before * speed**2
-    action = v_square / w1
-    measure = np.maximum(labels.derivative(action), 1e-12 * action)
-    # stored energy: motion and spring, (1 - alpha) of the springpot's harmonics, and the work of its slow force
-    stored = labels.derivative(0.5 * (v_square + x_square) + 0.25 * (1.0 - alpha) * k1 * wave)
-    stored += k0 * (mean - m) * labels.derivative(mean)
-    share = np.maximum(stored / (w1 * measure), _SMALLEST_SHARE)
-    fall = labels.integral(2.0 * lost / v_square * share * w1 * measure)
+    plain = v_square / w1
+    action = plain - 0.25 * alpha * k1 * wave / w1  # Whitham's: dJ is the change of the stored energy over w1
+    measure, area = (np.maximum(labels.derivative(each), 1e-12 * each) for each in (action, plain))
+    fall = labels.integral(2.0 * lost / v_square * w1 * measure)
     density = np.exp(fall.min() - fall) * measure
     weight = labels.weights.ravel() * density
     total = weight.sum()
-    strength = np.exp(fall.min() - fall) / (2.0 * w1 * share**2)
+    mobility = v_square / (2.0 * w1 * w1 * action)
     return Balance(
         problem=problem,
         closure=closure,
@@ -429,10 +436,11 @@ def _sweep(problem: Problem, closure: Closure, reach: float) -> Balance:
         action=action,
         measure=measure,
         weight=weight / total,
+        area=area / measure,
         fall=fall - fall.min(),
-        mobility=1.0 / (2.0 * w1 * share**2),
+        mobility=mobility,
         density=density / total,
-        diffusion=make_energy_diffusion(action, weight, strength),
+        diffusion=make_energy_diffusion(action, weight, np.exp(fall.min() - fall) * mobility),
     )
 
 
@@ -508,15 +516,43 @@ def _close(b: Balance) -> Closure:
     variance = float(squares.sum())
     if variance <= _STRUCK * b.from_origin(max(b.problem.position, 0.0))[1]:
         return plain
-    memory = float(squares @ rates**alpha) / variance
-    late = (rates / b.fundamental) ** (1.0 - alpha) * b.problem.out_of_phase
-    slow = squares @ (rates**alpha * saturated(late, 1.0 / (1.0 - alpha)))
     extra = b.average(
         _broadening(b.problem, b.closure, b.phase, b.amplitude, b.frequency, math.pi * b.frequency / b.phase)
     )
-    taken_back = c * float(squares @ rates) * memory
-    share = float(saturated(np.array(taken_back / extra), 1.0 / alpha)) if extra > 0.0 else 0.0
-    return Closure(c * float(slow) / variance, mean, decay, frequency, share, taken)
+    slow_stiffness, share = slow_line([(alpha, c)], rates, squares, b.fundamental, extra)
+    return Closure(slow_stiffness, mean, decay, frequency, share, taken)
+
+
+def slow_line(
+    pots: Iterable[tuple[float, float]], rates: Floats, squares: Floats, frequency: float, broadened: float
+) -> tuple[float, float]:
+    """What springpots do to the slow changes of the cycles' mean.
+
+    Its correlation is a sum of exponentials, on each of which a springpot acts with C rate^alpha, less what makes the
+    correlation smooth at lag 0.
+
+    Parameters
+    ----------
+    pots : iterable of (order, coefficient)
+    rates, squares : ndarray
+        Of the exponentials, and their parts of the variance.
+    frequency : float
+        Mean frequency of the cycles.
+    broadened : float
+        Power that the springpots would take because all lines but this one are broad.
+
+    Returns
+    -------
+    stiffness, share : float
+        The stiffness, and the share of the broadened lines' power that is left.
+    """
+    variance, stiffness, back, least = float(squares.sum()), 0.0, 0.0, 1.0
+    for order, coefficient in pots:
+        late = saturated((rates / frequency) ** (1.0 - order) * math.sin(order * math.pi / 2.0), 1.0 / (1.0 - order))
+        stiffness += coefficient * float(squares @ (rates**order * late)) / variance
+        back += coefficient * float(squares @ rates) * float(squares @ rates**order) / variance
+        least = min(least, order)
+    return stiffness, float(saturated(np.array(back / broadened), 1.0 / least)) if broadened > 0.0 else 0.0
 
 
 def saturated(y: Floats, power: float) -> Floats:

@@ -68,9 +68,9 @@ def impacts(balance: Balance) -> Impacts | None:
     (1.0, 2.0)
     """
     r = balance.problem.restitution
-    regular = balance.average(balance.rate)
-    if r <= COLLAPSE_BELOW or regular <= 1e-15:
+    if r <= COLLAPSE_BELOW or balance.average(balance.rate) <= 1e-15:
         return None
+    balance = balance.per_area
     before = np.sqrt(balance.before) * balance.speed
     first = balance.labels.clear * (balance.action.size // (balance.labels.edges.size - 1))
     strike = slice(first, None)

@@ -81,8 +81,11 @@ class Ratios:
     speed_square: float
 
 
+_SAME = Ratios(1.0, 1.0, 1.0, 1.0, 1.0)
+
+
 def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts | None]:
-    """The balance and the impacts of an envelope, corrected for sudden losses.
+    """The balance, per area of the plane, and the impacts of an envelope, with means of x per action and sudden losses.
 
     Examples
     --------
@@ -93,17 +96,21 @@ def changed(settled: Balance, struck: Impacts | None) -> tuple[Balance, Impacts 
     >>> bool(abs(struck.rate / lossy.impact_rate - 1.0) < 0.002)
     True
     """
-    if settled.problem.restitution == 1.0 or settled.average(settled.rate) <= 1e-15:
+    r, order = settled.problem.restitution, settled.problem.order
+    if settled.average(settled.rate) <= 1e-15 or (r == 1.0 and order == 1.0):
         return settled, struck
-    damping, restitution, place = _coordinates(settled)
-    ratios = sudden_losses(damping, restitution, place, settled.taken)
+    ratios = _SAME if r == 1.0 else sudden_losses(*_coordinates(settled), settled.taken)
     better = _balance(settled, ratios)
     if struck is None:
         return better, None
-    # the mean forces of spring and impacts cancel, at every order
-    after = (1.0 + settled.problem.restitution) * ratios.rate * struck.rate * struck.speed_mean
-    speed = better.average(better.mean) / after
-    return better, _impacts(struck, ratios.rate, speed, ratios.speed_square)
+    # the wall takes momentum and energy from each cycle; at every order it takes the momentum that the spring gives
+    pushed = settled.rate * np.sqrt(settled.before) * settled.speed
+    lost = settled.rate * settled.before * settled.speed**2
+    speed = settled.average(pushed) / settled.per_area.average(pushed)
+    if r < 1.0:
+        speed = better.average(better.mean) / ((1.0 + r) * ratios.rate * struck.rate * struck.speed_mean)
+    speeds = ratios.speed_square * settled.average(lost) / settled.per_area.average(lost)
+    return better, _impacts(struck, ratios.rate, speed, speeds)
 
 
 def sudden_losses(damping: float, restitution: float, place: float, taken: float) -> Ratios:
@@ -154,13 +161,14 @@ def moments_from_wall(
 
 
 def _balance(settled: Balance, ratios: Ratios) -> Balance:
-    """With the corrected means of the displacement, its square, and v^2."""
+    """Per area of the plane, with the corrected means of the displacement, its square, and v^2."""
     wall, vv = settled.problem.position, ratios.v_square
     origin = max(wall, 0.0)
     wanted, wanted_square = moments_from_wall(
         ratios, settled.from_origin(origin), settled.from_origin(wall), wall - origin,
         settled.average(settled.frequency),
     )  # fmt: skip
+    settled = settled.per_area
     part, weights = panel_rule([0.0, 1.0], _PHASES)
     s = settled.phase[:, None] * part
     near = _NEAR * math.sqrt(wanted_square)

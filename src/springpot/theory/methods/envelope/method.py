@@ -11,8 +11,8 @@ cycle over 2 pi) diffuses.  The springpot, dimensionless (Omega = q = 1, a = alp
    correlation follows from the spectrum of the diffusion operator, with rates lambda and shares s of the variance:
    k0 = c sum s lambda^a (1 - y) / (1 - y^(1/(1-a))), y = sin(a pi/2) (lambda/w1)^(1-a).  The first factor is that of
    an exponential correlation; the second makes the correlation smooth at lag 0, and k0 = 0 at a = 1.
-3. Its stored energy, (1 - a)/4 sum k_n X_n^2, follows a changing amplitude with a delay; it reduces the loss of the
-   envelope by the factor 1 - f, the change of the stored energy over w1 dJ.
+3. Its stored energy, (1 - a)/4 sum k_n X_n^2, is a part of that of a cycle.  The action is then that of a wave with
+   dispersion, J = <v^2>/w1 - (a/4) sum k_n X_n^2 / w1, for which the change of the energy is w1 dJ.
 4. It dissipates the power (c/2) sin(a pi/2) sum (n w1)^(1+a) X_n^2 plus, because harmonics are lines of width
    beta (1 + n^2)/2, (c/4) cos(a pi/2) (1-a) beta sum w_n^a (w_n^2/w^2 - 1) X_n^2, less a share lambda^a / w^a of that
    due to the slow line.
@@ -20,8 +20,11 @@ cycle over 2 pi) diffuses.  The springpot, dimensionless (Omega = q = 1, a = alp
    with the noise: the renewal formula in every cycle, 2/(1+r^2) of the cycle's mean square if undamped.  The flux of
    impacts is corrected for short returns (`impacts`), and for sudden losses as at order 1 (`losses`).
 
-The stationary density per action is exp(-(2/q) int (loss / <v^2>) (1 - f) w1 dJ): exact for a dashpot with an elastic
-wall anywhere.  k0, m, beta and the share in 4 are determined self-consistently.  With an elastic wall no number is
+6. Means of positions, and of the momentum and the energy that a wall takes, are per action.  Those of <v^2> and of the
+   number of impacts are per area <v^2>/w1 of the plane of x and v, where a memory is part of J.
+
+The stationary density per action is exp(-(2/q) int (loss / <v^2>) w1 dJ): exact for a dashpot with an elastic wall
+anywhere.  k0, m, beta and the share in 4 are determined self-consistently.  With an elastic wall no number is
 fitted; with a lossy one three are (see the modules in 5).  The derivation, and the alternatives that were tried, are in
 the documentation, pages "The energy envelope" and "What was tried".
 """
@@ -43,17 +46,15 @@ from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System
 from springpot.theory.densities import DensitiesOfAmplitude
 from springpot.theory.distributions import times
-from springpot.theory.forms import form_of
 from springpot.theory.mckean import COLLAPSE_BELOW
 from springpot.theory.methods.envelope.balance import Balance, Cells, balance
 from springpot.theory.methods.envelope.density import Portrait, portrait
 from springpot.theory.methods.envelope.impacts import Impacts, impacts
 from springpot.theory.methods.envelope.losses import DAMPINGS, changed
-from springpot.theory.methods.systems.envelope import check_system_covered, envelope_of_system
 from springpot.theory.numerics.energy_diffusion import FirstPassage
 from springpot.theory.numerics.tabulated import Tabulated
 from springpot.theory.problem import Problem, Units, at_rest, endless, paper_covered, problem_and_units
-from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments, Result
+from springpot.theory.result import NEVER_STRUCK, ROUNDED, Moments
 
 _DEEPEST_PRELOAD = 100.0  # in units of sqrt(q / Omega^3); the cycles are much smaller than a deeper one
 _STRONGEST = 3.0  # the largest c between orders 0 and 1, where errors are already large
@@ -120,7 +121,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         Examples
         --------
         >>> import springpot as sp
-        >>> light = envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
+        >>> light = sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
         >>> light.amplitude_mean_square_at([5.0, math.inf]).round(2)  # 10 (1 - e^(-t/10))
         array([ 3.93, 10.  ])
         """
@@ -129,8 +130,9 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
             return np.full(t.shape, self.amplitude_mean_square)
         law = self._stationary_law()
         square = law.cells.x_square + law.kappa * law.cells.v_square
-        probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time)
-        return (probability @ square).reshape(t.shape) * law.units.length**2
+        probability = law.cells.diffusion.from_rest(t.ravel() / law.units.time) * law.cells.area
+        mean = np.asarray(probability @ square / probability.sum(axis=1))
+        return mean.reshape(t.shape) * law.units.length**2
 
     def first_passage(
         self,
@@ -188,7 +190,7 @@ class Envelope(DensitiesOfAmplitude["_Law"]):
         Examples
         --------
         >>> import springpot as sp
-        >>> light = envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
+        >>> light = sp.theory.envelope(sp.Oscillator(springpot=sp.Springpot(1.0, 0.1)))
         >>> passage = light.first_passage(amplitude=3.0)
         >>> round(passage.mean_time, 1), float(passage.survival(20.0).round(2))
         (11.5, 0.14)
@@ -325,43 +327,9 @@ class _Law:
         return self.portrait.energy(self.kappa)
 
 
-@np.errstate(all="ignore")  # what is not finite is no answer
-def envelope(system: System) -> Envelope | Result:
-    """Solve a system by diffusion of its energy, with the mean field of the envelope.
-
-    Parameters
-    ----------
-    system : System
-        The paper's problem, a linear spring with one springpot or dashpot and white noise: any order, wall,
-        restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders between 0 and 1.  With
-        other parts see `springpot.theory.methods.systems.envelope.envelope_of_system`.
-
-    Returns
-    -------
-    Envelope or Result
-        The former of the paper's problem.
-
-    Raises
-    ------
-    NotCoveredError
-        If the preload is deeper, the springpot stronger, or cycles of different size cross.
-    TypeError
-        If it is not a System.
-
-    Examples
-    --------
-    >>> import springpot as sp
-    >>> lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=sp.Barrier(-1.0, restitution=0.8))
-    >>> result = envelope(lossy)
-    >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
-    (6.5, 0.207)
-    """
-    solve: Callable[[System], Envelope | Result] = form_of(system, _envelope, envelope_of_system)
-    return solve(system)
-
-
-def _envelope(system: System) -> Envelope:
-    paper = _paper_covered(system)
+def envelope_of_paper(system: System) -> Envelope:
+    """The form of the paper's problem."""
+    paper = check_paper_covered(system)
     law = None
     stationary: Moments | str
     if without := _without(paper):
@@ -384,13 +352,7 @@ def _envelope(system: System) -> Envelope:
     )
 
 
-def check_covered(system: System) -> None:
-    """Raise `NotCoveredError` for what is not covered."""
-    check: Callable[[System], object] = form_of(system, _paper_covered, check_system_covered)
-    check(system)
-
-
-def _paper_covered(system: System) -> Dimensionless:
+def check_paper_covered(system: System) -> Dimensionless:
     """The paper's problem where it is covered; otherwise `NotCoveredError`."""
     paper = paper_covered(system)
     if _without(paper) or paper.excitation.intensity == 0.0:

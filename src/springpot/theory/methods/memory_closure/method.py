@@ -24,7 +24,7 @@ from springpot.machine.faults import NotCoveredError, per_cent
 from springpot.problem.dimensionless import Dimensionless
 from springpot.problem.system import System, checked_system
 from springpot.theory.densities import DensitiesOfAmplitude
-from springpot.theory.methods.exact import exact_of_paper, exact_state
+from springpot.theory.methods.exact import exact, exact_state
 from springpot.theory.methods.memory_closure.correlation import (
     folded_correlation,
     folded_spectrum,
@@ -97,7 +97,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
         if time.size == 0:
             return time
         if isinstance(law, Normals):
-            return exact_of_paper(self.system).correlation(lag)
+            return exact(self.system).correlation(lag)
         shape = folded_correlation(unfolded_correlation(law.loop, time.ravel()).reshape(time.shape))
         return np.asarray(self.x_mean**2 + self._variance * shape)
 
@@ -130,7 +130,7 @@ class MemoryClosure(DensitiesOfAmplitude["_Solved | Normals"]):
         if w.size == 0:
             return np.asarray(w)
         if isinstance(law, Normals):
-            return exact_of_paper(self.system).spectrum(frequency)
+            return exact(self.system).spectrum(frequency)
         return np.asarray(self._variance / omega * folded_spectrum(law.loop, w.ravel()).reshape(w.shape))
 
     def _more(self) -> dict[str, object]:

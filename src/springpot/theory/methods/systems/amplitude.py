@@ -14,7 +14,7 @@ from springpot.machine.faults import NotCoveredError
 from springpot.problem.parts import Barrier, Dashpot, PolynomialDashpot, PolynomialSpring, Spring, Springpot, WhiteNoise
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.system import System, checked_system
-from springpot.theory.decay import harmonic_sum, stiffness_sum
+from springpot.theory.decay import memory_decay, stiffness_share
 from springpot.theory.densities import WithLaw
 from springpot.theory.distributions import numbers_only
 from springpot.theory.methods.envelope.balance import Labels
@@ -89,17 +89,14 @@ class _Problem:
         found = np.zeros_like(w)
         for order, coefficient in self.pots:
             if order < 1.0:
-                share = 16.0 / math.pi**2 * stiffness_sum(order) if self.side else 1.0
+                share = stiffness_share(order, self.side != 0.0)
                 found = found + coefficient * share * math.cos(order * math.pi / 2.0) * w**order
         return found
 
     def damping(self, w: Floats) -> Floats:
         """Equivalent damping coefficient."""
-        found = np.zeros_like(w)
-        for order, coefficient in self.pots:
-            share = 64.0 / math.pi**2 * harmonic_sum(order) if self.side else 1.0
-            found = found + coefficient * share * math.sin(order * math.pi / 2.0) * w ** (order - 1.0)
-        return found
+        each = (2.0 * memory_decay(order, coefficient, w, self.side != 0.0) for order, coefficient in self.pots)
+        return sum(each, np.zeros_like(w))
 
     def pace(self, amplitude: Floats, cosine: Floats, stiffness: Floats) -> Floats:
         """nu(A, phi) = sqrt(2 (U(A) - U(A cos phi))) / (A sin phi), for a column of amplitudes."""
@@ -331,7 +328,8 @@ def averaging_amplitude(system: System) -> AmplitudeAveraging:
     impacts = -(4 ln r) U / (T <v^2>).  The amplitude must change little in one cycle, and K(A) is held fixed
     when the amplitude is differentiated: the energy that the memory lends out is not counted, so that <x^2> and <v^2>
     have errors of first order in C (the `envelope` has no such error).  At order 1 it is exact, but for impacts with
-    loss.  For a linear spring it is `averaging` of the form ``"shifted"``.
+    loss.  For a linear spring it is `averaging` of the form ``"shifted"``, which has
+    its densities, correlation and spectrum in closed form.
 
     References
     ----------

@@ -31,11 +31,11 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
-from springpot.problem.system import System, checked_system
+from springpot.problem.system import System
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.normal_modes import free_motion, unseen_mode
 from springpot.theory.numerics.simplices import cut, facets_on, integral, simplices_of_box
-from springpot.theory.result import Moments, NoStationaryStateError, Result, moments_of
+from springpot.theory.result import Moments, NoStationaryStateError, moments_of
 
 _REACH = (
     "The exact law of several masses covers springs, elastic walls and contacts without dissipation, with "
@@ -50,81 +50,19 @@ _SMALL = 1e-10
 _CLOSE = 1e-9  # of noise and damping that have one temperature
 
 
-@dataclass(frozen=True)
-class ExactOfPoints(Result):
-    """The exact stationary state of several masses.
+def exact_of_points(system: System) -> Moments | str:
+    """The moments of one or several masses, or why there are none.
 
-    Notes
-    -----
-    The parameters are those of `springpot.theory.result.Result`.
+    The elongations with walls, contacts or nonlinear springs are the coordinates of a quadrature over simplices that
+    are cut at walls and at the ends of contacts; the rest is normal, and independent of them in coordinates in which
+    the linear springs do not couple both.  A wall at b is struck at the rate p(b) sqrt(kT / 2 pi m), with p the density
+    of its elongation and m the reduced mass of its two ends, and with the mean force kT p(b).
     """
-
-
-@np.errstate(all="ignore")  # what is not finite is no answer
-def exact_of_points(system: System) -> ExactOfPoints:
-    """Boltzmann's law of one or several masses.
-
-    Parameters
-    ----------
-    system : System
-        Any springs, constant forces, elastic walls and conservative contacts, with
-
-        - `ThermalNoise`, and any springpots, arms, circuits and dashpots; or
-        - dashpots, and white noise whose matrix is 2 kT times theirs, as that of one mass always is.
-
-        Masses that no part joins to the others may have another temperature.  At most three elongations with walls,
-        contacts or nonlinear springs may depend on each other.
-
-    Returns
-    -------
-    ExactOfPoints
-        Exact to about 1e-8; to 1e-6 where three elongations depend on each other.
-
-    Raises
-    ------
-    NotCoveredError
-        If the system is another one; the sentence names the part.
-    NoConvergenceError
-        If the density is too narrow beside its range.
-    TypeError
-        If it is not a System.
-
-    Notes
-    -----
-    The density is exp(-U / kT).  The elongations with walls, contacts or nonlinear springs are the coordinates of a
-    quadrature over simplices that are cut at walls and at the ends of contacts; the rest is normal, and independent of
-    them in coordinates in which the linear springs do not couple both.  A wall at b is struck at the rate
-    p(b) sqrt(kT / 2 pi m), with p the density of its elongation and m the reduced mass of its two ends, and with the
-    mean force kT p(b).
-
-    Examples
-    --------
-    >>> import springpot as sp
-    >>> pair = sp.System(
-    ...     sp.Mass(1.0, at="a"), sp.Mass(0.5, at="b"), sp.Spring(2.0, between=("ground", "a")),
-    ...     sp.Spring(1.0, between=("a", "b")), sp.Spring(0.5, between=("ground", "b")),
-    ...     sp.Springpot(0.5, 0.2, between=("a", "b")), sp.ThermalNoise(0.6),
-    ...     stop=sp.Barrier(-0.3, between=("a", "b")),
-    ... )
-    >>> found = exact_of_points(pair)
-    >>> round(found.stop_impact_rate, 6), round(found.stop_force_mean, 6)
-    (0.434012, 0.486526)
-    """
-    system = checked_system(system)
     temperatures = check_points_covered(system)
-    stationary: Moments | str
     try:
-        stationary = temperatures if isinstance(temperatures, str) else _moments(system, temperatures)
+        return temperatures if isinstance(temperatures, str) else _moments(system, temperatures)
     except NoStationaryStateError as endless:
-        stationary = str(endless)
-    return ExactOfPoints(
-        method="exact",
-        system=system,
-        stationary=stationary,
-        assumptions=("None: this is the stationary solution of the equation of motion as it stands.",),
-        warnings=(),
-        is_exact=True,
-    )
+        return str(endless)
 
 
 def check_points_covered(system: System) -> Floats | str:

@@ -75,6 +75,11 @@ class Problem:
     field: Field = Field()
 
     @property
+    def walls(self) -> int:
+        """How many rigid walls there are: 0, 1 or 2."""
+        return sum(map(math.isfinite, (self.potential.low, self.potential.high)))
+
+    @property
     def remembers(self) -> bool:
         """Whether anything has memory."""
         return bool(self.elements or self.circuits)

@@ -27,8 +27,7 @@ from springpot.problem.parts import (
 )
 from springpot.problem.parts.circuits import Circuit
 from springpot.problem.potential import Potential
-from springpot.problem.system import System, checked_system
-from springpot.theory.densities import Densities
+from springpot.problem.system import System
 from springpot.theory.methods.systems.coverage import check_kinds
 from springpot.theory.numerics.panels import on_panels, panel_rule
 from springpot.theory.numerics.polynomials import roots_of
@@ -48,7 +47,7 @@ _KEPT = Spring | PolynomialSpring | Constant | Barrier | Contact  # parts that o
 
 
 @dataclass(frozen=True)
-class _EnergyLaw:
+class EnergyLaw:
     """The density exp(-g(H)) / Z with g = a H + b H^2, H = v^2 / 2 + U(x) less the least U between the walls.
 
     Potential and places are those seen from the origin, a place of least U: far from x = 0 the terms of U cancel.
@@ -118,6 +117,10 @@ class _EnergyLaw:
         values = self._at(self.above_least(self.places), v.reshape(-1, 1)) @ self.weights
         return np.asarray(values.reshape(v.shape) / self.total)
 
+    def amplitude(self, amplitude: Floats) -> Floats:
+        """Of the paper's problem alone."""
+        raise NotCoveredError("The exact densities of amplitude and energy are those of the paper's problem.")
+
     def impact_speed(self, speed: Floats) -> Floats:
         """Density of the speed just before an impact, on all walls together."""
         values = self._at(self.walls, speed.reshape(-1, 1)).sum(axis=1) / self.speed_integral(1, self.walls).sum()
@@ -135,98 +138,17 @@ class _EnergyLaw:
         return np.where(inside, place, 0.0), inside
 
 
-@dataclass(frozen=True)
-class ExactLaw(Densities[_EnergyLaw]):
-    """The exact stationary state of a system, with its densities.
-
-    Notes
-    -----
-    The parameters are those of `springpot.theory.result.Result`.
-
-    Examples
-    --------
-    >>> import springpot as sp
-    >>> duffing = sp.System(sp.Spring(1.0), sp.PolynomialSpring((0, 0, 1.0)), sp.Dashpot(0.5), sp.WhiteNoise(1.0))
-    >>> float(sp.theory.exact(duffing).x_density(0.0).round(4))
-    0.5167
-    """
-
-
-@np.errstate(all="ignore")  # what is not finite is no answer
-def exact_law(system: System) -> ExactLaw:
-    """The exact stationary law of a system, where its density depends on the energy alone.
-
-    Parameters
-    ----------
-    system : System
-        Any springs, constant forces, elastic walls and conservative contacts, with one of
-
-        - dashpots and white noise;
-        - `ThermalNoise`, with any springpots, arms, circuits and dashpots (and white noise, with dashpots alone);
-        - dashpots, `VanDerPol` and a cubic `PolynomialDashpot` of the coefficient mu / Omega^2 (mu of VanDerPol),
-          white noise, and a linear spring.
-
-    Returns
-    -------
-    ExactLaw
-        Its moments are exact to about 1e-10 of their size; a warning says where rounding leaves less.
-
-    Raises
-    ------
-    NotCoveredError
-        If the system is another one; the sentence names the part.
-    NoConvergenceError
-        If the energies of the springs are so large beside that of the noise that rounding leaves nothing.
-    TypeError
-        If it is not a System.
-
-    Notes
-    -----
-    The density is proportional to exp(-(2/q) int_0^H f dH) for a damping force f(H) v and white noise of intensity q
-    [1]_, and to exp(-H / kT) for matched noise, whatever the memory [2]_.
-
-    References
-    ----------
-    .. [1] T. K. Caughey, "Nonlinear theory of random vibrations", Advances in Applied Mechanics 11 (1971).
-    .. [2] R. Kubo, "The fluctuation-dissipation theorem", Reports on Progress in Physics 29 (1966).
-
-    Examples
-    --------
-    Two elastic walls and a hardening spring:
-
-    >>> import springpot as sp
-    >>> system = sp.System(
-    ...     sp.Spring(1.0), sp.PolynomialSpring((0.0, 0.1, 1.0)), sp.Dashpot(0.4), sp.WhiteNoise(1.0),
-    ...     sp.Barrier(-0.5), sp.Barrier(1.2, side="below"),
-    ... )
-    >>> result = exact_law(system)
-    >>> round(result.x_mean, 5), round(result.barrier_1_impact_rate, 5), round(result.barrier_2_impact_rate, 5)
-    (0.25606, 0.28165, 0.11139)
-    """
-    system = checked_system(system)
+def exact_law(system: System) -> tuple[Moments | str, EnergyLaw | None, tuple[str, ...]]:
+    """The moments of one mass, or why there are none; its law, and what rounding leaves of it."""
     unit, coefficients = system.per_unit_mass, check_law_covered(system)
-    stationary: Moments | str
-    law = None
-    warnings: tuple[str, ...] = ()
     if isinstance(coefficients, str):
-        stationary = coefficients
-    elif not unit.potential.holds():
-        stationary = "There is no stationary state: no spring or wall holds the mass on one side."
-    else:
-        law = _law(unit.potential, *coefficients)
-        places = [wall.position - law.origin for wall in system.stops.values()]
-        law = replace(law, walls=np.array([float(law.above_least(place)) for place in places]))
-        stationary = _moments(system, law)
-        warnings = _rounding_warnings(law)
-    return ExactLaw(
-        method="exact",
-        system=system,
-        stationary=stationary,
-        assumptions=("None: this is the stationary solution of the equation of motion as it stands.",),
-        warnings=warnings,
-        is_exact=True,
-        _law=law,
-    )
+        return coefficients, None, ()
+    if not unit.potential.holds():
+        return "There is no stationary state: no spring or wall holds the mass on one side.", None, ()
+    law = _law(unit.potential, *coefficients)
+    places = [wall.position - law.origin for wall in system.stops.values()]
+    law = replace(law, walls=np.array([float(law.above_least(place)) for place in places]))
+    return _moments(system, law), law, _rounding_warnings(law)
 
 
 _REACH = (
@@ -302,7 +224,7 @@ def _check_rayleigh(unit: System, mu: float) -> None:
         )
 
 
-def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
+def _law(potential: Potential, linear: float, square: float) -> EnergyLaw:
     """The law on a grid of places that covers all that double precision can tell from 0."""
     origin = 0.0
     for _ in range(4):  # places of other wells are known better from nearby
@@ -317,7 +239,7 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     least = min(float(near.energy(place)) for place in turning)
     if square > 0.0:  # g is of H itself, with U = 0 at x = 0
         linear += 2.0 * square * float(potential.energy(origin))
-    empty = _EnergyLaw(near, linear, square, origin, least, np.zeros(1), np.zeros(1), 1.0)
+    empty = EnergyLaw(near, linear, square, origin, least, np.zeros(1), np.zeros(1), 1.0)
     highest = least + _highest(linear, square)
     reached = [place for place in turning if float(near.energy(place)) <= highest]
     ends = near.edge(min(reached), -1.0, highest), near.edge(max(reached), 1.0, highest)
@@ -337,7 +259,7 @@ def _law(potential: Potential, linear: float, square: float) -> _EnergyLaw:
     return replace(empty, places=places, weights=weights, total=total)
 
 
-def _settled_grid(law: _EnergyLaw, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+def _settled_grid(law: EnergyLaw, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Places and weights of panels, halved until the integrals of the density and of its kinetic energy stay.
 
     Panels whose integrals change by no more than the rounding of the energies does are not halved.
@@ -374,14 +296,14 @@ def _settled_grid(law: _EnergyLaw, low: Floats, high: Floats) -> tuple[Floats, F
     return np.concatenate([grid[0] for grid in grids]), np.concatenate([grid[1] for grid in grids])
 
 
-def _rounding(law: _EnergyLaw, places: Floats) -> Floats:
+def _rounding(law: EnergyLaw, places: Floats) -> Floats:
     """Relative error of the density by rounding of the energies."""
     if law.square:
         return np.zeros_like(places)
     return np.asarray(1e-16 * abs(law.linear) * law.potential.size(places))
 
 
-def _rounding_warnings(law: _EnergyLaw) -> tuple[str, ...]:
+def _rounding_warnings(law: EnergyLaw) -> tuple[str, ...]:
     """What rounding of the energies leaves of the answer, if that is worth a warning."""
     density = law.weights * law.speed_integral(0, law.above_least(law.places))
     left = float(density @ _rounding(law, law.places)) / float(density.sum())
@@ -397,7 +319,7 @@ def _rounding_warnings(law: _EnergyLaw) -> tuple[str, ...]:
     )
 
 
-def _moments(system: System, law: _EnergyLaw) -> Moments:
+def _moments(system: System, law: EnergyLaw) -> Moments:
     weights, u = law.weights, law.above_least(law.places)
     at = 2.0 * weights * law.speed_integral(0, u) / law.total
     shift, square = float(at @ law.places), float(at @ (law.places * law.places))

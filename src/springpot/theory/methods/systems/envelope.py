@@ -1,9 +1,9 @@
-"""The energy envelope of systems: slow diffusion of the size of the cycles in any single well."""
+"""The energy envelope: slow diffusion of the size of the cycles in any single well."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
@@ -38,7 +38,9 @@ from springpot.problem.parts import (
 from springpot.problem.parts.walls import slow_restitution
 from springpot.problem.potential import Potential
 from springpot.problem.system import System, checked_system
-from springpot.theory.methods.envelope.balance import Labels, saturated
+from springpot.theory.forms import form_of
+from springpot.theory.methods.envelope.balance import Labels, slow_line
+from springpot.theory.methods.envelope.method import Envelope, check_paper_covered, envelope_of_paper
 from springpot.theory.methods.systems.coverage import check_kinds, unheld
 from springpot.theory.methods.systems.cycles import (
     COARSE,
@@ -149,11 +151,15 @@ def _slope(problem: Problem, w: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class _Law:
-    """The stationary law on a grid of cycles: their probabilities, how the action diffuses, and `_range`."""
+    """The stationary law on a grid of cycles: their probabilities, how the action diffuses, and `_range`.
+
+    ``plane`` are the probabilities per area of the plane of x and v in place of those per action.
+    """
 
     cycles: Cycles
     rates: _Rates
     weight: Floats
+    plane: Floats
     strength: Floats
     range: tuple[float, float, float]
     labels: Labels
@@ -192,9 +198,7 @@ def _law(problem: Problem) -> _Law | str:
     """The stationary law, with the mean field that it makes itself where the two can be found together."""
     if not problem.pots or problem.unit.of(ThermalNoise):  # matched noise balances the broadened lines too
         return _law_in(problem)
-    # between two walls, of which a cycle may strike both, results are better without the mean field
-    between = math.isfinite(problem.potential.low) and math.isfinite(problem.potential.high)
-    first, second = (_law_in, _law_in_its_field) if between else (_law_in_its_field, _law_in)
+    first, second = (_law_in, _law_in_its_field) if problem.walls == 2 else (_law_in_its_field, _law_in)
     try:
         return first(problem)
     except NotCoveredError:
@@ -224,11 +228,7 @@ def _law_in_its_field(problem: Problem) -> _Law | str:
 
 
 def _field(problem: Problem, law: _Law) -> Field:
-    """The averages of a law, as in the envelope of an oscillator.
-
-    The mean of a cycle is a function of the action, which diffuses: its correlation is a sum of exponentials, on each
-    of which a springpot acts with C rate^alpha, less what makes the correlation smooth at lag 0.
-    """
+    """The averages of a law, as in the envelope of an oscillator."""
     cycles, rates = law.cycles, law.rates
     mean, decay = law.average(cycles.mean), law.average(rates.loss) / (2.0 * law.average(cycles.v_square))
     width = decay / law.average(np.sqrt(np.maximum(cycles.arc, 0.0)))
@@ -239,18 +239,11 @@ def _field(problem: Problem, law: _Law) -> Field:
     rate, squares = diffusion.spectrum(cycles.mean[kept])
     variance = float(squares.sum())
     # between two walls the mean of a growing cycle turns back at the second one: worse with such a spring than without
-    between = math.isfinite(problem.potential.low) and math.isfinite(problem.potential.high)
-    if between or variance <= _STILL * law.average(cycles.x_square):
+    if problem.walls == 2 or variance <= _STILL * law.average(cycles.x_square):
         return Field(0.0, mean, width, 0.0)
-    frequency, stiffness, back = law.average(cycles.frequency), 0.0, 0.0
-    for pot in problem.pots:
-        sine, power = math.sin(pot.order * math.pi / 2.0), 1.0 - pot.order
-        slow = float(squares @ (rate**pot.order * saturated((rate / frequency) ** power * sine, 1.0 / power)))
-        stiffness += pot.coefficient * slow / variance
-        back += pot.coefficient * float(squares @ rate) * float(squares @ rate**pot.order) / variance
     whole = law.average(_broadened(replace(problem, field=Field(extra=decay)), cycles))
-    least = min(pot.order for pot in problem.pots)
-    share = float(saturated(np.array(back / whole), 1.0 / least)) if whole > 0.0 else 0.0
+    pots = [(pot.order, pot.coefficient) for pot in problem.pots]
+    stiffness, share = slow_line(pots, rate, squares, law.average(cycles.frequency), whole)
     return Field(stiffness, mean, width, share * decay)
 
 
@@ -299,10 +292,54 @@ def _law_in(problem: Problem, size: tuple[int, int] = FINE, like: _Law | None = 
         raise NotCoveredError(f"{REACH}; here cycles and their own stiffness do not settle: the memory is too strong.")
     if np.any(weight < -1e-6 * np.abs(weight).sum()):
         raise NotCoveredError(f"{REACH}; here cycles of different size cross: the memory is too strong.")
-    weight = np.maximum(weight, 0.0)
+    weight = plane = np.maximum(weight, 0.0)
+    if problem.walls == 1:  # between two, of which a cycle may strike both, rates per action are better
+        area = np.maximum(labels.derivative(cycles.period * cycles.v_square), 0.0)
+        plane = labels.weights.ravel() * area * np.exp(fall.min() - fall)
     # D f / J of the diffusion of the action: D is half the rate at which its variance grows
     strength = 0.5 * rates.spread * cycles.period**2 * np.exp(fall.min() - fall) / rates.action
-    return _Law(cycles, rates, weight / weight.sum(), strength / weight.sum(), found, labels)
+    return _Law(cycles, rates, weight / weight.sum(), plane / plane.sum(), strength / weight.sum(), found, labels)
+
+
+@np.errstate(all="ignore")  # what is not finite is no answer
+def envelope(system: System) -> Envelope | Result:
+    """Solve a system by diffusion of its energy, with the mean field of the envelope.
+
+    Parameters
+    ----------
+    system : System
+        The paper's problem, a linear spring with one springpot or dashpot and white noise: any order, wall,
+        restitution, or no wall; a preload up to 100 sqrt(q / Omega^3); c up to 3 for orders between 0 and 1.  With
+        other parts see `envelope_of_system`.
+
+    Returns
+    -------
+    Envelope or Result
+        The former of the paper's problem.
+
+    Raises
+    ------
+    NotCoveredError
+        If the preload is deeper, the springpot stronger, or cycles of different size cross.
+    TypeError
+        If it is not a System.
+
+    Examples
+    --------
+    >>> import springpot as sp
+    >>> lossy = sp.Oscillator(springpot=sp.Springpot(0.5, 0.1), barrier=sp.Barrier(-1.0, restitution=0.8))
+    >>> result = envelope(lossy)
+    >>> round(result.amplitude_mean_square, 1), round(result.impact_rate, 3)
+    (6.5, 0.207)
+    """
+    solve: Callable[[System], Envelope | Result] = form_of(system, envelope_of_paper, envelope_of_system)
+    return solve(system)
+
+
+def check_covered(system: System) -> None:
+    """Raise `NotCoveredError` for what is not covered."""
+    check: Callable[[System], object] = form_of(system, check_paper_covered, check_system_covered)
+    check(system)
 
 
 def envelope_of_system(system: System) -> Result:
@@ -333,7 +370,8 @@ def envelope_of_system(system: System) -> Result:
     P = (1/2) sum n w Im K(n w) X_n^2 that an element of modulus K takes, further losses L, the rate D at which noise
     spreads the energy, and the action J = int v dx - (pi/2) sum n Re K'(n w) X_n^2, the stationary density per action
     is exp(-int 2 (P + L) / (D T) dJ).  The second term makes J that of a wave with dispersion [1]_: for a linear
-    oscillator <v^2> is then exact to first order in K.  Springpots also have the mean field of the envelope of an
+    oscillator <v^2> is then exact to first order in K.  The number of impacts on a single wall is a mean per area
+    T <v^2> of the plane of x and v in place of J.  Springpots also have the mean field of the envelope of an
     oscillator: k1 and P of lines that have a width, and, with at most one wall, a spring against slow changes of X0.
 
     References
@@ -469,7 +507,7 @@ def _length(potential: Potential) -> float:
 def _moments(system: System, problem: Problem, law: _Law) -> Moments:
     cycles, rates = law.cycles, law.rates
     spread = Spread(law.average(cycles.mean), law.average(cycles.x_square), law.average(cycles.v_square))
-    hits = hits_on_walls(problem, cycles, law.labels, law.weight, rates.struck, rates.damped)
+    hits = hits_on_walls(problem, cycles, law.labels, law.weight, law.plane, rates.struck, rates.damped)
     spread, hits = with_sudden_losses(problem, cycles, law.weight, rates.struck, rates.damped, spread, hits)
     x_square = problem.origin * (problem.origin + 2.0 * spread.mean) + spread.x_square
     harvests = problem.circuits and not problem.unit.of(ThermalNoise)

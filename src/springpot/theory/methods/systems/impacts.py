@@ -94,6 +94,7 @@ def hits_on_walls(
     cycles: Cycles,
     labels: Labels,
     weight: Floats,
+    plane: Floats,
     struck: tuple[Floats, ...],
     damped: Floats,
 ) -> list[Hits]:
@@ -103,8 +104,9 @@ def hits_on_walls(
     ----------
     problem, cycles, labels
         What was solved, and the cycles at the nodes of the labels.
-    weight : ndarray
-        Probability of each cycle.
+    weight, plane : ndarray
+        Probability of each cycle, per action and per area of the plane of x and v.  The wall takes momentum and energy
+        by the former, and is crossed as often as by the latter.
     struck : tuple of ndarray
         The speed of each cycle at each wall and contact; NaN where it is not reached.
     damped : ndarray
@@ -119,7 +121,7 @@ def hits_on_walls(
             _, before = after_impact(problem, wall, speed, damped, cycles)
         fast = np.sqrt(before) * np.nan_to_num(speed)
         often = np.isfinite(speed) / cycles.period
-        rate, first, second = (float(weight @ (often * fast**power)) for power in (0, 1, 2))
+        rate, first, second = (float(each @ (often * fast**n)) for n, each in enumerate((plane, weight, weight)))
         if not rate > 0.0:
             found.append(Hits(rate, math.nan, math.nan))
         elif isinstance(wall, Barrier) and is_endless(unit, wall):
@@ -129,7 +131,7 @@ def hits_on_walls(
         else:
             part = _SHORT if len(struck) == 1 else _SHORT_UNCORRECTED
             short = part * cycles.period / np.maximum(reached, 1)
-            flux = weight / labels.weights.ravel() * often, labels.derivative(fast)
+            flux = plane / labels.weights.ravel() * often, labels.derivative(fast)
             found.append(_with_short_returns(wall, speed, fast, flux, short, intensity, (rate, first, second)))
     return found
 
