@@ -20,7 +20,7 @@ from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
 from springpot.simulation.rare.asked import asked_of, constants_of, quantity_of
 from springpot.simulation.rare.splitting import Population, Tally, repetitions
-from tests.scattering.problems import RARE, RARE_LIMIT, rare_device
+from tests.scattering.problems import RARE, rare_device
 from tests.sizes import validation
 
 WALLED = sp.System(
@@ -144,22 +144,16 @@ def test_an_order_and_a_gap_scatter() -> None:
     assert abs(found.probability[0] - mean) < 3.5 * math.hypot(math.sqrt(square), found.error[0])
 
 
-@pytest.mark.parametrize(
-    ("limit", "known", "share"), [(RARE_LIMIT[0], RARE[0], 0.05), validation(RARE_LIMIT[1], RARE[1], 0.1)]
-)
-def test_a_linear_oscillator_whose_limit_scatters(limit: float, known: dict[str, Any], share: float) -> None:
+@pytest.mark.parametrize("known", [RARE[0], *map(validation, RARE[1:])])
+def test_a_linear_oscillator_whose_limit_scatters(known: dict[str, Any]) -> None:
     """Damping, noise and limit: against a table of single devices, integrated by Gauss and Hermite."""
-    system, level = rare_device(limit)
+    system, level = rare_device(known["limit"])
     found = sp.exceedance_over_devices(
-        system,
-        {"amplitude": level},
-        duration=100.0,
-        step=0.3,
-        start="rest",
-        rtol=0.1,
-        limits={"amplitude": known["limit"]},
-    )["amplitude"]
-    assert abs(found.probability[0] / known["probability"] - 1.0) < 3.5 * found.error[0] / found.probability[0] + share
+        system, {"amplitude": level}, duration=100.0, step=0.3, start=known["start"], rtol=0.1,
+        limits={"amplitude": known["much"]},
+    )["amplitude"]  # fmt: skip
+    share = 3.5 * found.error[0] / found.probability[0] + 0.05
+    assert abs(found.probability[0] / known["probability"] - 1.0) < share
     assert known["probability"] / found.nominal.probability[0] == pytest.approx(known["times"], rel=0.3)
     for n, name in enumerate(("c", "q", "limit")):
         for own, exact in ((found.by_mean, known["by_mean"]), (found.by_scatter, known["by_scatter"])):
@@ -292,14 +286,14 @@ def test_the_command_of_a_file_with_uncertain_numbers(tmp_path: Path, capsys: py
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize(("limit", "known"), [*zip(RARE_LIMIT, RARE, strict=True)])
-def test_intervals_hold(limit: float, known: dict[str, Any]) -> None:
+@pytest.mark.parametrize("known", RARE)
+def test_intervals_hold(known: dict[str, Any]) -> None:
     """Of 24 runs; with 95 % each, fewer than 19 of them would come by chance once in a thousand times."""
-    system, level = rare_device(limit)
+    system, level = rare_device(known["limit"])
     held, found = np.zeros(4, int), list[float]()
     for seed in range(100, 124):
         curve = sp.exceedance_over_devices(
-            system, {"amplitude": level}, duration=100.0, step=0.3, start="rest", rtol=0.15, seed=seed
+            system, {"amplitude": level}, duration=100.0, step=0.3, start=known["start"], rtol=0.15, seed=seed
         )["amplitude"]
         own = curve.of_devices
         assert own is not None
