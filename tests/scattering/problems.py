@@ -45,8 +45,9 @@ RARE = (
      "by_mean": (-1.649, 1.174, -0.594), "by_scatter": (2.551, 1.304, 0.345), "quantile": 7.09e-6, "much": 1e-5,
      "above": 0.0361},
 )  # fmt: skip
-"""Of `rare_device` in 100 s, step 0.3: a table of `springpot.exceedance` at 7 dampings and 10 levels, known to 2 %, as a
-polynomial in logarithms, integrated over the three scores by Gauss and Hermite; shares of devices from two million draws.
+"""Of `rare_device` in 100 s, step 0.3: a table of `springpot.exceedance` at 7 dampings and 10 levels, known to 2 %, as
+a polynomial in logarithms, integrated over the three scores by Gauss and Hermite; shares of devices from two million
+draws.
 """
 
 

@@ -141,7 +141,7 @@ def check_certain(model: object, what: str) -> None:
     if found := uncertain_numbers(model):
         raise ValueError(
             f"{what} needs plain numbers, but {listed([*found])} {'is' if len(found) == 1 else 'are'} uncertain: "
-            "springpot.scatter and springpot.exceedance_over_devices simulate many devices, and springpot.nominal gives "
+            "springpot.scatter and springpot.exceedance_over_devices simulate many devices, and springpot.nominal has "
             "the one with the nominal values."
         )
 
