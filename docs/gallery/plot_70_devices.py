@@ -19,7 +19,7 @@ device = sp.System(
 )  # fmt: skip
 scatter = sp.scatter(device, ["impact_rate"], devices=512, limits={"impact_rate": 3.0}, seed=1)
 print(scatter.report())
-sp.figures.plot_scatter(scatter)
+picture = sp.figures.plot_scatter(scatter)
 plt.show()
 
 # %%
@@ -39,6 +39,6 @@ left.legend(frameon=False)
 gap, stiffness = (found.draws[:, rare.numbers.index(name)] for name in ("gap", "k"))
 right.scatter(1e3 * gap, stiffness, s=3.0, color="0.8")
 right.scatter(1e3 * gap, stiffness, s=2e4 * found.shares, color="#D55E00", alpha=0.4)
-right.set(xlabel="gap, mm", ylabel="stiffness, N/m", title="devices that exceed 13 mm")
+right.set(xlabel="gap, mm", ylabel="stiffness, N/m", title="devices that exceed 13 mm, by their share")
 plt.show()
 print(f"{np.count_nonzero(found.shares)} of {found.shares.size} devices exceeded 13 mm")
