@@ -151,6 +151,7 @@ def test_the_page_s_scatter_is_that_of_the_library() -> None:
     """The same bits as `scatter` with the same arguments; it can be stopped, and needs a tolerance."""
     names = quantities_of(sp.nominal(DEVICE))
     assert names == ["impact_rate", "lower_impact_rate", "upper_impact_rate", "x_mean_square", "v_mean_square"]
+    assert quantities_of(sp.System(sp.Spring(4.0), sp.Dashpot(0.5), sp.WhiteNoise(1.0))) == names[3:]
     found, same = scattered(DEVICE, RUN, lambda _: None, lambda: False), sp.scatter(DEVICE, names, **RUN)
     assert json.dumps(found, allow_nan=False)
     result, own = found["results"][0], same["impact_rate"]

@@ -16,7 +16,6 @@ from springpot.machine.plain import plain
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System
-from springpot.theory.result import names_of_results
 
 if TYPE_CHECKING:
     from springpot.scattering import Scatter
@@ -26,7 +25,7 @@ _SHOWN = "impact_rate", "x_mean_square", "v_mean_square", "elongation_mean_squar
 
 
 def quantities_of(system: System) -> list[str]:
-    """The results of a device whose scatter is shown: those that are means over the paths, and not 0 by symmetry.
+    """The results of a device whose scatter is shown.
 
     Examples
     --------
@@ -34,14 +33,13 @@ def quantities_of(system: System) -> list[str]:
     >>> quantities_of(System(Spring(4.0), Dashpot(0.5), WhiteNoise(1.0), Barrier(-0.5)))
     ['impact_rate', 'x_mean_square', 'v_mean_square']
     """
-    from springpot.simulation.plan.motions import motion_of
+    from springpot.scattering.devices import linear_names
+    from springpot.simulation.paths.simulation import simulation_of
+    from springpot.simulation.plan.plan import plan_of
 
-    motion, names = motion_of(system), names_of_results(system)
     one = [f"{wall}_impact_rate" for wall in system.stops] if len(system.stops) == 1 else []  # that of the mass
-    found = [
-        name for name in names
-        if name.endswith(_SHOWN) and name not in one and name not in motion.zeros and not motion.uncounted_because(name)
-    ]  # fmt: skip
+    names = linear_names(simulation_of(plan_of(system, paths=1, start="rest", threads=1)))
+    found = [name for name in names if name.endswith(_SHOWN) and name not in one]
     return sorted(found, key=lambda name: not name.endswith("impact_rate"))
 
 
@@ -70,10 +68,10 @@ def scattered(
     --------
     >>> from springpot.problem.parts import Dashpot, Spring, WhiteNoise
     >>> from springpot.problem.uncertain import uncertain
-    >>> device = System(Spring(uncertain("k", 4.0, cov=0.1)), Dashpot(0.5), WhiteNoise(1.0))
+    >>> device = System(Spring(4.0), Dashpot(uncertain("c", 0.5, cov=0.3)), WhiteNoise(1.0))
     >>> found = scattered(device, {"devices": 64}, float, bool)["results"][0]
     >>> found["title"], [one["name"] for one in found["inputs"]]
-    ('x mean square', ['k'])
+    ('x mean square', ['c'])
     """
     from springpot.scattering import scatter
 
