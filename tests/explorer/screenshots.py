@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 WIDTHS = (1440, 768, 390)
 SHOWN = link(10_000, coefficient=0.3, position=-0.3, restitution=0.8)
+TOLERANCES = "tolerance.springpot_coefficient=0.1&tolerance.spring_stiffness=0.05&tolerance.barrier_position=0.05"
 SECONDS = 18.0  # of motion, until there is something to see
 SYSTEM = Path(__file__).with_name("systems") / "two_walls.toml"
 SHOWN_OF_SYSTEM, SECONDS_OF_SYSTEM, SECONDS_OF_SEVERAL = "paths=5000", 0.75, 3.0
@@ -56,7 +57,26 @@ def take(
     tab.page.wait_for_timeout(300)
     tab.page.screenshot(path=path, full_page=whole)
     context.close()
-    with Image.open(path) as picture:  # a page has few colors: a third of the bytes
+    shrink(path)
+
+
+def take_devices(browser: Browser, server: Server, path: Path) -> None:
+    """The card of devices that differ, with its result."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+    page.goto(f"{server.address}#{SHOWN}&{TOLERANCES}")
+    Tab(page).complete()
+    page.locator("#asked").scroll_into_view_if_needed()
+    page.locator("#scatter-run").click()
+    page.locator("#scatter-charts canvas").wait_for(timeout=120_000)
+    page.wait_for_timeout(300)
+    page.locator("#scatter").screenshot(path=path)
+    page.close()
+    shrink(path)
+
+
+def shrink(path: Path) -> None:
+    """A page has few colors: a third of the bytes."""
+    with Image.open(path) as picture:
         few = picture.convert("RGB").quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
         few.save(path, optimize=True)
 
@@ -72,6 +92,8 @@ def main(folder: Path) -> None:
                 print(path)
         take(browser, server, 1440, "light", folder / "explorer.png", whole=False)
         print(folder / "explorer.png")
+        take_devices(browser, server, folder / "explorer-devices.png")
+        print(folder / "explorer-devices.png")
     with running(str(SYSTEM)) as server, launched_browser() as browser:
         path = folder / "explorer-system.png"
         take(browser, server, 1440, "light", path, shown=SHOWN_OF_SYSTEM, seconds=SECONDS_OF_SYSTEM)

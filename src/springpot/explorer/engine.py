@@ -75,7 +75,7 @@ class Engine:
 
     async def load(self) -> None:
         """Import the modules."""
-        await self.turns().take(_load_theory, self.shelf.at("").system)
+        await self.turns().take(_load_theory, self.shelf.at("").nominal)
         self.theory_ready.set()
         await self.simulate(_load_simulation)  # the kernel is compiled when it is asked for
         self.kernel_ready.set()

@@ -11,6 +11,7 @@ MOST_NUMBERS = 400
 MOST_FREE = 20
 MOST_PARTS, LONGEST_PART = 200, 7_500  # of a file of data: 1.5 MB
 MOST_PATHS = 100_000
+MOST_DEVICES = 4096
 _Generation = Annotated[int, Field(ge=0, le=2**31 - 1)]
 _Name = Annotated[str, Field(max_length=200)]
 
@@ -28,6 +29,8 @@ class Problem(_Strict):
         Number of the problem; its results have the same number.
     numbers : dict
         Those that differ from what the page was opened with, by the names of their sliders.
+    tolerances : dict
+        Those that differ from what the page was opened with, by the names of the uncertain numbers; 0 for none.
     without : list of str
         Names of parts that are left out, such as a wall.
     seed, paths : int
@@ -43,6 +46,7 @@ class Problem(_Strict):
     kind: Literal["problem"] = "problem"
     generation: _Generation = 0
     numbers: Annotated[dict[str, float], Field(max_length=MOST_NUMBERS)] = {}
+    tolerances: Annotated[dict[str, Annotated[float, Field(ge=0.0)]], Field(max_length=MOST_NUMBERS)] = {}
     without: Annotated[list[_Name], Field(max_length=MOST_NUMBERS)] = []
     seed: Annotated[int, Field(ge=0, le=2**53 - 1)] = 1  # what JavaScript holds exactly
     paths: Annotated[int, Field(ge=2, le=MOST_PATHS)] = 10_000
@@ -148,6 +152,25 @@ class StopRare(_Strict):
     kind: Literal["stop-rare"]
 
 
+class Scatter(_Strict):
+    """Simulate devices that differ by the tolerances of now, as `springpot.scatter` does.
+
+    Examples
+    --------
+    >>> Scatter(kind="scatter").devices
+    512
+    """
+
+    kind: Literal["scatter"]
+    devices: Annotated[int, Field(ge=64, le=MOST_DEVICES)] = 512
+
+
+class StopScatter(_Strict):
+    """End that simulation."""
+
+    kind: Literal["stop-scatter"]
+
+
 class Play(_Strict):
     """Run or stop time; ``speed`` is in units of 1 / Omega per second."""
 
@@ -169,7 +192,20 @@ class NextPath(_Strict):
 
 
 AnyMessage = (
-    Problem | File | FilePart | Fit | StopFit | Observe | StopObserving | Rare | StopRare | Play | Step | NextPath
+    Problem
+    | File
+    | FilePart
+    | Fit
+    | StopFit
+    | Observe
+    | StopObserving
+    | Rare
+    | StopRare
+    | Scatter
+    | StopScatter
+    | Play
+    | Step
+    | NextPath
 )
 _MESSAGES: TypeAdapter[AnyMessage] = TypeAdapter(Annotated[AnyMessage, Field(discriminator="kind")])
 

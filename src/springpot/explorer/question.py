@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 from springpot.explorer.copies import command_of, python_of
 from springpot.explorer.protocol import Problem
-from springpot.explorer.sliders import changed
+from springpot.explorer.sliders import changed, laws_in_words
+from springpot.explorer.tolerances import laws_of, toleranced
 from springpot.machine.faults import NotCoveredError
 from springpot.problem.dimensionless import Dimensionless
+from springpot.problem.free_numbers import nominal
 from springpot.problem.oscillator import Oscillator
 from springpot.problem.system import System
 from springpot.simulation.plan.options import StartKind
@@ -27,13 +29,18 @@ class Opened:
     Attributes
     ----------
     system : System
-        The paper's oscillator, if left out.
+        The paper's oscillator, if left out; it may have uncertain numbers.
     file : str
         The name of its file; empty if it was not read from one.
     """
 
     system: System = field(default_factory=Oscillator)
     file: str = ""
+
+    @cached_property
+    def nominal(self) -> System:
+        """The device with the nominal values."""
+        return nominal(self.system)
 
     def name_of(self, other: System) -> str:
         """The name of a file for the same system, or for one with other numbers.
@@ -46,7 +53,8 @@ class Opened:
         """
         if not self.file:
             return "system.toml"
-        return self.file if other == self.system else f"{Path(self.file).stem}-changed.toml"
+        same = other == self.system and laws_of(other) == laws_of(self.system)
+        return self.file if same else f"{Path(self.file).stem}-changed.toml"
 
 
 @dataclass(frozen=True)
@@ -57,7 +65,10 @@ class Question:
     ----------
     asked : Problem
         Its start is taken where there is a stationary state.
+    devices : System
+        With its uncertain numbers.
     system : System
+        The device with their nominal values, which the page simulates.
     papers : tuple of Dimensionless
         The same as the paper's problem; empty if it is another one.
     command, python : str
@@ -67,11 +78,17 @@ class Question:
     """
 
     asked: Problem
+    devices: System
     system: System
     papers: tuple[Dimensionless, ...]
     command: str
     python: str
     file: str
+
+    @cached_property
+    def laws(self) -> dict[str, str]:
+        """In words, the laws that a tolerance alone does not describe."""
+        return laws_in_words(self.devices)
 
     @cached_property
     def motion(self) -> Motion:
@@ -127,9 +144,10 @@ def question_of(message: Problem, opened: Opened) -> Question:
     >>> question_of(Problem(numbers={"springpot-order": 0.7}), Opened()).papers[0].springpot.order
     0.7
     """
-    system = changed(opened.system, message.numbers)
+    devices = toleranced(changed(opened.system, message.numbers), opened.system, message.tolerances)
     if message.without:
-        system = System(**{name: part for name, part in system.stated() if name not in message.without})
-    file, papers = opened.name_of(system), papers_of(system)
-    command = command_of(opened.file and file, papers, message)
-    return Question(message, system, papers, command, python_of(system, file, message), file)
+        devices = System(**{name: part for name, part in devices.stated() if name not in message.without})
+    system, file = nominal(devices), opened.name_of(devices)
+    papers = papers_of(system)
+    command = command_of(opened.file and file, papers, message, differ=bool(laws_of(devices)))
+    return Question(message, devices, system, papers, command, python_of(devices, file, message), file)

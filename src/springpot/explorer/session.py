@@ -27,10 +27,12 @@ from springpot.explorer.protocol import (
     Play,
     Problem,
     Rare,
+    Scatter,
     Step,
     StopFit,
     StopObserving,
     StopRare,
+    StopScatter,
 )
 from springpot.explorer.question import Question, question_of
 from springpot.machine.plain import plain
@@ -75,7 +77,7 @@ class Session:
         self._may_run.set()
         self._last = time.monotonic()
         self._measured = Measured(engine.turns(), self._post)
-        self._observing, self._splitting = Work(engine.turns(), self._post), Work(engine.turns(), self._post)
+        self._observing, self._splitting, self._scattering = (Work(engine.turns(), self._post) for _ in range(3))
         self._post("status", theory=engine.theory_ready.is_set(), kernel=engine.kernel_ready.is_set())
 
     # --- messages from the tab --------------------------------------------------------------------------------------
@@ -91,14 +93,13 @@ class Session:
         match message:
             case Problem():
                 self._newest = question_of(message, self._opened)
-                self._observing.close()
-                self._splitting.close()
+                self._close_requests()
                 self._asked.set()
             case File():
                 from springpot.problem.file import to_toml
 
                 question = self._present("file")
-                self._post("file", name=question.file, text=to_toml(question.system))
+                self._post("file", name=question.file, text=to_toml(question.devices))
             case FilePart(kind="data"):
                 self._measured.take(message)
             case FilePart():
@@ -116,6 +117,10 @@ class Session:
                 self._split(self._present("rare"), message)
             case StopRare():
                 self._splitting.stop()
+            case Scatter():
+                self._scatter(self._present("scatter"), message)
+            case StopScatter():
+                self._scattering.stop()
             case Play():
                 self._playing, self._speed = message.playing, message.speed
                 if self._playing:
@@ -143,7 +148,7 @@ class Session:
                 from springpot.problem.file import to_toml
 
                 question = self._present("table")
-                name, text = question.file, to_toml(with_table(question.system, text))
+                name, text = question.file, to_toml(with_table(question.devices, text))
             self._post("shelved", of=part.kind, place=self._engine.shelf.put(text, name), fault="")
         except (TypeError, ValueError) as error:
             self._post("shelved", of=part.kind, place="", fault=sentence_of(error))
@@ -159,6 +164,12 @@ class Session:
 
         run = {"seed": question.asked.seed, "start": question.start, "threads": self._engine.threads}
         self._splitting.begin("rare", growing, question.system, message, run)
+
+    def _scatter(self, question: Question, message: Scatter) -> None:
+        from springpot.explorer.scattering import scattered
+
+        run = {"devices": message.devices, "seed": question.asked.seed, "threads": self._engine.threads}
+        self._scattering.begin("scatter", scattered, question.devices, run)
 
     def refuse(self, sentence: str, asked: int | None = None) -> None:
         """Tell the tab why a message was refused, and the number of the question if it was one."""
@@ -205,7 +216,7 @@ class Session:
                 assert question is not None
                 self._player = None
                 self._slots = {kind: text for kind, text in self._slots.items() if kind in KEPT}
-                self._post("accepted", command=question.command, python=question.python)
+                self._post("accepted", command=question.command, python=question.python, laws=question.laws)
                 parts = self._view, self._curve, self._theory, self._simulation
                 work = asyncio.gather(*(self._guarded(part, question) for part in parts))
         finally:
@@ -215,8 +226,11 @@ class Session:
     def close(self) -> None:
         """The tab is closed: what is running for it ends soon."""
         self._measured.close()
-        self._observing.close()
-        self._splitting.close()
+        self._close_requests()
+
+    def _close_requests(self) -> None:
+        for work in (self._observing, self._splitting, self._scattering):
+            work.close()
 
     async def _guarded(self, part: Callable[[Question], Awaitable[None]], question: Question) -> None:
         """Run a part of the work; an error is shown in its tab and does not affect other tabs."""

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from springpot.explorer.question import Opened
 from springpot.machine.toml import toml_of
 from springpot.problem.file import read_system
+from springpot.problem.free_numbers import uncertain_numbers
 from springpot.problem.parts import Barrier, Contact, Dashpot, Mass, Spring, Springpot, WhiteNoise
 from springpot.problem.system import System
 
@@ -94,6 +95,7 @@ class Shelf:
             One sentence that says what is wrong in the file.
         """
         system = read_system(toml_of(text, f"system file {name!r}"))
+        uncertain_numbers(system)  # those of one name are alike
         place = hashlib.sha256(f"{name}\n{text}".encode()).hexdigest()[:16]
         with self._adding:
             self._files[place] = Opened(system, name)

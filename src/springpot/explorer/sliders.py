@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 
 from springpot.explorer.ends import ends_of
-from springpot.machine.arguments import Free
-from springpot.problem.numbers import ROOT, number_of, numbers_of, with_numbers
+from springpot.explorer.tolerances import Tolerance, moved, tolerance_of
+from springpot.machine.arguments import Free, Uncertain
+from springpot.problem.numbers import ROOT, number_of, numbers_of, unit_of, with_numbers
 from springpot.problem.parts.registration import Number, Part, kind_of, powers_of
 from springpot.problem.parts.walls import SoftStop, Stop
 from springpot.problem.system import System
+from springpot.problem.uncertain import Lognormal, Normal
 
 _DECADES = 1.0  # on either side of a positive number
 _TIMES = 2.0  # the size of a number of either sign, on both sides of 0
@@ -46,6 +48,7 @@ class Slider:
         Of the units to choose from, by their name in ``units.js``; empty where there is one unit.
     free : bool
         Whether the number is free in the system's file: then it is ticked for a fit.
+    tolerance : Tolerance
     """
 
     name: str
@@ -54,6 +57,7 @@ class Slider:
     value: float
     begin: float
     end: float
+    tolerance: Tolerance
     steps: int = _STEPS
     log: bool = False
     unit: str = ""
@@ -104,7 +108,9 @@ def changed(system: System, given: Mapping[str, float]) -> System:
 
 
 def _as_free(old: object, new: float) -> float:
-    """A number in the place of a free one is free too, within the same bounds."""
+    """A number in the place of a free one is free too, within the same bounds; of an uncertain one it has its law."""
+    if isinstance(old, Uncertain):
+        return moved(old, new)
     return old.moved_to(new) if isinstance(old, Free) and old.low <= new <= old.high else new
 
 
@@ -121,11 +127,12 @@ def sliders(system: System, size: Mapping[str, float]) -> tuple[Slider, ...]:
     >>> [(one.name, one.begin, one.end) for one in found[1:]]
     [('spring-stiffness', 0.0, 160.0), ('barrier-position', -1.0, 1.0), ('barrier-restitution', 0.0, 1.0)]
     """
-    return tuple(_slider(system, name, value, size) for name, value in numbers(system).items())
+    certain = {name: float(value) if isinstance(value, Uncertain) else value for name, value in numbers(system).items()}
+    return tuple(_slider(system, name, value, size) for name, value in certain.items())
 
 
 def _slider(system: System, name: str, value: float, size: Mapping[str, float]) -> Slider:
-    part, number, place = number_of(system, ROOT + name.replace("-", "."))
+    part, number, place = number_of(system, path := ROOT + name.replace("-", "."))
     plain = number.unit_of(system.has_mass and not part.of_ground, place)
     kind = "stiffness" if _is_the_spring(system, part, place) and plain == "s-2" else _UNITS_TO_CHOOSE.get(plain, "")
     unit = "" if kind else written(plain)
@@ -135,8 +142,8 @@ def _slider(system: System, name: str, value: float, size: Mapping[str, float]) 
     if kind == "stiffness" and not isinstance(value, Free):  # the square of a natural frequency
         begin, end, log = value / 100.0, 100.0 * value, True
     return Slider(
-        name, symbol, said, value, begin, end, steps, log, unit, kind=kind, hint=_multiple(value),
-        free=isinstance(value, Free),
+        name, symbol, said, value, begin, end, tolerance_of(system, path), steps, log, unit, kind=kind,
+        hint=_multiple(numbers(system)[name]), free=isinstance(value, Free),
     )  # fmt: skip
 
 
@@ -148,7 +155,7 @@ def _power(symbol: str, power: int) -> str:
 
 
 def _multiple(value: float) -> str:
-    """How a number follows from the free one that the file names, such as that of one of four mounts.
+    """How a number follows from the marked one that the file names, such as that of one of four mounts.
 
     Examples
     --------
@@ -287,3 +294,22 @@ def _note(system: System, name: str, part: Part) -> str:
     elif f"{(point := getattr(part, 'on', '') or getattr(part, 'at', ''))}_" in system.coordinates.beginnings:
         words.append(f"on {point}" if hasattr(part, "on") else point)
     return ", ".join(words)
+
+
+def laws_in_words(system: System) -> dict[str, str]:
+    """In words, by name, the laws that more than one number describes.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Mass, Spring
+    >>> from springpot.problem.uncertain import uncertain
+    >>> device = System(Mass(uncertain("m", 2.0, cov=0.01)), Spring(uncertain("k", bounds=(70.0, 90.0))))
+    >>> laws_in_words(device)
+    {'k': 'from 70 to 90 N/m'}
+    """
+    found = dict[str, str]()
+    for path, value in numbers_of(system).items():
+        if isinstance(value, Uncertain) and not isinstance(value.law, Lognormal | Normal):
+            words = written(unit_of(system, path)) if value.power == 1.0 else ""
+            found.setdefault(value.name, f"{value.law} {words}".rstrip())
+    return found

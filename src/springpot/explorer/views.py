@@ -38,7 +38,7 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
     >>> opened_script(Opened())[:41]
     'globalThis.OPENED = {"file": "", "place":'
     """
-    system = opened.system
+    system = opened.nominal
     seen = _seen(system)
     content = {
         "file": opened.file,
@@ -46,7 +46,7 @@ def opened_script(opened: Opened, others: Sequence[tuple[str, str]] = (), place:
         "systems": others,
         "writable": not system.with_functions,
         "heavy": system.has_mass,
-        "sliders": [asdict(one) for one in sliders(system, seen["sizes"])],
+        "sliders": [asdict(one) for one in sliders(opened.system, seen["sizes"])],
         "parts": described_parts(system),
         **seen,
         "points": [

@@ -189,7 +189,7 @@ def in_words(unit: str) -> str:
     return (" ".join(above) or "1") + under
 
 
-_LIMITS = {"positive": (0.0, LARGEST), "unsigned": (0.0, LARGEST), "signed": (-LARGEST, LARGEST), "share": (0.0, 1.0),
+LIMITS = {"positive": (0.0, LARGEST), "unsigned": (0.0, LARGEST), "signed": (-LARGEST, LARGEST), "share": (0.0, 1.0),
            "fraction": (0.0, 1.0), "order": (0.0, 1.0), "exponent": (1.0, 3.0)}  # fmt: skip
 
 
@@ -214,7 +214,7 @@ def in_range(value: object, name: str, number: Number) -> float:
     TypeError, ValueError
         If it is not one, not finite or out of its range.
     """
-    (low, high), open_low = _LIMITS[number.range], number.range in ("positive", "share")
+    (low, high), open_low = LIMITS[number.range], number.range in ("positive", "share")
     return finite_number(value, name, low=low, high=high, open_low=open_low, hint=number.hint)
 
 

@@ -17,6 +17,7 @@ export class Controls {
     this.simple("paths", "change");
     this.simple("start", "change");
     this.simple("seed", "input");
+    form.querySelector("#tolerances").addEventListener("change", ({ target }) => document.body.classList.toggle("scattering", target.checked));
     form.querySelector("#seed").addEventListener("blur", () => this.show());
     form.querySelector("#new-seed").addEventListener("click", () => state.set({ seed: Math.floor(Math.random() * 1e6) }));
     for (const radio of document.querySelectorAll("[name=units]")) radio.addEventListener("change", () => state.setUnits(radio.value));
@@ -84,7 +85,7 @@ export class Controls {
   }
 
   row(name) {
-    const { kind, steps, free } = PARAMETERS[name], whose = wholeName(name);
+    const { kind, steps, free, tolerance } = PARAMETERS[name], percent = tolerance.kind === "cov", whose = wholeName(name);
     const element = document.createElement("div");
     element.className = "parameter";
     const choices = kind ? Object.entries(CHOICES[kind]).map(([key, unit]) => `<option value="${key}">${unit.name}</option>`).join("") : "";
@@ -92,26 +93,70 @@ export class Controls {
       <label for="field-${name}"><i></i> <span></span> <small class="hint"></small></label>
       <input type="range" id="slider-${name}" min="0" max="${steps}" step="1" aria-label="${whose}">
       <span class="entry"><input type="number" id="field-${name}" step="any" inputmode="decimal" aria-describedby="range-${name}"><small class="unit"></small>${kind ? `<select id="unit-${name}" class="unit" aria-label="unit of the ${whose}">${choices}</select>` : ""}</span>
+      <span class="tolerance" title="how much this number differs from device to device: standard deviation${percent ? ", in per cent of the value" : ""}">± <input type="number" id="tolerance-${name}" min="0" step="any" inputmode="decimal" placeholder="0" aria-label="tolerance of ${whose}" aria-describedby="range-${name}"><small></small></span>
+      <small class="law"></small>
       <small class="range" id="range-${name}" hidden></small>`;
-    const slider = element.querySelector("[type=range]"), field = element.querySelector("[type=number]");
+    const slider = element.querySelector("[type=range]"), field = element.querySelector(".entry input"), spread = element.querySelector(".tolerance input");
     const choice = element.querySelector("select");
-    slider.addEventListener("input", () => this.set({ [name]: this.fromSlider(name, Number(slider.value)) }, name));
+    slider.addEventListener("input", () => this.move(name, this.fromSlider(name, Number(slider.value))));
     field.addEventListener("input", () => {
       const value = this.fromField(name);
-      if (value === null) mark(field, false); else this.set({ [name]: value }, name);
+      if (value === null) mark(field, false); else this.move(name, value);
     });
-    field.addEventListener("blur", () => {
-      if (this.refused?.name === name) this.refused = null;
-      this.show();
+    spread.addEventListener("input", () => {
+      const given = this.givenTolerance(name), { [tolerance.name]: _, ...others } = this.state.values.tolerances;
+      if (given === undefined) mark(spread, false);
+      else this.set({ tolerances: given === null || given === tolerance.spread && !tolerance.other ? others : { ...others, [tolerance.name]: given } }, name);
     });
+    for (const one of [field, spread]) {
+      one.addEventListener("blur", () => {
+        if (this.refused?.name === name) this.refused = null;
+        this.show();
+      });
+    }
     choice?.addEventListener("change", () => this.state.setShown(kind, choice.value));
     element.querySelector(".tick").addEventListener("change", () => this.onTick?.());
     this.rows[name] = {
-      element, slider, field, choice, decades: 0,
+      element, slider, field, spread, choice, decades: 0, law: element.querySelector(".law"), ofSpread: element.querySelector(".tolerance small"),
       symbol: element.querySelector("label i"), name: element.querySelector("label span"),
       unit: element.querySelector("small.unit"), hint: element.querySelector(".hint"), range: element.querySelector(".range"),
     };
     return element;
+  }
+
+  // numbers that follow from one uncertain number move with each other
+  move(name, value) {
+    const { name: own, follows: [times, plus, power] } = PARAMETERS[name].tolerance, changes = { [name]: value };
+    const base = ((value - plus) / times) ** (1 / power);
+    for (const [other, { tolerance }] of Object.entries(PARAMETERS)) {
+      if (other !== name && tolerance.name === own && Number.isFinite(base)) changes[other] = tidy(tolerance.follows[0] * base ** tolerance.follows[2] + tolerance.follows[1]);
+    }
+    this.set(changes, name);
+  }
+
+  // factor and unit of a tolerance: per cent, or the unit of its number
+  ofTolerance(name) {
+    const { tolerance, unit } = PARAMETERS[name], choice = this.unit(name);
+    return tolerance.kind === "cov" ? { factor: 100, unit: "%" } : { factor: choice.factor ?? 1, unit: choice.name ?? unit };
+  }
+
+  // what a field has: null for the law of the file, undefined if it is none
+  givenTolerance(name) {
+    const { spread } = this.rows[name], { other } = PARAMETERS[name].tolerance, value = Number(spread.value);
+    if (!spread.validity.valid || value < 0) return undefined;
+    return spread.value === "" ? other ? null : 0 : tidy(value / this.ofTolerance(name).factor);
+  }
+
+  // a tolerance in words, if there is one
+  saidTolerance(name) {
+    const spread = this.state.toleranceOf(PARAMETERS[name]), { factor, unit } = this.ofTolerance(name);
+    if (this.state.values.without.includes(name.split("-")[0])) return "";
+    return spread === null ? `(${this.rows[name].law.textContent})` : spread ? `± ${[short(spread * factor), unit].filter(Boolean).join(" ")}` : "";
+  }
+
+  // laws of now that one number does not describe
+  showLaws(laws) {
+    for (const [name, { law }] of Object.entries(this.rows)) law.textContent = laws[PARAMETERS[name].tolerance.name] ?? "";
   }
 
   // the unit in which a number is shown and typed
@@ -165,6 +210,12 @@ export class Controls {
       }
       row.range.textContent = refused ? this.refused.sentence : "a number";
       mark(row.field, !refused);
+      const { tolerance } = PARAMETERS[name], spread = this.state.toleranceOf(PARAMETERS[name]), { factor, unit } = this.ofTolerance(name);
+      if (document.activeElement !== row.spread || (!refused && this.givenTolerance(name) !== spread)) row.spread.value = spread ? plain(spread * factor) : spread === 0 && tolerance.other ? "0" : "";
+      row.spread.setAttribute("aria-invalid", String(refused));
+      row.spread.placeholder = spread === null ? "law" : "0";
+      row.ofSpread.textContent = unit;
+      row.element.classList.toggle("uncertain", spread !== 0 || tolerance.spread > 0 || tolerance.other || document.activeElement === row.spread);
       row.symbol.textContent = said.symbol;
       row.name.textContent = said.said;
       row.hint.textContent = said.hint;

@@ -79,9 +79,10 @@ let excitationCard = null;
 new IntersectionObserver(async (seen, observer) => {
   if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
   observer.disconnect();
-  const [{ ExcitationCard, RequestsCard }, { RareCard }] = await Promise.all([import("./requests.js"), import("./rare.js"), import("./drawn.js")]);
+  const [{ ExcitationCard, RequestsCard }, { RareCard }, { ScatterCard }] = await Promise.all([import("./requests.js"), import("./rare.js"), import("./scatter.js"), import("./drawn.js")]);
   new RequestsCard(element, connection);
   new RareCard(element, connection);
+  new ScatterCard(element, connection, controls);
   excitationCard = new ExcitationCard(element, connection);
   excitationCard.show(view.excitation);
 }, { rootMargin: "400px" }).observe(element("asked"));
@@ -127,7 +128,7 @@ on("asked", (problem) => {
   element("tile-paths-note").textContent = "\u00a0";
   showOld();
 });
-on("accepted", (message) => { view.copies = message; notice("question", ""); });
+on("accepted", (message) => { view.copies = message; controls.showLaws(message.laws); notice("question", ""); });
 on("refused", ({ sentence, asked }) => {
   if (asked === null) return notPossible(sentence);
   if (!connection.good) { // the numbers of a link

@@ -12,7 +12,7 @@ const fileName = (name, kind) => `springpot-${name}.${kind}`;
 export function described({ state }) {
   const v = state.values;
   const numbers = OPENED.file ? state.changes() : Object.fromEntries(OPENED.sliders.map(({ name }) => [name, v[name]]));
-  const said = [...Object.entries(numbers).map(([name, value]) => `${name} = ${value}`), ...v.without.map((name) => `without ${name}`)];
+  const said = [...Object.entries(numbers).map(([name, value]) => `${name} = ${value}`), ...Object.entries(v.tolerances).map(([name, spread]) => `tolerance of ${name} = ${spread}`), ...v.without.map((name) => `without ${name}`)];
   return [...(OPENED.file ? [OPENED.file] : []), ...said, `start ${v.start}, seed ${v.seed}, ${v.paths} paths`].join(", ");
 }
 

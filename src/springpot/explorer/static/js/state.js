@@ -6,9 +6,10 @@ import { CHOICES, USUAL } from "./units.js";
 const RUN = ["seed", "paths", "start"];
 export const DEFAULTS = Object.freeze({
   ...Object.fromEntries(OPENED.sliders.map(({ name, value }) => [name, value])),
-  without: [], seed: 1, paths: 10000, start: ends ? "rest" : "stationary",
+  without: [], tolerances: {}, seed: 1, paths: 10000, start: ends ? "rest" : "stationary",
 });
 const MOST_PATHS = 100000;
+const TOLERANCE = "tolerance."; // in front of the name of an uncertain number, in a link
 
 // a number without the dust that a conversion leaves in its last digits
 export function tidy(value) {
@@ -52,10 +53,13 @@ export class State {
     return Object.fromEntries(Object.keys(PARAMETERS).filter((name) => this.values[name] !== DEFAULTS[name]).map((name) => [name, this.values[name]]));
   }
 
+  // of a number, from device to device: what was given by hand, or what the file has; null if it has a law that one number does not describe
+  toleranceOf({ tolerance: { name, spread, other } }) { return this.values.tolerances[name] ?? (other ? null : spread); }
+
   // one of the page's cases
   take({ numbers, without }) {
     const usual = Object.fromEntries(Object.keys(PARAMETERS).map((name) => [name, DEFAULTS[name]]));
-    this.set({ ...usual, ...numbers, without });
+    this.set({ ...usual, ...numbers, without, tolerances: {} });
   }
 
   is({ numbers, without }) {
@@ -63,8 +67,8 @@ export class State {
   }
 
   problem(generation) {
-    const { without, seed, paths, start } = this.values;
-    return { kind: "problem", generation, numbers: this.changes(), without, seed, paths, start };
+    const { without, tolerances, seed, paths, start } = this.values;
+    return { kind: "problem", generation, numbers: this.changes(), tolerances, without, seed, paths, start };
   }
 
   // the values of a question that was taken, after one that was not
@@ -75,6 +79,7 @@ export class State {
 
   link() {
     const words = [...Object.entries(this.changes()), ...RUN.map((name) => [name, this.values[name]])];
+    for (const [name, spread] of Object.entries(this.values.tolerances)) words.push([`${TOLERANCE}${name}`, spread]);
     if (this.values.without.length) words.push(["without", this.values.without]);
     if (this.units !== "si") words.push(["units", this.units]);
     for (const [kind, choice] of Object.entries(this.shown)) if (choice !== USUAL[kind]) words.push([kind, choice]);
@@ -89,6 +94,11 @@ export class State {
     for (const [name, text] of new URLSearchParams(hash.replace(/^#/, ""))) {
       if (name === "units" && ["si", "dimensionless"].includes(text)) this.units = text;
       else if (name === "without") values.without = text.split(",");
+      else if (name.startsWith(TOLERANCE)) {
+        const own = name.slice(TOLERANCE.length), whose = Object.values(PARAMETERS).find(({ tolerance }) => tolerance.name === own);
+        const spread = whose ? checked(name, text) : null;
+        if (spread === null || spread < 0) unsound.push(`tolerance of ${own.slice(0, 40)}`); else values.tolerances = { ...values.tolerances, [own]: spread };
+      }
       else if (Object.hasOwn(USUAL, name)) {
         if (Object.hasOwn(CHOICES[name], text)) this.shown[name] = text; else unsound.push(`unit of ${name}`);
       } else {
