@@ -177,9 +177,9 @@ def test_a_study_from_file_to_chart(tmp_path: Path) -> None:
         assert program == "springpot"
         assert cli.main(words) == 0
     made = {place.suffix: place for place in tmp_path.iterdir()}
-    assert set(made) == {".toml", ".zarr", ".nc", ".png"}
+    assert set(made) == {".toml", ".store", ".nc", ".png"}
     assert made[".png"].read_bytes().startswith(b"\x89PNG")
-    assert bool(sp.open_study(made[".zarr"])["simulation"]["done"].all())
+    assert bool(sp.open_study(made[".store"])["simulation"]["done"].all())
 
 
 def test_every_command_has_its_line() -> None:
