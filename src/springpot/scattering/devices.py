@@ -146,7 +146,7 @@ def _own_correlations(numbers: Mapping[str, Uncertain]) -> Floats:
         for name, value in number.correlation:
             if name in numbers:
                 other = names.index(name)
-                if matrix[place, other] not in (0.0, value):
+                if matrix[place, other] != 0.0 and abs(matrix[place, other] - value) > 1e-9:
                     raise ValueError(
                         f"correlation of {number.name} and {name} must be the same in both, not {value:g} and "
                         f"{matrix[place, other]:g}."
