@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +15,9 @@ import pytest
 import springpot as sp
 from springpot import cli
 from springpot.machine.arrays import Floats
-from springpot.machine.progress import Clock
-from springpot.scattering.stages import Tilt, normal_scores
+from springpot.machine.progress import Clock, OutOfTimeError
+from springpot.scattering import exceedance as exceedance_of_devices
+from springpot.scattering.stages import AskedOfDevices, Stage, Tilt, normal_scores
 from springpot.scattering.surface import polynomials, powers_of, probability_surface
 from springpot.simulation.paths.simulation import simulation_of
 from springpot.simulation.plan.plan import plan_of
@@ -218,6 +221,131 @@ def test_the_surface_of_a_probability() -> None:
     assert np.abs(found - exact).max() < 0.15
 
 
+def test_devices_whose_walls_are_nearer_than_the_level() -> None:
+    """They never exceed it; the others do as plain paths of each say."""
+    given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest"}
+
+    def device(gap: float) -> sp.System:
+        walls = sp.Barrier(-gap, 0.7), sp.Barrier(gap, 0.7, side="below")
+        return sp.System(sp.Spring(1.0), sp.Dashpot(0.2), *walls, sp.WhiteNoise(0.2))
+
+    found = sp.exceedance_over_devices(
+        device(sp.uncertain("g", bounds=(0.8, 1.6))), {"distance": 1.1}, rtol=0.05, **given
+    )["distance"]
+    assert not found.draws[found.shares > 0.0].min() < 1.1
+    alone = sp.exceedance(device(1.35), {"distance": 1.1}, rtol=0.05, **given)["distance"].probability
+    assert found.probability[0] == pytest.approx(float(alone) * (1.6 - 1.1) / (1.6 - 0.8), rel=0.3)
+
+
+def test_a_level_that_moves_with_the_walls() -> None:
+    """Beyond the walls of the nominal device in half of the devices: against single ones."""
+    given: dict[str, Any] = {"duration": 20.0, "step": 0.1, "start": "rest", "rtol": 0.03}
+
+    def device(gap: float) -> sp.System:
+        walls = sp.Barrier(-gap, 0.7), sp.Barrier(gap, 0.7, side="below")
+        return sp.System(sp.Spring(1.0), sp.Dashpot(0.2), *walls, sp.WhiteNoise(0.6))
+
+    gap = sp.uncertain("g", bounds=(1.2, 2.0))
+    found = sp.exceedance_over_devices(device(gap), {"distance": 0.9 * gap}, **given)["distance"]
+    places, weights = np.polynomial.legendre.leggauss(4)
+    alone = [
+        float(sp.exceedance(device(own), {"distance": 0.9 * own}, **given)["distance"].probability)
+        for own in 1.6 + 0.4 * places
+    ]
+    assert found.probability[0] == pytest.approx(float(weights @ alone) / 2.0, rel=0.1)
+
+
+def test_what_all_devices_exceed() -> None:
+    found = sp.exceedance_over_devices(DEVICE, {"x": 1e-4}, duration=20.0, step=0.1, start="rest")["x"]
+    assert found.probability[0] == found.high[0] == 1.0
+    assert 0.999 < found.low[0] < 1.0
+    assert 0.0 < found.error[0] < 1e-3
+
+
+def test_what_no_device_exceeds_ends_early() -> None:
+    """And repetitions without any path there count with their zeros."""
+    with pytest.warns(sp.SpringpotWarning, match="no path exceeded 15"):
+        found = sp.exceedance_over_devices(
+            DEVICE, {"x": 15.0}, duration=2.0, step=0.1, start="rest", rtol=0.5, max_time=60.0
+        )["x"]
+    assert found.repetitions <= 3 * 16
+    assert found.probability[0] == 0.0
+    assert 0.0 < found.high[0] < 1e-6
+
+
+def rounds(monkeypatch: pytest.MonkeyPatch, ends_at: int, found_at: int = 0) -> list[int]:
+    """The rounds that are asked for, where the time is over at one and before another no path exceeds a level."""
+    run, seen = AskedOfDevices._run, list[int]()
+
+    def own(
+        self: AskedOfDevices, asked: Any, drawn: Any, paths: int, splits: bool, number: int, clock: Clock
+    ) -> Stage:  # fmt: skip
+        if number >= ends_at:
+            raise OutOfTimeError
+        seen.append(number)
+        stage = run(self, asked, drawn, 256, splits, number, clock)
+        if 2 <= number < found_at:
+            tally = replace(stage.tally, exceeded=0.0 * stage.tally.exceeded, of_devices=0.0 * stage.tally.of_devices)
+            stage = replace(stage, tally=tally)
+        return stage
+
+    monkeypatch.setattr(AskedOfDevices, "_run", own)
+    return seen
+
+
+def test_rounds_in_which_no_path_exceeds_a_level_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = rounds(monkeypatch, ends_at=5, found_at=4)
+    with pytest.warns(sp.SpringpotWarning):
+        found = sp.exceedance_over_devices(DEVICE, {"x": 3.5}, duration=20.0, step=0.1, start="rest", rtol=0.01)["x"]
+    assert seen == [0, 1, 2, 3, 4]
+    assert found.repetitions == 48
+
+
+@pytest.mark.parametrize("ends_at", [1, 2])
+def test_what_is_known_when_the_time_is_over(ends_at: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plain paths, then those that tell where."""
+    rounds(monkeypatch, ends_at=ends_at)
+    with pytest.warns(sp.SpringpotWarning):
+        found = sp.exceedance_over_devices(DEVICE, {"x": 4.5}, duration=20.0, step=0.1, start="rest")["x"]
+    assert found.splits == (ends_at == 2)
+    assert found.repetitions == 16
+    assert found.high[0] > found.probability[0]
+
+
+def test_a_nominal_device_for_which_no_time_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(*_: Any, **__: Any) -> None:
+        raise TimeoutError
+
+    monkeypatch.setattr(exceedance_of_devices, "exceeded", late)
+    with pytest.warns(sp.SpringpotWarning, match="of the nominal device"):
+        found = sp.exceedance_over_devices(DEVICE, {"x": 1.0}, duration=20.0, step=0.1, start="rest")
+    assert found["x"].probability[0] > 0.0
+    assert "at most 1" in str(found)
+
+
+def test_a_time_that_is_over_while_devices_are_made() -> None:
+    begun = time.perf_counter()
+    with pytest.raises(TimeoutError, match="max_time is too short for any result"):
+        sp.exceedance_over_devices(DEVICE, {"x": 3.0}, duration=20.0, step=0.1, start="rest", max_time=1e-6)
+    assert time.perf_counter() - begun < 60.0
+
+
+def test_laws_without_tails_are_told() -> None:
+    device = sp.System(sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", values=[0.1, 0.2, 0.3])), sp.WhiteNoise(0.2))
+    with pytest.warns(sp.SpringpotWarning, match="the law of 3 measured values has no tails"):
+        sp.exceedance_over_devices(device, {"x": 1.0}, duration=20.0, step=0.1, start="rest")
+
+
+def test_a_report_where_all_numbers_depend_on_each_other() -> None:
+    device = sp.System(
+        sp.Spring(1.0), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)), sp.WhiteNoise(sp.uncertain("q", 0.2, cov=0.1))
+    )
+    found = sp.exceedance_over_devices(
+        device, {"x": 3.0}, duration=20.0, step=0.1, start="rest", rtol=0.3, correlation={("c", "q"): 0.5}
+    )
+    assert str(found).splitlines()[-1].split() == ["c", "and", "q", "100.0", "%", "100.0", "%"]
+
+
 def test_a_report_a_dict_and_correlated_numbers() -> None:
     device = sp.System(
         sp.Spring(sp.uncertain("k", 1.0, cov=0.1)), sp.Dashpot(sp.uncertain("c", 0.2, cov=0.2)),
@@ -231,6 +359,7 @@ def test_a_report_a_dict_and_correlated_numbers() -> None:
     told = "Exceedance in 20 s, 3 uncertain numbers", "x > 2.5 m", "nominal device", "over devices", "limit 0.001"
     for words in (*told, "95 % of devices are below", "which number matters"):
         assert words in text
+    assert 0.0 <= found["x"].of_devices.above.low < found["x"].of_devices.above.high
     assert found.inputs == ("k and c", "q")
     assert [*found["x"].by_mean] == ["q"]
     plain = json.loads(json.dumps(found.to_dict()))

@@ -26,21 +26,23 @@ from springpot.machine.bar import Bar
 from springpot.machine.faults import known_word, shown
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.free_numbers import nominal, uncertain_numbers
+from springpot.problem.messages import SpringpotWarning
 from springpot.problem.system import System, checked_system
 from springpot.scattering.devices import check_alike, correlated, systems_of, values_at
 from springpot.scattering.estimates import Interval, jackknifed, one_sided
 from springpot.scattering.exceeded import DeviceExceedance, DevicesThatExceed
 from springpot.scattering.own_probability import own_probability
-from springpot.scattering.scattered import check_numbers, shares_of_progress
+from springpot.scattering.scattered import check_numbers, doubts_of_laws, shares_of_progress
 from springpot.scattering.stages import DEVICES, AskedOfDevices, Lot, Stage, normal_scores
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
-from springpot.simulation.paths.statistics import UPPER
+from springpot.simulation.paths.statistics import NORMAL, UPPER
 from springpot.simulation.plan.motions import motion_of
 from springpot.simulation.plan.options import Options, StartKind
 from springpot.simulation.plan.plan import Plan
+from springpot.simulation.rare.asked import asked_of
 from springpot.simulation.rare.exceedance import exceeded, settled, split_early, stated
-from springpot.simulation.rare.search import ExceedanceCurve
+from springpot.simulation.rare.search import ExceedanceCurve, unknown
 
 _FEW_DEVICES, _LARGEST_SHARE = 50, 0.25
 _STREAMS = 64  # of random numbers, for each quantity
@@ -122,7 +124,7 @@ def exceedance_over_devices(
     else:
         found = exceeded_by_devices(system, levels, limits=limits, correlation=correlation, progress=progress, **given)
     for sentence in found.warnings:
-        warnings.warn(sentence, stacklevel=2)
+        warnings.warn(sentence, SpringpotWarning, stacklevel=2)
     return found
 
 
@@ -146,21 +148,24 @@ def exceeded_by_devices(
     plan = _plan_of_all(plan, systems_of(system, [*numbers], _some(numbers, together, plan)), settings.get("step"))
     lot = Lot(system, numbers, together, plan, simulation_of(split_early(plan)))
     settings = {name: value for name, value in settings.items() if value is not None}
-    found, said = dict[str, DeviceExceedance](), list[str]()
+    found, said = dict[str, DeviceExceedance](), doubts_of_laws(numbers)
     for n, (quantity, given, sign) in enumerate(wanted):
         share, levels_of_it = 1.0 / len(wanted), given.ravel()[np.argsort(sign * given.ravel())]
         asked = AskedOfDevices(lot, quantity, levels_of_it, sign, marked.get(quantity.name), n * _STREAMS)
         own_clock = Clock(clock.left / (len(wanted) - n))
         try:
             stage = asked.search(rtol, own_clock, told(n * share, 0.8 * share) or (lambda _: None))
+        except OutOfTimeError:
+            raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
+        try:
             alone = exceeded(
                 middle, {quantity.name: levels_of_it.tolist()}, rtol=max(rtol, 0.1),
                 max_time=max(own_clock.left, 1.0) if max_time else None,
                 progress=told((n + 0.8) * share, 0.2 * share), **{**settings, "step": lot.plan.settings.step},
-            )  # fmt: skip
-        except OutOfTimeError:
-            raise TimeoutError("max_time is too short for any result: the first paths have not ended.") from None
-        found[quantity.name] = curve = _curve(asked, stage, alone.curves[quantity.name], bounds.get(quantity.name))
+            ).curves[quantity.name]  # fmt: skip
+        except TimeoutError:  # what is known of the devices is kept
+            alone = unknown(asked_of(plan, lot.nominal.parts, quantity, levels_of_it, sign))
+        found[quantity.name] = curve = _curve(asked, stage, alone, bounds.get(quantity.name))
         said += [*_doubts(curve, rtol), *(f"of the nominal device: {each}" for each in alone.warnings)]
     inputs = tuple(" and ".join([*numbers][n] for n in group) for group in together.groups)
     begin, end = lot.plan.settings.window[0], lot.plan.settings.window[1]
@@ -223,6 +228,7 @@ def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: f
     p, error, weights = stage.found.mean(axis=0), stage.error, stage.tally.weights
     wide = np.exp(one_sided(count, 0.975) * error / np.where(p > 0.0, p, 1.0))
     unseen = UPPER / (stage.paths * count)
+    all_did = (p == 1.0) & (not stage.splits)
     if stage.splits:
         largest = float(weights.mean() + 2.0 * weights.std(ddof=1) / math.sqrt(count))
         unseen = min(1.0, largest * float(stage.weights.max()))
@@ -230,8 +236,9 @@ def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: f
     inputs = [" and ".join([*lot.numbers][n] for n in group) for group in lot.together.groups]
     by_mean, by_scatter = _moments(asked, stage)
     return DeviceExceedance(
-        name=asked.quantity.name, unit=asked.quantity.unit, levels=asked.levels, probability=p, error=error,
-        low=p / wide, high=np.where(p > 0.0, np.minimum(p * wide, 1.0), unseen), nominal=alone, splits=stage.splits,
+        name=asked.quantity.name, unit=asked.quantity.unit, levels=asked.levels, probability=p,
+        error=np.where(all_did, unseen / NORMAL, error), low=np.where(all_did, math.exp(-unseen), p / wide),
+        high=np.where(p > 0.0, np.minimum(p * wide, 1.0), unseen), nominal=alone, splits=stage.splits,
         repetitions=count, paths=stage.paths, path_steps=stage.tally.path_steps, draws=stage.values,
         shares=last / (float(last.sum()) or 1.0), largest=float(ancestors.max()) / (float(ancestors.sum()) or 1.0),
         by_mean=by_mean, by_scatter=by_scatter, limit=limit, downwards=asked.quantity.has_sides and asked.sign < 0.0,

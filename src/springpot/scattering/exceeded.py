@@ -108,16 +108,20 @@ class DeviceExceedance:
         if own is not None and own.above is not None:
             share, ends = 100.0 * own.above.value, _brackets(100.0 * own.above.low, 100.0 * own.above.high)
             yield f"  limit {self.limit:<16g}{share:5.1f} % {ends} of the devices are above"
-        yield "  which number matters  mean + 0.1 deviation  1 % less scatter   index of the logarithm, total"
-        for name in sorted(self.by_mean, key=lambda each: -abs(self.by_mean[each][-1].value)):
-            mean, scatter = self.by_mean[name][-1], self.by_scatter[name][-1]
-            indices = ""
+        tied = [] if own is None else [name for name in own.alone if name not in self.by_mean]
+        if self.by_mean or tied:
+            yield "  which number matters  mean + 0.1 deviation  1 % less scatter   index of the logarithm, total"
+        for name in [*sorted(self.by_mean, key=lambda each: -abs(self.by_mean[each][-1].value)), *tied]:
+            moments = indices = ""
+            if name in self.by_mean:
+                mean, scatter = self.by_mean[name][-1], self.by_scatter[name][-1]
+                moments = (
+                    f"{10.0 * mean.value:+6.1f} +- {10.0 * mean.error:.1f} %"
+                    f"{-scatter.value:+13.2f} +- {scatter.error:.2f} %"
+                )
             if own is not None:
                 indices = f"{100.0 * own.alone[name].value:5.1f} % {100.0 * own.together[name].value:9.1f} %"
-            yield (
-                f"    {name:18}{10.0 * mean.value:+6.1f} +- {10.0 * mean.error:.1f} %"
-                f"{-scatter.value:+13.2f} +- {scatter.error:.2f} %    {indices}"
-            ).rstrip()
+            yield f"    {name:18}{moments:39}    {indices}".rstrip()
 
 
 def _brackets(low: float, high: float) -> str:

@@ -100,7 +100,9 @@ def own_probability(
     above = None
     if limit is not None:
         share = interval(lambda line: float((line > math.log(limit)).mean()))
-        above = Interval(share.value, share.error, max(share.low, 0.0), min(share.high, 1.0))
+        unseen = 3.0 / PREDICTED if share.value in (0.0, 1.0) else 0.0  # three of them could be beyond by chance
+        low, high = max(share.low - unseen, 0.0), min(share.high + unseen, 1.0)
+        above = Interval(share.value, share.error, low, high)
     return OwnProbability(
         quantiles={share: as_probability(below(share)) for share in _SHARES},
         tolerance=min(math.exp(top.value + one_sided(repetitions, 0.95) * top.error), 1.0),

@@ -302,7 +302,8 @@ def _scores(
     return at, normal, later, ndtri(new[:, -1])
 
 
-def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, Estimates]) -> list[str]:
+def doubts_of_laws(numbers: Mapping[str, Uncertain]) -> list[str]:
+    """What the laws of the numbers leave out."""
     said = []
     for name, number in numbers.items():
         if isinstance(number.law, Measured) and len(number.law.values) < _FEW_VALUES:
@@ -313,6 +314,11 @@ def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, 
             said.append(
                 f"bounds leave out {100.0 * number.law.cut:.2g} % of the law of {name}, whose mean is then {mean:.5g}."
             )
+    return said
+
+
+def _doubts(numbers: Mapping[str, Uncertain], devices: int, found: Mapping[str, Estimates]) -> list[str]:
+    said = doubts_of_laws(numbers)
     if devices < _FEW_DEVICES:
         said.append(f"intervals from {devices} devices are rough: use {_FEW_DEVICES} or more.")
     for name, own in found.items():

@@ -26,6 +26,8 @@ from springpot.simulation.rare.splitting import Population, Tally, repetitions
 DEVICES = 32  # of a repetition: more of them cost more than they tell
 PILOT_PATHS, PATHS, MOST_PATHS = 512, 4096, 16384  # of a repetition
 MOST_ROUNDS = 24  # of SCRAMBLINGS repetitions
+_FIRST_ROUND = 2  # after plain paths, and those that tell where
+_MOST_UNSEEN = 3  # rounds in which no path exceeded the last level, after which more are hopeless
 FROM_THE_LAWS = 0.25  # share of the devices of the second stage that is drawn from the laws
 _WIDER, _LEAST_WIDTH = 1.5, 0.05  # of the covariance of the scores of devices that exceeded a level
 _FEWEST_SEEN = 2  # devices for each number from which their covariance is taken
@@ -217,36 +219,40 @@ class AskedOfDevices:
         Raises
         ------
         OutOfTimeError
-            If the time is over before the repetitions of the first stage have ended.
+            If the time is over before the plain paths have ended.
         """
         asked = asked_of(self.lot.plan, self.lot.nominal.parts, self.quantity, self.levels, self.sign)
-        first = self._drawn(0, None, asked, lambda done: tell(0.15 * done))
-        plain = self._run(asked, first, PILOT_PATHS, False, 0, clock)
+        first = self._drawn(0, None, asked, clock, lambda done: tell(0.15 * done))
+        known = plain = self._run(asked, first, PILOT_PATHS, False, 0, clock)
         splits, tilt, paths = bool(plain.found[:, -1].mean() < FREQUENT), None, PILOT_PATHS
-        stage: Stage | None = plain
-        if splits:
-            asked = asked.told_by(plain.tally.ends)
-            pilot = self._run(asked, first, PILOT_PATHS, True, 1, clock)
-            stage, tilt, paths = None, pilot.tilt(), PATHS
-        for number in range(2, MOST_ROUNDS + 2):
-            if stage is not None:
-                p, error = float(stage.found[:, -1].mean()), float(stage.error[-1])
-                if 0.0 < error <= rtol * p:
-                    break
-                tell(0.2 + 0.8 * (min(1.0, (rtol * p / error) ** 2) if p > 0.0 else number / MOST_ROUNDS))
-                if splits and not error * math.sqrt(len(stage.found)) <= _UNEVEN * p:
-                    paths = min(4 * paths, MOST_PATHS)
-            try:
-                more = self._run(asked, self._drawn(number, tilt, asked, lambda _: None), paths, splits, number, clock)
-            except OutOfTimeError:
-                if stage is None:
-                    raise
-                break
-            stage = more if stage is None or not stage.found.any() else stage.with_more(more)
-        assert stage is not None
-        return stage
+        stage = None if splits else plain
+        try:
+            if splits:
+                asked = asked.told_by(plain.tally.ends)
+                known = self._run(asked, first, PILOT_PATHS, True, 1, clock)
+                tilt, paths = known.tilt(), PATHS
+            for number in range(_FIRST_ROUND, _FIRST_ROUND + MOST_ROUNDS):
+                if stage is not None:
+                    p, error = float(stage.found[:, -1].mean()), float(stage.error[-1])
+                    if error <= rtol * p if p > 0.0 else number >= _FIRST_ROUND + _MOST_UNSEEN:
+                        break
+                    tell(0.2 + 0.8 * (min(1.0, (rtol * p / error) ** 2) if p > 0.0 else number / MOST_ROUNDS))
+                    if splits and not error * math.sqrt(len(stage.found)) <= _UNEVEN * p:
+                        paths = min(4 * paths, MOST_PATHS)
+                drawn = self._drawn(number, tilt, asked, clock, lambda _: None)
+                more = self._run(asked, drawn, paths, splits, number, clock)
+                stage = more if stage is None else stage.with_more(more)
+        except OutOfTimeError:  # what only tells where is right on average too
+            pass
+        return stage or known
 
-    def _drawn(self, number: int, tilt: Tilt | None, asked: Asked, tell: Callable[[float], None]) -> Drawn:
+    def _drawn(
+        self, number: int, tilt: Tilt | None, asked: Asked, clock: Clock, tell: Callable[[float], None]
+    ) -> Drawn:  # fmt: skip
+        def told(done: float) -> None:
+            clock.check()
+            tell(done)
+
         lot, scores, weights = self.lot, list[Floats](), list[Floats]()
         for n in range(SCRAMBLINGS):
             place = (self.stream + number) * SCRAMBLINGS + n + 1
@@ -257,7 +263,7 @@ class AskedOfDevices:
             scores.append(own)
             weights.append(of_devices)
         whole = np.concatenate(scores)
-        values, simulations = lot.devices(whole, tell)
+        values, simulations = lot.devices(whole, told)
         factors = np.ones(len(values))
         if self.marked is not None:
             place = [*lot.numbers].index(self.marked.name)

@@ -343,6 +343,12 @@ def test_progress_ends_a_run() -> None:
         (LIGHT, {"distance": 0.0}, {}, "level of distance must be"),
         (LIGHT, {"x": [-1.0, 1.0]}, {}, "levels of x must lie on one side of the start, 0 m"),
         (WALL, {"x": -0.5}, {}, "levels of x must lie between the walls, -0.3 and inf m"),
+        (
+            sp.System(sp.Spring(1.0), sp.Barrier(-0.3), sp.Barrier(0.5, side="below"), sp.WhiteNoise(0.2)),
+            {"distance": 0.5},
+            {},
+            "levels of distance must be less than that of the farther wall, 0.5 m",
+        ),
         (sp.System(sp.Spring(1.0), sp.Dashpot(1.0), sp.WhiteNoise(1.0)), {"impact_speed": 1.0}, {}, "need a wall"),
         (sp.System(CUBIC, sp.Dashpot(1.0), sp.WhiteNoise(1.0)), {"energy": 1.0}, {}, "need a linear spring"),
         (LIGHT, {"x": 1.0}, {"rtol": 0.001}, "rtol must be in [0.01, 1]"),

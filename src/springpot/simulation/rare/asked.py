@@ -247,7 +247,9 @@ def constants_of(
     _, target, modes = _constants(*nominal, quantity, level, sign)
     found = []
     for (plan, parts), factor in zip(devices, factors.tolist(), strict=True):
-        own, its_target, its_modes = _constants(plan, parts, quantity, factor * level, sign)
+        _, seen = plan.motion.levels.get(quantity.name, (None, quantity.seen))  # between walls of its own
+        its_quantity = replace(quantity, seen=seen)
+        own, its_target, its_modes = _constants(plan, parts, its_quantity, factor * level, sign)
         stretch, near = factor, 1.0 / factor**2
         if quantity.kind == "amplitude":
             stretch = (factor * plan.system.resonance / nominal[0].system.resonance) ** 2
@@ -382,13 +384,14 @@ def _target(plan: Plan, kind: str, level: float, sign: float) -> float:
     def height(end: float) -> float:
         return float(potential(np.linspace(start, end, 257)).max())
 
-    start, (mean, spread, _) = float(cast(float, plan.settings.initial_position)), motion.size_of(motion.seen[0])
+    start = float(cast(float, plan.settings.initial_position))
     if kind == "x":
         loss, top = _loss(motion, sign), height(level)
         behind = math.inf if loss is None else float(potential(np.array(loss.place)))
         return top if loss is None or top < behind else behind + loss.raised * (top - behind)
     if kind == "distance":
-        return min(height(end) for end in (-level, level) if motion.low <= end <= motion.high)
+        ends = (height(end) for end in (-level, level) if motion.low <= end <= motion.high)
+        return min(ends, default=height(level))  # of a device whose walls are nearer
     if kind == "amplitude":
         return 0.5 * (system.resonance * level) ** 2
     if kind == "energy":
@@ -396,6 +399,7 @@ def _target(plan: Plan, kind: str, level: float, sign: float) -> float:
     if kind == "impact_speed":
         places = np.array([stop.position for stop in motion.touched.values()])
     else:
+        mean, spread, _ = motion.size_of(motion.seen[0])
         places = np.clip(mean + spread * np.linspace(-6.0, 6.0, 257), motion.low, motion.high)
     return 0.5 * level**2 + float(potential(places).min())
 

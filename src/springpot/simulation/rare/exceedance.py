@@ -360,6 +360,8 @@ def _checked_levels(plan: Plan, name: object, given: Any) -> tuple[Quantity, Flo
     words, seen, least = f"level of {name}", quantity.seen, quantity.has_sides or quantity.kind == "own"
     low = -LARGEST if least else 0.0
     numbers = finite_numbers(given, f"levels of {name}", words, low=low, high=LARGEST, open_low=not least)
+    if quantity.kind == "distance" and not (numbers < (farther := max(seen.high, -seen.low))).all():
+        raise ValueError(f"levels of {name} must be less than that of the farther wall, {farther:g} m.")
     if not quantity.has_sides:
         return quantity, numbers, 1.0
     start = _start_of(plan, quantity)
