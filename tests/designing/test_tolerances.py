@@ -95,11 +95,18 @@ def test_a_free_centre_moves_with_its_law() -> None:
         ),
         (
             lambda: sp.design(walled(), "centre", {"impact_rate_quantile_0.999": (None, 0.1)}),
-            ValueError, "subject_to must limit results among",
+            ValueError, "subject_to cannot limit impact_rate_quantile_0.999: quantiles are over devices",
         ),
         (
             lambda: sp.design(sp.with_values(walled(), {"gap": 1.0}), "centre", {"impact_rate": (None, 0.1)}),
             ValueError, "model must have a free number",
+        ),
+        (
+            lambda: sp.design(
+                sp.System(sp.Spring(1.0), sp.Dashpot(sp.free("c", 0.2, (0.1, 1.0))), sp.WhiteNoise(0.1)), "c",
+                {"x_mean_square_quantile_0.95": (None, 0.1)},
+            ),
+            ValueError, "quantiles are over devices with uncertain numbers",
         ),
         (lambda: sp.scatter(walled(), quantiles=[1.0]), ValueError, "quantiles must be in [0.005, 0.995], not 1"),
     ],

@@ -231,6 +231,12 @@ def check_names(limits: Sequence[Limit], known: Sequence[str]) -> None:
     """
     for limit in limits:
         if limit.name not in known:
+            result, share = quantile_in(limit.name)
+            if share is not None and result in known:
+                raise ValueError(
+                    f"subject_to cannot limit {limit.name}: quantiles are over devices with uncertain numbers, at "
+                    "shares from 0.005 to 0.995."
+                )
             near = meant(limit.name, known) or "."
             raise ValueError(f"subject_to must limit results among {few(known)}, not {limit.name}{near}")
 
