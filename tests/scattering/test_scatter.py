@@ -289,6 +289,12 @@ WRONG: list[Any] = [
                                  C=sp.uncertain("C", 150.0, cov=0.1, correlation={"k": 0.4}))),
         ValueError, "correlation of C and k must be the same in both, not 0.4 and 0.5",
     ),
+    (
+        lambda: sp.scatter(sp.System(
+            sp.Spring(1.0), sp.Dashpot(0.1), sp.WhiteNoise(1.0), sp.Barrier(-sp.uncertain("gap", 0.1, sd=0.08), 0.7)
+        )),
+        ValueError, "position must keep its sign in all devices, but 11 % of the law of gap are beyond 0",
+    ),
     (lambda: sp.simulate(mount()), ValueError, "plain numbers, but k, order, C and gap are uncertain"),
     (lambda: sp.scatter(mount(k=sp.uncertain("k", bounds=(100.0, 40000.0)))), ValueError, "step must be given"),
 ]  # fmt: skip

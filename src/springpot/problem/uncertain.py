@@ -219,6 +219,11 @@ class Bounded:
         below, above = self._shares
         return np.clip(self.law.ppf(below + (above - below) * np.asarray(u)), self.low, self.high)
 
+    def cdf(self, x: Any) -> Any:
+        """Share below a value."""
+        below, above = self._shares
+        return np.clip((self.law.cdf(x) - below) / (above - below), 0.0, 1.0)
+
     @cached_property
     def _shares(self) -> tuple[float, float]:
         return float(self.law.cdf(self.low)), float(self.law.cdf(self.high))

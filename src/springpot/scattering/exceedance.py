@@ -32,7 +32,7 @@ from springpot.scattering.devices import check_alike, correlated, systems_of, va
 from springpot.scattering.estimates import Interval, jackknifed, one_sided
 from springpot.scattering.exceeded import DeviceExceedance, DevicesThatExceed
 from springpot.scattering.own_probability import own_probability
-from springpot.scattering.scattered import check_numbers, doubts_of_laws, shares_of_progress
+from springpot.scattering.scattered import check_numbers, check_stops, doubts_of_laws, shares_of_progress
 from springpot.scattering.stages import DEVICES, AskedOfDevices, Lot, Stage, normal_scores
 from springpot.simulation.estimate.stationary_start import adapt
 from springpot.simulation.paths.simulation import Progress, simulation_of
@@ -136,6 +136,7 @@ def exceeded_by_devices(
     check_called(progress, "progress")
     plain, marked = _levels(levels)
     numbers = check_numbers(uncertain_numbers((checked_system(system), *marked.values())), "system or levels")
+    check_stops(system)
     together, told, clock = correlated(correlation or {}, numbers), shares_of_progress(progress), Clock(max_time)
     middle = nominal(system)
     plan, wanted = stated(middle, plain, rtol=rtol, max_time=max_time, **settings)

@@ -14,6 +14,7 @@ from springpot.machine.arguments import Uncertain, check_called, finite_number, 
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
+from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
 from springpot.problem.uncertain import LEAST_CHANCE, Bounded, Measured
 from springpot.scattering.devices import (
@@ -132,6 +133,7 @@ def scatter(
     True
     """
     numbers = check_numbers(uncertain_numbers(checked_system(system)), "system")
+    check_stops(system)
     known_word(method, [MONTE_CARLO, *METHODS], "method")
     _check_power_of_two(devices, "devices", _FEWEST_DEVICES, _MOST_DEVICES)
     if paths is not None:
@@ -249,6 +251,20 @@ def check_numbers(numbers: dict[str, Uncertain], where: str) -> dict[str, Uncert
     if len(numbers) > MOST_INPUTS:
         raise ValueError(f"{where} must have at most {MOST_INPUTS} uncertain numbers, not {len(numbers)}.")
     return numbers
+
+
+def check_stops(system: System) -> None:
+    """Raise an error if a gap may become negative, where a stop presses the mass in place of standing off."""
+    for stop in system.of(Stop):
+        position: Any = stop.position
+        if isinstance(position, Uncertain) and position.low < 0.0 < position.high and float(position) != 0.0:
+            below = float(position.law.cdf((-position.plus / position.times) ** (1.0 / position.power)))
+            beyond = min(below, 1.0 - below)
+            if beyond > _SAID_CUT:
+                raise ValueError(
+                    f"position must keep its sign in all devices, but {100.0 * beyond:.2g} % of the law of "
+                    f"{position.name} are beyond 0, where the stop presses the mass: give bounds."
+                )
 
 
 def _check_power_of_two(given: Any, name: str, low: int, high: int) -> None:
