@@ -15,6 +15,7 @@ from springpot.explorer.protocol import Rare
 from springpot.explorer.requests import text_of
 from springpot.explorer.sliders import written
 from springpot.machine.faults import Stopped
+from springpot.machine.progress import until_stopped
 
 if TYPE_CHECKING:
     from springpot.problem.system import System
@@ -61,12 +62,12 @@ def growing(
     levels = np.linspace(asked.low, asked.high, LEVELS)
     known, told = dict[str, Any](), 0.0
 
-    def check(fraction: float) -> None:
+    def tell(fraction: float) -> None:
         nonlocal told
-        if stop():
-            raise Stopped("it was stopped.")
         told = fraction
         progress(fraction, **known)
+
+    check = until_stopped(tell, stop)
 
     def grow(curve: ExceedanceCurve) -> None:
         nonlocal known

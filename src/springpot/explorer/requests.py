@@ -14,7 +14,8 @@ from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.protocol import Observe
 from springpot.explorer.sliders import raised, written
-from springpot.machine.faults import Stopped, with_error
+from springpot.machine.faults import with_error
+from springpot.machine.progress import until_stopped
 from springpot.problem.basquin import HOUR, Basquin
 from springpot.problem.catalogue import LEVELS, results_on_request, unit_of_result
 from springpot.problem.system import System
@@ -91,11 +92,6 @@ def observed(
     """
     from springpot.simulation.monte_carlo import simulated
 
-    def check(fraction: float) -> None:
-        if stop():
-            raise Stopped("it was stopped.")
-        progress(fraction)
-
     wishes: dict[str, Any] = {"forces": [*asked.forces] or None, "distributions": bool(asked.forces) or None}
     wishes["profile"] = asked.bins or None
     if asked.levels:
@@ -103,7 +99,10 @@ def observed(
     if asked.cycles_of:
         wishes["rainflow"] = {asked.cycles_of: Basquin(asked.exponent, asked.strength, asked.cycles)}
     found = simulated(
-        system, **{name: wish for name, wish in wishes.items() if wish is not None}, **run, progress=check
+        system,
+        **{name: wish for name, wish in wishes.items() if wish is not None},
+        **run,
+        progress=until_stopped(progress, stop),
     )
     return {
         "numbers": [*_numbers(found), *_passed(found)],

@@ -11,8 +11,9 @@ from springpot.explorer.ends import titled
 from springpot.explorer.excitation import chart
 from springpot.explorer.requests import HISTOGRAM_BINS, text_of
 from springpot.explorer.sliders import written
-from springpot.machine.faults import Stopped, with_error
+from springpot.machine.faults import with_error
 from springpot.machine.plain import plain
+from springpot.machine.progress import until_stopped
 from springpot.problem.catalogue import unit_of_result
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.system import System
@@ -78,12 +79,7 @@ def scattered(
     if not uncertain_numbers(devices):
         raise ValueError("tolerances: no number has one; tick Tolerances and give one to a number, beside its slider.")
 
-    def check(fraction: float) -> None:
-        if stop():
-            raise Stopped("it was stopped.")
-        progress(fraction)
-
-    found = scatter(devices, quantities_of(nominal(devices)), **run, progress=check)
+    found = scatter(devices, quantities_of(nominal(devices)), **run, progress=until_stopped(progress, stop))
     return {"results": [_shown(found, name) for name in found], "said": [*map(text_of, found.warnings)]}
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+
+from springpot.machine.faults import Stopped
 
 COMPILATION = "A compilation, up to half a minute, counts too."
 
@@ -56,6 +59,17 @@ class FractionDone(float):
         self = super().__new__(cls, fraction)
         self.estimate = estimate
         return self
+
+
+def until_stopped(progress: Callable[[float], None], stop: Callable[[], bool]) -> Callable[[float], None]:
+    """What passes the fraction done on, and raises `Stopped` where ``stop`` says so."""
+
+    def check(fraction: float) -> None:
+        if stop():
+            raise Stopped("it was stopped.")
+        progress(fraction)
+
+    return check
 
 
 class OutOfTimeError(Exception):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,12 +50,17 @@ class Draws:
 
 def drawn(numbers: Mapping[str, Uncertain], devices: int, seed: int, together: Correlation | None = None) -> Draws:
     """So many devices: as many of each of the independent scramblings, one scrambling after another."""
+    rng = np.random.default_rng([seed, 0x5CA7])
+    chances = np.concatenate([scrambled(len(numbers), devices // SCRAMBLINGS, rng) for _ in range(SCRAMBLINGS)])
+    return Draws(chances, values_at(numbers, together, chances))
+
+
+def scrambled(inputs: int, count: int, rng: np.random.Generator) -> Floats:
+    """So many points of Sobol's sequence, scrambled; none has a coordinate of 0 or 1."""
     from scipy.stats import qmc
 
-    each, rng = devices // SCRAMBLINGS, np.random.default_rng([seed, 0x5CA7])
-    points = [qmc.Sobol(len(numbers), scramble=True, seed=rng).random(each) for _ in range(SCRAMBLINGS)]
-    chances = np.clip(np.concatenate(points) + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
-    return Draws(chances, values_at(numbers, together, chances))
+    points = qmc.Sobol(inputs, scramble=True, seed=rng).random(count)
+    return np.clip(points + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
 
 
 def values_at(numbers: Mapping[str, Uncertain], together: Correlation | None, chances: Floats) -> Floats:
@@ -86,6 +91,11 @@ class Correlation:
             found.append(sorted(group))
             left = [each for each in left if each not in group]
         return found
+
+    def inputs(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Of numbers of these names: those of one group in one word."""
+        known = [*names]
+        return tuple(" and ".join(known[n] for n in group) for group in self.groups)
 
     @property
     def tied(self) -> list[bool]:

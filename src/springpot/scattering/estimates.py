@@ -211,17 +211,27 @@ def estimated(
     else:
         scatter = interval(lambda own: math.sqrt(max(own.surface.variance, 0.0)), logarithmic=True)
         unexplained = interval(lambda own: own.unexplained)
-        whole, left_out = means.surface.indices(groups), [part.surface.indices(groups) for part in parts]
-        for kind, found in enumerate((alone, together)):
-            for place, name in enumerate(names):
-                found[name] = jackknifed(
-                    float(whole[kind][place]), np.array([each[kind][place] for each in left_out]), False
-                )
+        alone, together = indices_of([own.surface for own in (means, *parts)], names, groups)
     return Estimates(
         mean=mean, scatter=scatter, path_scatter=math.sqrt(paths), quantiles=quantiles,
         tolerance=top.value + one_sided(SCRAMBLINGS, 0.95) * top.error, alone=alone, together=together,
         unexplained=unexplained, above=above, of_devices=means.of_devices,
     )  # fmt: skip
+
+
+def indices_of(
+    surfaces: Sequence[Surface], names: Sequence[str], groups: Sequence[Sequence[int]]
+) -> tuple[dict[str, Interval], dict[str, Interval]]:
+    """First-order and total Sobol indices of groups of inputs, by their names.
+
+    The first surface is of all data, the others are without each of some independent parts of them.
+    """
+    found = np.array([each.indices(groups) for each in surfaces])  # (surfaces, 2, groups)
+    alone, together = (
+        {name: jackknifed(float(own[0]), own[1:]) for name, own in zip(names, kind.T, strict=True)}
+        for kind in (found[:, 0], found[:, 1])
+    )
+    return alone, together
 
 
 def _unseen(means: Means) -> Interval:

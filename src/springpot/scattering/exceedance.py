@@ -168,9 +168,10 @@ def exceeded_by_devices(
             alone = unknown(asked_of(plan, lot.nominal.parts, quantity, levels_of_it, sign))
         found[quantity.name] = curve = _curve(asked, stage, alone, bounds.get(quantity.name))
         said += [*_doubts(curve, rtol), *(f"of the nominal device: {each}" for each in alone.warnings)]
-    inputs = tuple(" and ".join([*numbers][n] for n in group) for group in together.groups)
-    begin, end = lot.plan.settings.window[0], lot.plan.settings.window[1]
-    return DevicesThatExceed(system, lot.plan.settings, tuple(numbers), inputs, found, end - begin, tuple(said))
+    begin, end = lot.plan.settings.window
+    return DevicesThatExceed(
+        system, lot.plan.settings, tuple(numbers), together.inputs(numbers), found, end - begin, tuple(said)
+    )
 
 
 def _some(numbers: Mapping[str, Uncertain], together: Any, plan: Plan) -> Floats:
@@ -234,7 +235,6 @@ def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: f
         largest = float(weights.mean() + 2.0 * weights.std(ddof=1) / math.sqrt(count))
         unseen = min(1.0, largest * float(stage.weights.max()))
     ancestors, last = stage.tally.of_ancestors, stage.tally.of_devices[:, -1]
-    inputs = [" and ".join([*lot.numbers][n] for n in group) for group in lot.together.groups]
     by_mean, by_scatter = _moments(asked, stage)
     return DeviceExceedance(
         name=asked.quantity.name, unit=asked.quantity.unit, levels=asked.levels, probability=p,
@@ -243,7 +243,7 @@ def _curve(asked: AskedOfDevices, stage: Stage, alone: ExceedanceCurve, limit: f
         repetitions=count, paths=stage.paths, path_steps=stage.tally.path_steps, draws=stage.values,
         shares=last / (float(last.sum()) or 1.0), largest=float(ancestors.max()) / (float(ancestors.sum()) or 1.0),
         by_mean=by_mean, by_scatter=by_scatter, limit=limit, downwards=asked.quantity.has_sides and asked.sign < 0.0,
-        of_devices=own_probability(stage, inputs, lot.together.groups, lot.plan.settings.seed, limit),
+        of_devices=own_probability(stage, lot, limit),
     )  # fmt: skip
 
 

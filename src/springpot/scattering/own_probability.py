@@ -9,15 +9,15 @@ Errors are by a jackknife over the repetitions, which have devices of their own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from springpot.machine.arrays import Floats
-from springpot.scattering.estimates import BELOW, PREDICTED, Interval, jackknifed, one_sided
-from springpot.scattering.stages import Stage, normal_scores
-from springpot.scattering.surface import polynomials, powers_of, probability_surface
+from springpot.scattering.estimates import BELOW, PREDICTED, Interval, indices_of, jackknifed, one_sided
+from springpot.scattering.stages import Lot, Stage, normal_scores
+from springpot.scattering.surface import Surface, polynomials, powers_of, probability_surface
 
 _SHARES = 0.5, 0.95  # lower quantiles are of devices that hardly ever exceed the level
 _SETS = (1, 1.0), (2, 1.0)  # of polynomials: straight lines miss the median by a factor of 2 to 5
@@ -47,18 +47,14 @@ class OwnProbability:
     above: Interval | None
 
 
-def own_probability(
-    stage: Stage, inputs: Sequence[str], groups: Sequence[Sequence[int]], seed: int, limit: float | None
-) -> OwnProbability | None:
+def own_probability(stage: Stage, lot: Lot, limit: float | None) -> OwnProbability | None:
     """All of it; None where too few devices exceeded the last level, or paths were not split.
 
     Parameters
     ----------
     stage : Stage
-    inputs : sequence of str
-        Names of the groups of numbers.
-    groups : sequence of sequence of int
-    seed : int
+    lot : Lot
+        From which its devices are.
     limit : float or None
     """
     repetitions, each, _ = stage.of_repetitions.shape
@@ -73,7 +69,7 @@ def own_probability(
     terms, shares_of_mean = polynomials(stage.scores, normal, powers), values / size
     coefficients = [probability_surface(terms, shares_of_mean)]
     coefficients += [probability_surface(terms[of != n], shares_of_mean[of != n]) for n in range(repetitions)]
-    new = polynomials(normal_scores(numbers, seed, PREDICTED), normal, powers)
+    new = polynomials(normal_scores(numbers, lot.plan.settings.seed, PREDICTED), normal, powers)
     lines = [np.sort(np.minimum(new @ own + math.log(size), 0.0)) for own in coefficients]
 
     def interval(of_line: Callable[[Floats], float]) -> Interval:
@@ -87,17 +83,9 @@ def own_probability(
         low, value, high = (math.exp(min(end, 0.0)) for end in (own.low, own.value, own.high))
         return Interval(value, value * own.error, low, high)
 
-    touched = powers[1:] > 0
-    alone, together = dict[str, Interval](), dict[str, Interval]()
-    for name, group in zip(inputs, groups, strict=True):
-        own = touched[:, list(group)].any(axis=1)
-        others = np.delete(touched, list(group), axis=1).any(axis=1)
-        for found, which in ((alone, own & ~others), (together, own)):
-            squares = [each[1:] ** 2 for each in coefficients]
-            shares = np.array([float(each[which].sum() / each.sum()) for each in squares])
-            found[name] = jackknifed(float(shares[0]), shares[1:])
-    top = below(BELOW)
-    above = None
+    surfaces = [Surface(powers, own, np.zeros_like(own), 0.0, 0.0) for own in coefficients]
+    alone, together = indices_of(surfaces, lot.together.inputs(lot.numbers), lot.together.groups)
+    top, above = below(BELOW), None
     if limit is not None:
         share = interval(lambda line: float((line > math.log(limit)).mean()))
         unseen = 3.0 / PREDICTED if share.value in (0.0, 1.0) else 0.0  # three of them could be beyond by chance

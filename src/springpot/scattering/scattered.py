@@ -16,13 +16,14 @@ from springpot.machine.faults import NotCoveredError, known_word, shown
 from springpot.problem.free_numbers import nominal, uncertain_numbers
 from springpot.problem.parts.walls import Stop
 from springpot.problem.system import System, checked_system
-from springpot.problem.uncertain import LEAST_CHANCE, Bounded, Measured
+from springpot.problem.uncertain import Bounded, Measured
 from springpot.scattering.devices import (
     Correlation,
     correlated,
     drawn,
     linear_names,
     plan_of_all,
+    scrambled,
     simulations_of,
     systems_of,
     values_of,
@@ -152,7 +153,7 @@ def scatter(
     else:
         results = _by_theory(middle, all_systems, asked, method, told(0.0, 0.9))
     groups, (scores, normal, new, beside) = together.groups, _scores(numbers, together, draws.chances, seed)
-    inputs = tuple(" and ".join([*numbers][n] for n in group) for group in groups)
+    inputs = together.inputs(numbers)
     found, tell = dict[str, Estimates](), told(0.9, 0.1)
     for number, (name, values) in enumerate(results.values.items()):
         means = Means(scores, normal, values, new, beside)
@@ -308,11 +309,8 @@ def _scores(
 ) -> tuple[Floats, tuple[bool, ...], Floats, Floats]:
     """Of the draws, of which numbers they are normal, of other devices, and of what surfaces leave in these."""
     from scipy.special import ndtri
-    from scipy.stats import qmc
 
-    rng = np.random.default_rng([seed, 0x5CA8])
-    new = qmc.Sobol(len(numbers) + 1, scramble=True, seed=rng).random(PREDICTED)
-    new = np.clip(new + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
+    new = scrambled(len(numbers) + 1, PREDICTED, np.random.default_rng([seed, 0x5CA8]))
     normal = tuple(tied or number.law.is_gaussian for tied, number in zip(together.tied, numbers.values(), strict=True))
     at, later = (np.where(normal, ndtri(own[:, : len(normal)]), own[:, : len(normal)]) for own in (chances, new))
     return at, normal, later, ndtri(new[:, -1])

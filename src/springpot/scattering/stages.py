@@ -12,8 +12,7 @@ from springpot.machine.arguments import Uncertain
 from springpot.machine.arrays import Floats
 from springpot.machine.progress import Clock, OutOfTimeError
 from springpot.problem.system import System
-from springpot.problem.uncertain import LEAST_CHANCE
-from springpot.scattering.devices import Correlation, plans_like, simulations_of, systems_of, values_at
+from springpot.scattering.devices import Correlation, plans_like, scrambled, simulations_of, systems_of, values_at
 from springpot.scattering.estimates import SCRAMBLINGS
 from springpot.simulation.paths.simulation import Simulation
 from springpot.simulation.paths.together import alike
@@ -37,10 +36,8 @@ _UNEVEN = 0.4  # spread of the repetitions over their mean above which each gets
 def normal_scores(inputs: int, seed: int, count: int, number: int = 0) -> Floats:
     """Normal scores at so many points of Sobol's sequence, scrambled by ``seed`` and ``number``."""
     from scipy.special import ndtri
-    from scipy.stats import qmc
 
-    points = qmc.Sobol(inputs, scramble=True, seed=np.random.default_rng([seed, 0x5CA9, number])).random(count)
-    return np.asarray(ndtri(np.clip(points + LEAST_CHANCE, LEAST_CHANCE, 1.0 - LEAST_CHANCE)))
+    return np.asarray(ndtri(scrambled(inputs, count, np.random.default_rng([seed, 0x5CA9, number]))))
 
 
 @dataclass(frozen=True, eq=False)
