@@ -92,7 +92,8 @@ def tiny(tmp_path: Path) -> Path:
 
 
 def begun(where: Path, *words: str, **variables: str) -> subprocess.Popen[str]:
-    places = {"NUMBA_CACHE_DIR": str(where / "cache"), "PYTHONPATH": str(where)}
+    # no .pyc: Python trusts one whose source has its size and was written in the same second, and tests write faster
+    places = {"NUMBA_CACHE_DIR": str(where / "cache"), "PYTHONPATH": str(where), "PYTHONDONTWRITEBYTECODE": "1"}
     return subprocess.Popen(
         [sys.executable, str(where / "run.py"), *words], text=True,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
