@@ -170,7 +170,7 @@ def enough(found: Floats, name: str) -> None:
         raise ValueError(f"{name} must have at least 3 points, not {found.size}.")
 
 
-def rows(values: object, samples: int) -> Floats:
+def rows(values: object, samples: int, name: str = "values") -> Floats:
     """Paths, each of so many samples.
 
     Raises
@@ -178,12 +178,12 @@ def rows(values: object, samples: int) -> Floats:
     TypeError, ValueError, PointFault
         If they are none.
     """
-    found = _numbers(values, "values must be numbers, one for each time")
+    found = _numbers(values, f"{name} must be numbers, one for each time")
     found = found[np.newaxis] if found.ndim == 1 else found
     if found.ndim != 2 or found.shape[0] == 0 or found.shape[1] != samples:
-        raise ValueError(f"values must have one number for each of the {samples} times, or rows of them, not an array "
+        raise ValueError(f"{name} must have one number for each of the {samples} times, or rows of them, not an array "
                          f"of shape {found.shape}.")  # fmt: skip
-    _check_finite(found, "values")
+    _check_finite(found, name)
     return fixed(found)
 
 

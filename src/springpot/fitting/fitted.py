@@ -14,7 +14,7 @@ from springpot.fitting.frequency_response import MeasuredFrequencyResponse
 from springpot.fitting.impacts import ImpactLikelihood, law_of
 from springpot.fitting.likelihood import How, LeastSquares, Likelihood
 from springpot.fitting.moduli import ModuliLikelihood
-from springpot.fitting.motion_data import MeasuredSpectrum
+from springpot.fitting.motion_data import MeasuredRecord, MeasuredSpectrum
 from springpot.fitting.part_data import MeasuredImpacts, MeasuredModuli
 from springpot.fitting.reading import Data
 from springpot.fitting.result import Choice, Fit
@@ -246,6 +246,10 @@ def _likelihood(model: Any, data: Any, how: How) -> Likelihood:
             return ResponseLikelihood(system, data)
         case MeasuredSpectrum():
             return SpectrumLikelihood(system, data, how.seed, how.stop)
+        case MeasuredRecord() if data.has_input:
+            from springpot.fitting.driven_records import DrivenLikelihood  # brings the whole engine
+
+            return DrivenLikelihood(system, data, how.seed, how.stop, how.progress)
         case _:
             from springpot.fitting.records import RecordLikelihood  # brings Numba
 

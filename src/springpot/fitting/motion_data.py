@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -20,17 +20,22 @@ from springpot.fitting.columns import (
     positive,
     rows,
 )
-from springpot.machine.arguments import LARGEST, finite_number
+from springpot.machine.arguments import LARGEST, finite_number, one_of
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import listed, shown
 from springpot.machine.sampling import even_times
 from springpot.problem.parts.checks import put
+from springpot.problem.parts.records import Interpolation
 
 Of = Literal["x", "v", "a"]
+Start = Literal["free", "rest"]
 
 _FEWEST_SAMPLES = 32
 _LONGEST_SEGMENT = 2**20
 _OF_NOISE = "It is of the measurement; None finds it."
+MOST_DELAY = 20  # samples
+MOST_PIECES = 32
+_OF_AN_INPUT: dict[str, object] = {"on": "mass", "interpolation": None, "start": "free", "skip": 0.0, "delay": 0.0}
 _OF = {"x": "the displacement", "v": "the velocity", "a": "the acceleration"}
 
 
@@ -142,11 +147,32 @@ class MeasuredRecord(Measured):
         Standard deviation of the measurement noise, in the unit of ``values``.  None: it is found with the rest.
     at : str, optional
         The mass whose motion it is, by its name, where the model has several.
+    input : array_like, shape (n,) or (paths, n), optional
+        What drove the device, measured at the same times: the force in N (per unit mass, if the model has no mass, in
+        m/s^2), or the acceleration of the ground in m/s^2.  The model then has no noise of its own, and may have
+        walls, contacts and nonlinear parts.
+    on : str
+        Where the input acts: on the ``"mass"``, on one of several by its name, or on the ``"ground"``.
+    interpolation : {"linear", "band-limited"}, optional
+        What the input is between its samples: straight lines, or the signal without content above half of the sampling
+        rate.  If it is left out, a fit tries both and takes the one that agrees better.
+    start : {"free", "rest"}
+        Whether x and v at the first sample are found with the rest, or are 0.
+    skip : float
+        In s: as much of the beginning is not compared.
+    delay : float or None
+        In s, by which the response is recorded later than the input.  None: it is found with the rest.
 
     Raises
     ------
     TypeError, ValueError
-        If something is no number, the steps are not equal, or there are too few samples.
+        If something is no number, the steps are not equal, or there are too few samples; if an input is all 0, or a
+        record is clipped or stands still for a while.
+
+    Notes
+    -----
+    ``values`` of several points of one device, under one input, are given as several records in ``values`` with a tuple
+    in ``at``, and in ``of`` where they differ: shape (points, n).
 
     Examples
     --------
@@ -154,17 +180,26 @@ class MeasuredRecord(Measured):
     >>> time = 0.1 * np.arange(64)
     >>> round(MeasuredRecord(time, np.sin(time), noise=0.01).step, 9)
     0.1
+    >>> MeasuredRecord(time, np.sin(time), input=np.cos(time), on="ground").has_input
+    True
     """
 
     time: Any
     values: Any
-    of: Of = "x"
+    of: Of | tuple[Of, ...] = "x"
     noise: float | None = None
-    at: str | None = None
+    at: str | tuple[str, ...] | None = None
+    input: Any = None
+    on: str = "mass"
+    interpolation: Interpolation | None = None
+    start: Start = "free"
+    skip: float = 0.0
+    delay: float | None = 0.0
 
     def __post_init__(self) -> None:
         time = column(self.time, "time")
-        check_of(self.of, self.at)
+        for of, at in self.channels:
+            check_of(of, at)
         if time.size < _FEWEST_SAMPLES:
             raise ValueError(f"time must have at least {_FEWEST_SAMPLES} samples, not {time.size}.")
         values = rows(self.values, time.size)
@@ -180,6 +215,83 @@ class MeasuredRecord(Measured):
             raise ValueError("values must not all be equal: there is no motion.")
         check_number(self, "noise", low=0.0, high=LARGEST, hint=_OF_NOISE)
         put(self, time=fixed(even), values=values)
+        if self.input is not None:
+            self._check_input()
+        elif changed := [name for name, usual in _OF_AN_INPUT.items() if getattr(self, name) != usual]:
+            raise ValueError(f"{changed[0]} must be left out of a record without an input.")
+        elif isinstance(self.at, tuple) or isinstance(self.of, tuple):
+            raise ValueError("input must be given where several points were measured together.")
+
+    def _check_input(self) -> None:
+        """The input, and what is said of it."""
+        paths, samples = self.values.shape
+        own = rows(self.input, samples, "input")
+        count = 1 if len(self.channels) > 1 else paths
+        if len(self.channels) not in (1, paths):
+            raise ValueError(f"values must have a row for each of the {len(self.channels)} points, not {paths}.")
+        if len(own) not in (1, count):
+            raise ValueError(f"input must have one row, or {count}, as many as values have, not {len(own)}.")
+        if not np.ptp(own, axis=1).all():
+            raise ValueError("input must not be constant: nothing drove the device.")
+        put(self, input=fixed(np.broadcast_to(own, (count, samples)).copy()))
+        if not isinstance(self.on, str) or not self.on:
+            raise TypeError(f"on must be 'mass', 'ground' or the name of a mass, not {shown(self.on)}.")
+        if self.interpolation is not None:
+            one_of(self.interpolation, "interpolation", get_args(Interpolation))
+        one_of(self.start, "start", get_args(Start))
+        duration = float(self.time[-1] - self.time[0])
+        hint = "It is the part of the beginning that is not compared, in s."
+        check_number(self, "skip", low=0.0, high=0.5 * duration, hint=hint)
+        reach = MOST_DELAY * self.step
+        check_number(self, "delay", low=-reach, high=reach, hint="It is in s; None finds it.")
+
+    def in_pieces(self, count: int) -> MeasuredRecord:
+        """A long record with its input as several of the same length, one after another; what is left over is left out.
+
+        Each begins with an x and v of its own, so that errors do not add up over all of it.
+
+        Parameters
+        ----------
+        count : int
+
+        Returns
+        -------
+        MeasuredRecord
+
+        Raises
+        ------
+        ValueError
+            If it has no input or several rows, or the pieces are too short.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> time = 0.1 * np.arange(128)
+        >>> record = MeasuredRecord(time, np.sin(time), input=np.cos(time))
+        >>> record.in_pieces(3).values.shape
+        (3, 42)
+        """
+        if not self.has_input or len(self.values) > 1:
+            raise ValueError("a record must have one row and an input to be cut in pieces.")
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_PIECES:
+            raise ValueError(f"count must be a whole number from 1 to {MOST_PIECES}, not {shown(count)}.")
+        length = self.time.size // count
+        values, inputs = (own[0, : count * length].reshape(count, length) for own in (self.values, self.input))
+        return replace(self, time=self.time[:length] - self.time[0], values=values, input=inputs)
+
+    @property
+    def has_input(self) -> bool:
+        """Whether the input was measured too."""
+        return self.input is not None
+
+    @property
+    def channels(self) -> tuple[tuple[Of, str | None], ...]:
+        """What was measured and where, of each point that was measured together with others."""
+        size = max((len(own) for own in (self.of, self.at) if isinstance(own, tuple)), default=1)
+        of, at = ((own,) * size if not isinstance(own, tuple) else own for own in (self.of, self.at))
+        if len(of) != len(at):
+            raise ValueError(f"of and at must be of as many points, not {len(of)} and {len(at)}.")
+        return tuple(zip(of, at, strict=True))
 
     @property
     def step(self) -> float:

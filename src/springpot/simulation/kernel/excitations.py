@@ -9,7 +9,7 @@ kind       counts                                wave                           
 FILTERED   pairs of states, states at the start                                           newest (4), pairs (20 each),
                                                                                           start (square), envelope
 HARMONIC                                         impulse and radians per step
-TABLE      records, whether one is drawn                                                  impulses of each record
+TABLE      records, which one a path has                                                  impulses of each record
 POISSON                                          rate in a part of a step, size           envelope
 MODULATED  states, steps                                                                  roots, gains, changes, seen
 ========== ===================================== ======================================== =============================
@@ -23,8 +23,8 @@ from numba import njit
 
 from springpot.simulation.kernel.lanes import GROUP, INLINE, LANES, LINKED, beyond, f64, typed, u32, u64
 from springpot.simulation.kernel.random import draw, philox
-from springpot.simulation.kernel.reading import of_lane, shared
-from springpot.simulation.kernel.tables import OF_A_SOURCE, PARTS, SOURCE, SOURCES, WAVE
+from springpot.simulation.kernel.reading import alike, of_lane, shared
+from springpot.simulation.kernel.tables import AT_RANDOM, COMMON, OF_A_SOURCE, PARTS, SOURCE, SOURCES, WAVE
 
 WORDS = 128  # counter words of one source; the second half of them is for its state at time 0
 MOST_SOURCES = 12
@@ -57,10 +57,10 @@ def wake_sources(K, who, stream, k0, k1, F, state, normals):
             for k in range(2 * _of(K, i, ONE) * LANES):
                 state[place * LANES + k] = typed(0.0, shared(F, 0))
         elif kind == TABLE:
-            records, drawn = u64(_of(K, i, ONE)), _of(K, i, OTHER)
+            records, taken_by = u64(_of(K, i, ONE)), _of(K, i, OTHER)
             for lane in range(LANES if records > u64(1) else 0):
                 taken = u64(who[lane]) % records
-                if drawn > 0:
+                if taken_by == AT_RANDOM:
                     word, _a, _b, _c = philox(u32(0), who[lane], u32(stream), u32(_of(K, i, WORD)), k0, k1)
                     taken = (u64(word) * records) >> u64(32)
                 state[place * LANES + lane] = taken
@@ -118,9 +118,13 @@ def supply_sources(K, D, F, group, who, stream, k0, k1, state, given, spare, nor
             for j in range(GROUP):
                 n = GROUP * group + j
                 for lane in range(LANES):
-                    record = int(begun[lane]) if records > 1 else 0
-                    at = long + record * steps + n
-                    own[j * LANES + lane] = of_lane(F, lane)[at] if n < steps else typed(0.0, shared(F, 0))
+                    at = (int(begun[lane]) if records > 1 else 0) * steps + n
+                    if n >= steps:
+                        own[j * LANES + lane] = typed(0.0, shared(F, 0))
+                    elif not alike(F) and _of(K, i, OTHER) == COMMON:
+                        own[j * LANES + lane] = of_lane(F, at % LANES)[long + at // LANES]
+                    else:
+                        own[j * LANES + lane] = of_lane(F, lane)[long + at]
 
 
 @njit(**INLINE)

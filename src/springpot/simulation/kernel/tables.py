@@ -8,7 +8,7 @@ numbers.  Lists are described where they are made (`springpot.simulation.lowerin
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -114,6 +114,7 @@ _WHERE = {name: i for i, name in enumerate((*COUNTS, *LISTS, *(f"number {name}" 
  EARLY_XX, EARLY_VV) = range(len(SUMS))  # fmt: skip
 OF_A_WALL = 5  # sums of a wall or contact: impacts, speeds, their squares, energy taken, momentum
 OF_A_SOURCE = 8
+IN_TURN, AT_RANDOM, COMMON = range(3)  # which of several records a path has; the last: in turn, and they stand once
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +231,17 @@ def by_lane(one: Tables, numbers: Floats, sweeps: npt.NDArray[np.floating], whic
         return rows[which].reshape(-1, LANES, rows.shape[1]).transpose(0, 2, 1).ravel()
 
     return Tables(_with(one, blocks=1, goes_on=1), apart(numbers), apart(sweeps), by_lane=True)
+
+
+def with_common_records(tables: Tables, records: int, impulses: Floats) -> Tables:
+    """Tables by lane of one block whose only source is a record, with the impulses of so many: of one lane after another.
+
+    They stand once, not once for each lane.
+    """
+    integers = tables.integers.copy()
+    source = integers[_WHERE["source"]]
+    integers[source + 3 : source + OF_A_SOURCE] = records, COMMON, 0, tables.numbers.size // LANES, impulses.size
+    return replace(tables, integers=integers, sweep=np.concatenate([tables.numbers, impulses]))
 
 
 def common(tables: Tables) -> bytes:

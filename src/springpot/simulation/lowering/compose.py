@@ -392,12 +392,12 @@ def _flight(plan: Plan) -> float:
 
 def compose(
     plan: Plan, *, halved: bool = False, kernel_units: tuple[Units, float] | None = None,
-    memory: Callable[[float], ExponentialSum] | None = None,
+    memory: Callable[[float], ExponentialSum] | None = None, is_read: bool = True,
 ) -> Parts:  # fmt: skip
     """The arguments of the kernel; with ``halved`` the excitation is that of half the step, summed in pairs.
 
     Systems that are to share blocks of paths have the ``kernel_units`` of one of them, and a ``memory`` whose sums, by
-    the order, have the same rates.
+    the order, have the same rates.  Of a path alone nothing else is read: no sums, and no forces.
 
     Raises
     ------
@@ -466,6 +466,8 @@ def compose(
         contacts=tuple(name for _, name, _ in touched),
     )  # fmt: skip
     _check_sizes(whole.tables)
+    if not is_read:
+        return whole
     brought = frame.step * noises.T @ noises + sum(each.brought * np.outer(each.row, each.row) for each in given)
     lack = frame.accelerations(frame.solve @ brought)
     lacking = 0.25 * units.speed**2 * np.einsum("pi,ij,pj->p", at.rows, lack, at.rows)

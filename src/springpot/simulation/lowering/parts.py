@@ -269,27 +269,27 @@ def _(part: RecordedExcitation, name: str, units: Units, step: float) -> Lowered
         check_table(name, 2 * part.count, most)
         records = [((np.array(t) - t[0]) / units.time, factor * np.array(a)) for t, a in part.records]
         if part.interpolation == "band-limited":
-            records = [_denser(t, a, step) for t, a in records]
-        rows = [_impulses(t, a, step, most) for t, a in records]
+            records = [denser(t, a, step) for t, a in records]
+        rows = [impulses_of(t, a, step, most) for t, a in records]
         impulses = np.array([np.pad(row, (0, max(map(len, rows)) - len(row))) for row in rows])
         return sources.Records(part.is_drawn, impulses)
 
     return Lowered(sources=(Named(name, make, int(part.count > 1), "feeds", make),))
 
 
-def _denser(times: Floats, values: Floats, step: float) -> tuple[Floats, Floats]:
+def denser(times: Floats, values: Floats, step: float) -> tuple[Floats, Floats]:
     """Points of a band-limited record so dense that straight lines between them lose less than the step does."""
     fold = min(max(math.ceil(_DENSE * times[-1] / (len(times) - 1) / step), 1), _MOST_DENSE)
     dense = band_limited(values, fold)
     return np.linspace(0.0, times[-1], len(dense)), dense
 
 
-def _impulses(times: Floats, values: Floats, step: float, most: int) -> Floats:
-    """Integrals over the steps, at most so many, of straight lines between points."""
+def impulses_of(times: Floats, values: Floats, step: float, most: int, delay: float = 0.0) -> Floats:
+    """Integrals over the steps, at most so many, of straight lines between points that come later by the delay."""
     whole = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (values[1:] + values[:-1]))])
-    ends = step * np.arange(math.ceil(min(times[-1] / step, most)) + 1)
+    ends = np.clip(step * np.arange(math.ceil(min((times[-1] + delay) / step, most)) + 1) - delay, 0.0, times[-1])
     place = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
-    since = np.minimum(ends, times[-1]) - times[place]
+    since = ends - times[place]
     slope = np.diff(values) / np.diff(times)
     reached = whole[place] + since * (values[place] + 0.5 * slope[place] * since)
     return np.asarray(np.diff(reached))

@@ -87,6 +87,18 @@ def motion_of(system: System) -> Motion:
     )
 
 
+def near_motion_of(system: System, other: Motion) -> Motion:
+    """That of a system with almost the numbers of another, with the scales of that one.
+
+    The kernel takes its units and the circle of its drift from them.  Guesses take most of the time of `motion_of`.
+    """
+    if other.potential is None:
+        return motion_of(system)
+    origin = origin_of(system)
+    potential = replace(other.potential, system=seen_from(system, origin))
+    return replace(other, system=system, rest=nearest_to_rest(system), origin=origin, potential=potential)
+
+
 def _by_modes(system: System) -> Motion:
     """The motion of coordinates of which no one has a potential alone."""
     modes, rest = modes_of(system), nearest_to_rest(system)

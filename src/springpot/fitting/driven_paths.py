@@ -1,0 +1,278 @@
+"""What a model under a measured input makes of a record, and its derivatives by all numbers.
+
+The numbers are those of the model and those of the record: an offset of each point, the delay, and x and v of each
+coordinate at the first sample.  Derivatives are differences of paths that run in neighbouring lanes of one block.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from springpot.fitting.motion_data import MOST_DELAY, MeasuredRecord
+from springpot.fitting.spectral_density import row_of
+from springpot.machine.arguments import Free
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import NotCoveredError, listed
+from springpot.problem.free_numbers import free_numbers, with_values
+from springpot.problem.parts import Barrier, Constant, RecordedExcitation
+from springpot.problem.parts.excitations import Excitation
+from springpot.problem.parts.walls import Stop
+from springpot.problem.system import System
+from springpot.simulation.paths.driven import Driven, driven_by, with_stub
+
+OFFSET, DELAY = "offset", "delay"
+_DRIVE = "measured"  # the name of the part that stands for the input
+_DIFFERENCE = 1e-6  # of a number, by which paths are compared
+_ABOUT_STOPS = 1e-4  # the same, on both sides, where stops make a path jump a little with the numbers
+_LATER = 1e-3  # of a sample, the same of the delay
+_FAR = 1e3  # residual of a path that grows without limit, over the spread of the record
+_COARSE = 0.2  # step at first, times the frequency
+_FEWEST = 4.0  # samples in a period
+_PERIODS = 2.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DrivenModel:
+    """A model, a record with its input, and the numbers of both.  Made by `driven_model`.
+
+    Attributes
+    ----------
+    data : MeasuredRecord
+    stub : System
+        The model with a short stub in place of the input.
+    driven : Driven
+    rows : list of ndarray, shape (coordinates,)
+        How each measured point moves with the coordinates.
+    numbers : tuple of Free
+        Of the model, then of the record.
+    of_model : int
+        How many of them are of the model.
+    """
+
+    data: MeasuredRecord
+    whole: System
+    stub: System
+    driven: Driven
+    rows: list[Floats]
+    numbers: tuple[Free, ...]
+    of_model: int
+
+    @property
+    def has_stops(self) -> bool:
+        """Whether something can be struck."""
+        return bool(self.stub.of(Stop))
+
+    @property
+    def coordinates(self) -> int:
+        """How many there are."""
+        return len(self.stub.coordinates.names)
+
+    @property
+    def pieces(self) -> int:
+        """Records with an input of their own."""
+        return len(self.data.input)
+
+    @property
+    def states(self) -> slice:
+        """Where x and v at the first sample stand: of each piece, of each coordinate."""
+        return slice(len(self.numbers) - (2 * self.coordinates * self.pieces if self.data.start == "free" else 0), None)
+
+    def of_channel(self, n: int) -> slice:
+        """The rows of the record of a point: one of several, or all pieces of one."""
+        return slice(n, n + 1) if len(self.rows) > 1 else slice(None)
+
+    def with_step(self, every: int) -> DrivenModel:
+        """The same with so many steps in a sample."""
+        return replace(self, driven=_driven(self.whole, self.data, every, self.driven.is_sampled))
+
+    def interpolated(self, is_sampled: bool) -> DrivenModel:
+        """The same with another input between its samples."""
+        return replace(self, driven=_driven(self.whole, self.data, self.driven.every, is_sampled))
+
+    def expected(self, thetas: Sequence[Floats], samples: int) -> Floats:
+        """The first samples of the record without noise, of several sets of numbers with the same delay.
+
+        Returns
+        -------
+        ndarray, shape (sets, rows, samples)
+            Not finite where a path grows without limit.
+        """
+        pieces, size = self.pieces, self.coordinates
+        names, systems = [number.name for number in self.numbers[: self.of_model]], dict[bytes, System]()
+        all_systems, starts = list[System](), np.zeros((len(thetas), pieces, 2, size))
+        for n, theta in enumerate(thetas):
+            own = theta[: self.of_model]
+            if own.tobytes() not in systems:
+                systems[own.tobytes()] = with_values(self.stub, dict(zip(names, own.tolist(), strict=True)))
+            all_systems += [systems[own.tobytes()]] * pieces
+            if self.data.start == "free":
+                starts[n] = theta[self.states].reshape(pieces, size, 2).swapaxes(1, 2)
+        driven = self.driven.delayed(self._delay(thetas[0]))
+        driven = driven if samples == driven.samples else driven.first(samples)
+        paths = driven.paths(all_systems, starts.reshape(len(all_systems), -1))
+        paths = paths.reshape(len(thetas), pieces, *paths.shape[1:])[..., :size, :]
+        found = np.empty((len(thetas), len(self.data.values), samples))
+        offsets = np.array(thetas)[:, self.of_model : self.of_model + len(self.rows)]
+        for n, (of, _) in enumerate(self.data.channels):
+            seen = paths[..., "xva".index(of)] @ self.rows[n]
+            if of == "a" and self.data.on == "ground":
+                seen = seen + driven.input_at_samples
+            found[:, self.of_channel(n)] = seen + offsets[:, n, None, None]
+        return found
+
+    def _delay(self, theta: Floats) -> float:
+        if self.data.delay is not None:
+            return self.data.delay
+        return float(theta[self.of_model + len(self.rows)])
+
+    def compared(self, theta: Floats, samples: int) -> tuple[Floats, Floats]:
+        """What is left of the first samples, and the derivatives of what is expected.
+
+        Returns
+        -------
+        left : ndarray, shape (rows, samples)
+        slopes : ndarray, shape (numbers, rows, samples)
+        """
+        moves = [([place], self._difference(place, theta[place])) for place in range(self.of_model)]
+        first = self.states.start
+        for k in range(2 * self.coordinates if self.data.start == "free" else 0):  # of all pieces at once
+            places = [first + 2 * self.coordinates * piece + k for piece in range(self.pieces)]
+            moves.append((places, self._difference(places[0], theta[places[0]])))
+        sets = [theta]
+        for places, step in moves:
+            for end in (1.0, -1.0) if self.has_stops else (1.0,):
+                sets.append(theta.copy())
+                sets[-1][places] += end * step
+        middle, *others = self.expected(sets, samples)
+        slopes = np.zeros((theta.size, *middle.shape))
+        for k, (places, step) in enumerate(moves):
+            if self.has_stops:
+                rise = (others[2 * k] - others[2 * k + 1]) / (2.0 * step)
+            else:
+                rise = (others[k] - middle) / step
+            for n, place in enumerate(places):
+                own = slice(n, n + 1) if len(places) > 1 else slice(None)
+                slopes[place, own] = rise[own]
+        for n in range(len(self.rows)):
+            slopes[self.of_model + n, self.of_channel(n)] = 1.0
+        if self.data.delay is None:
+            place, later = self.of_model + len(self.rows), theta.copy()
+            later[place] += (step := -_LATER * self.data.step if theta[place] > 0.0 else _LATER * self.data.step)
+            slopes[place] = (self.expected([later], samples)[0] - middle) / step
+        left = self.data.values[:, :samples] - middle
+        if not (np.isfinite(left).all() and np.isfinite(slopes).all()):
+            left = np.where(np.isfinite(left), left, _FAR * float(self.data.values.std()))
+            slopes = np.where(np.isfinite(slopes), slopes, 0.0)
+        return left, slopes
+
+    def _difference(self, place: int, value: float) -> float:
+        number, relative = self.numbers[place], _ABOUT_STOPS if self.has_stops else _DIFFERENCE
+        step = relative * max(abs(value), 1e-3 * (number.high - number.low))
+        return -step if value + step > number.high else step
+
+
+def driven_model(system: System, data: MeasuredRecord) -> DrivenModel:
+    """A model under the measured input of a record.
+
+    Raises
+    ------
+    NotCoveredError, ValueError
+        If the model has other excitation, or its record cannot be this one.
+
+    Examples
+    --------
+    >>> from springpot.problem.free_numbers import free
+    >>> from springpot.problem.parts import Spring
+    >>> time = 0.1 * np.arange(64)
+    >>> model = driven_model(System(Spring(free("k", 4.0, (1.0, 9.0)))), MeasuredRecord(time, np.sin(time), input=np.cos(time)))
+    >>> [number.name for number in model.numbers]
+    ['k', 'offset', 'x0', 'v0']
+    """
+    others = [name for name, part in system.named() if isinstance(part, Excitation) and not isinstance(part, Constant)]
+    if others:
+        raise ValueError(f"model must have no excitation where the input was measured: leave out {listed(others)}.")
+    if any(of == "a" for of, _ in data.channels) and system.of(Barrier):
+        raise NotCoveredError(
+            "an acceleration is not covered where a rigid wall is struck: give x or v, or a sp.Contact."
+        )
+    rows = [row_of(system, at) for _, at in data.channels]
+    points = system.coordinates.called
+    if data.on != "ground" and data.on not in points:
+        known = listed(
+            [repr(each) for each in ("ground", *(points if not system.coordinates.lone else ("mass",)))], "or"
+        )
+        raise ValueError(f"on of the data must be {known}, not {data.on!r}.")
+    parts = dict(system.stated())
+    drive = RecordedExcitation((0.0, data.step), (1.0, -1.0), data.on)
+    whole = System(**parts, **{_DRIVE: drive})
+    driven = _driven(whole, data, None, data.interpolation != "linear")
+    _check_sampling(driven, data)
+    if not system.of(Stop):  # a search refines the step as far as it matters
+        coarse = max(1, math.ceil(data.step * driven.plan.motion.scales.frequency / _COARSE))
+        driven = driven if coarse >= driven.every else _driven(whole, data, coarse, driven.is_sampled)
+    model = tuple(free_numbers(system).values())
+    numbers = (*model, *_of_record(system, data, driven, rows))
+    names = [number.name for number in numbers]
+    if clash := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"{listed(clash)} must not be the name of a free number: a number of the record has it.")
+    return DrivenModel(
+        data=data, whole=whole, stub=with_stub(whole, _DRIVE, data.step, [*data.input]), driven=driven, rows=rows,
+        numbers=numbers, of_model=len(model),
+    )  # fmt: skip
+
+
+def _driven(whole: System, data: MeasuredRecord, every: int | None, is_sampled: bool) -> Driven:
+    accelerates = any(of == "a" for of, _ in data.channels)
+    return driven_by(
+        whole, _DRIVE, data.step, [*data.input], every=every, is_sampled=is_sampled, accelerates=accelerates
+    )
+
+
+def _check_sampling(driven: Driven, data: MeasuredRecord) -> None:
+    """Samples must be frequent and long enough to see the motion that the model has at its start."""
+    period = 2.0 * np.pi / driven.plan.motion.scales.frequency
+    if period < _FEWEST * data.step:
+        raise ValueError(
+            f"time must have more than {_FEWEST:g} samples in a period of the model: that is {period:.4g} s at its "
+            f"start, and the samples are {data.step:.4g} s apart."
+        )
+    if (length := float(data.time[-1])) - float(data.time[0]) < _PERIODS * period:
+        raise ValueError(
+            f"time must last at least {_PERIODS:g} periods of the model: that is {period:.4g} s at its start, and the "
+            f"record lasts {length - float(data.time[0]):.4g} s."
+        )
+
+
+def _of_record(system: System, data: MeasuredRecord, driven: Driven, rows: Sequence[Floats]) -> Iterator[Free]:
+    """Offsets, the delay, and x and v at the first sample, with wide bounds."""
+    scales, coordinates, points = driven.plan.motion.scales, system.coordinates.names, len(data.channels)
+    spreads = [float(data.values[n if points > 1 else slice(None)].std()) for n in range(points)]
+    for n, spread in enumerate(spreads):
+        yield Free(0.0, f"{OFFSET}_{n + 1}" if points > 1 else OFFSET, -10.0 * spread, 10.0 * spread)
+    if data.delay is None:
+        yield Free(0.0, DELAY, -MOST_DELAY * data.step, MOST_DELAY * data.step)
+    if data.start == "rest":
+        return
+    seen = max((spread for (of, _), spread in zip(data.channels, spreads, strict=True) if of == "x"), default=0.0)
+    for piece in range(len(data.input)):
+        for n, name in enumerate(coordinates):
+            of = "_".join(([name] if len(coordinates) > 1 else []) + ([str(piece + 1)] if len(data.input) > 1 else []))
+            x, v = _begun(data, rows, piece, n)
+            far = 20.0 * max(scales.length, seen, abs(x))
+            fast = max(far * scales.fastest_rate, 2.0 * abs(v))
+            yield Free(x, f"x0_{of}" if of else "x0", -far, far)
+            yield Free(v, f"v0_{of}" if of else "v0", -fast, fast)
+
+
+def _begun(data: MeasuredRecord, rows: Sequence[Floats], piece: int, coordinate: int) -> tuple[float, float]:
+    """x and v at the first sample: by a parabola through five samples where this coordinate was measured."""
+    for n, (of, _) in enumerate(data.channels):
+        if of == "x" and np.flatnonzero(rows[n]).tolist() == [coordinate]:
+            values = data.values[n if len(rows) > 1 else piece][:5] / rows[n][coordinate]
+            _, v, x = np.polyfit(data.step * np.arange(5), values, 2)
+            return float(x), float(v)
+    return 0.0, 0.0

@@ -1,0 +1,429 @@
+"""Records of a response whose input was measured: least squares on the simulated path (output error).
+
+The path is simulated under the measured input with the numbers of the model, and compared with the record.  What is left
+is noise of the sensor, and what the model does not have.  It is seldom white.  So an autoregressive model of it filters
+residuals and derivatives, and the fit is repeated (generalized least squares): errors of plain least squares are 2 to 4
+times too small where noise is coloured.
+
+Where a wall or contact is struck the sum of squares has many minima, because paths separate.  So the record is fitted
+from its beginning in growing parts, each from the numbers of the one before, and as a whole, and the smaller sum of
+squares is taken; from other starts too, where neither follows the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springpot.fitting.driven_paths import DrivenModel, driven_model
+from springpot.fitting.likelihood import Coordinates, LeastSquares, Table, inverse
+from springpot.fitting.motion_data import MeasuredRecord
+from springpot.fitting.noise_filter import filtered, lags_of
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import Stopped, listed
+from springpot.problem.parts.walls import Stop
+from springpot.problem.system import System
+
+_FIRST = 60  # samples of the first part of a record that grows
+_PARTS = 8  # of a record, in which it may be followed or not
+# rms of what is left over the spread of the record: of a fit that needs no other start, and of none, with and without
+# stops; and of a part over that of the best part
+_FOLLOWED, _LOST_BEHIND_STOPS, _LOST, _UNEVEN = 0.03, 0.15, 0.5, 3.0
+_GROWN = 1.05  # of the sum of squares, by which another step may have lost the path
+_STARTS, _APART = 8, 0.4  # other starts, and how far they are in the logarithm
+_MOVED = 0.2  # of a standard error: by how much half the step may move a number
+_HALVINGS = 5
+_CORNERS = 20.0  # samples in a period from which on straight lines lose less than 1 %
+_AT_EXTREME = 10  # samples at the largest value, from which on a record may be clipped
+_LAGS = 20
+
+
+class NoFitError(ValueError):
+    """No numbers were found with which the model follows the record; the message says how far it is off."""
+
+
+class DrivenLikelihood(LeastSquares):
+    """Samples of the response to a measured input.
+
+    Parameters
+    ----------
+    system : System
+        Without excitation of its own; with free numbers.
+    data : MeasuredRecord
+        With its input.
+    seed : int
+        Of other starts, where the record is not followed from the given one.
+    stop : callable, optional
+        Tells whether to end with the best numbers so far.
+    told : callable, optional
+        Called with the share of the search that is done.
+
+    Raises
+    ------
+    NotCoveredError, ValueError
+        If the record cannot be one of the model.
+    """
+
+    known, smooth_start, simulated = False, True, True
+
+    def __init__(
+        self, system: System, data: MeasuredRecord, seed: int = 1, stop: Callable[[], bool] | None = None,
+        told: Callable[[float], None] | None = None,
+    ) -> None:  # fmt: skip
+        self.system, self.data, self.stop, self._seed, self._told = system, data, stop, seed, told
+        self._model = driven_model(system, data)
+        self.coordinates = Coordinates(self._model.numbers)
+        self._spreads = [float(data.values[own].std()) for own in self._channels]
+        self._filters = [np.zeros(0) for _ in self._channels]
+        self._samples, self._settled = data.time.size, False
+        self._last: tuple[object, Floats, Floats] | None = None
+        self._is_linear = not system.of(Stop) and all(getattr(part, "is_linear", True) for part in system.parts)
+
+    @property
+    def _channels(self) -> list[slice]:
+        """The rows of the record of each measured point."""
+        return [self._model.of_channel(n) for n in range(len(self.data.channels))]
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        """Number of samples that are compared."""
+        return sum(own.size for own in self._compared(self.data.values))
+
+    def _compared(self, rows: Floats, whiten: bool = True) -> list[Floats]:
+        """The part of each channel that is compared, over its spread; through the filter that makes its noise white."""
+        first = round(self.data.skip / self.data.step)
+        own = [
+            rows[channel, first : self._samples] / spread
+            for channel, spread in zip(self._channels, self._spreads, strict=True)
+        ]
+        return [filtered(each, lags) for each, lags in zip(own, self._filters, strict=True)] if whiten else own
+
+    def _evaluated(self, theta: Floats) -> tuple[Floats, Floats]:
+        """Residuals, and the derivatives of what is expected, both filtered; the last ones are kept."""
+        key = theta.tobytes(), self._samples, self._model, tuple(own.tobytes() for own in self._filters)
+        if self._last is None or self._last[0] != key:
+            left, slopes = self._model.compared(theta, self._samples)
+            flat = [np.concatenate([own.ravel() for own in self._compared(each)]) for each in (left, *slopes)]
+            self._last = key, flat[0], np.stack(flat[1:], axis=1)
+        return self._last[1:]
+
+    def residuals(self, theta: Floats) -> Floats:
+        """Of the record over its spread, filtered."""
+        return self._evaluated(theta)[0]
+
+    def sensitivity(self, theta: Floats) -> Floats:
+        """Derivatives of what is expected."""
+        return self._evaluated(theta)[1]
+
+    def _left(self, theta: Floats) -> Floats:
+        """The record less what is expected, as it was measured."""
+        return self.data.values[:, : self._samples] - self._model.expected([theta], self._samples)[0]
+
+    def constant(self) -> float:
+        """What the spreads add."""
+        counts = [own.size for own in self._compared(self.data.values)]
+        return float(sum(n * np.log(2.0 * np.pi * spread**2) for n, spread in zip(counts, self._spreads, strict=True)))
+
+    def solve(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """The first time the whole search; later least squares, with the filter and the step that it has found."""
+        if self._settled or not moves.all():
+            return super().solve(begin, moves)
+        try:
+            u = self._followed(begin, moves)
+            u = self._interpolated(u, moves)
+            for _ in range(_HALVINGS):
+                u = self._whitened(u, moves)
+                if self._is_fine(u):
+                    break
+                before, self._model = self._squares(u), self._model.with_step(2 * self._model.driven.every)
+                again = self._again(u, moves)
+                if not self._is_linear and self._squares(again) > _GROWN * before:
+                    again = min(again, self._growing(u, moves), key=self._squares)
+                u = again
+        except Stopped:
+            if self.least is None:
+                raise
+            theta = self.least[1]
+            self._samples = self.data.time.size
+            self.least = float(np.sum(self.residuals(theta) ** 2)), theta
+            raise
+        self._check_influence(u)
+        self._settled = True
+        return u
+
+    def _whitened(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """Least squares through the filter of what is left, twice."""
+        for turn in range(2):
+            before = self._filters
+            self._filters = [lags_of(own) for own in self._compared(self._left(self._outer(u)), whiten=False)]
+            if turn and not any(own.size for own in (*before, *self._filters)):
+                break
+            u = self._again(u, moves)
+        return u
+
+    def _outer(self, u: Floats) -> Floats:
+        return self.coordinates.outer(u)
+
+    def _again(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """Least squares from there; what was the least before is of another sum of squares."""
+        self.least = None
+        return super().solve(u, moves)
+
+    def _followed(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """Numbers with which the model follows the record.
+
+        Raises
+        ------
+        NoFitError
+            If none are found.
+        """
+        best = self._again(begin, moves)
+        for n, start in enumerate(() if self._is_linear else self._starts(begin)):
+            if n and self._is_followed(best):
+                break
+            self._tell(n / (_STARTS + 2.0))
+            best = min(best, self._growing(start, moves), key=self._squares)
+        if self._is_lost(best):
+            raise NoFitError(self._how_far_off(best, moves))
+        return best
+
+    def _starts(self, begin: Floats) -> Iterator[Floats]:
+        """The given one, and others about it."""
+        from scipy.stats import qmc
+
+        own, count = self.coordinates, self._model.of_model
+        yield begin
+        places = qmc.LatinHypercube(count, rng=np.random.default_rng([self._seed, 46])).random(_STARTS)
+        for place in 2.0 * places - 1.0:
+            away = np.zeros(begin.size)
+            sizes = np.where(own.logarithmic, 1.0, np.maximum(np.abs(begin), 0.05 * (own.high - own.low)))
+            away[:count] = _APART * place * sizes[:count]
+            yield np.clip(begin + away, own.low, own.high)
+
+    def _growing(self, begin: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """From the first part of the record on, each twice as long as the one before."""
+        u, whole = begin, self.data.time.size
+        samples = round(self.data.skip / self.data.step) + max(_FIRST, 4 * begin.size)
+        try:
+            while samples < whole:
+                self._samples = samples
+                u = self._again(u, moves)
+                samples *= 2
+        finally:
+            self._samples = whole
+        return self._again(u, moves)
+
+    def _squares(self, u: Floats) -> float:
+        return float(np.sum(self.residuals(self._outer(u)) ** 2))
+
+    def _shares(self, u: Floats) -> tuple[float, float, float]:
+        """What is left over the spread of the record: of all of it, and of the part where it is most and least."""
+        left = self._compared(self._left(self._outer(u)), whiten=False)
+        shares = [[float(np.sqrt(np.mean(part**2))) for part in np.array_split(own, _PARTS, axis=1)] for own in left]
+        return (
+            max(float(np.sqrt(np.mean(own**2))) for own in left), max(map(max, shares)),
+            max(map(min, shares)),
+        )  # fmt: skip
+
+    def _is_followed(self, u: Floats) -> bool:
+        """Whether so little is left that no other start is tried."""
+        whole, worst, best = self._shares(u)
+        left = self._compared(self._left(self._outer(u)), whiten=False)
+        is_white = not any(lags_of(own).size for own in left)
+        return whole < (_LOST_BEHIND_STOPS if is_white else _FOLLOWED) and worst < _UNEVEN * best
+
+    def _is_lost(self, u: Floats) -> bool:
+        """Whether the model does not follow the record, or only a part of it."""
+        whole, worst, best = self._shares(u)
+        most = _LOST_BEHIND_STOPS if self.system.of(Stop) else _LOST
+        return not whole < most or (worst > most and worst > 2.0 * _UNEVEN * best)
+
+    def _how_far_off(self, u: Floats, moves: NDArray[np.bool_]) -> str:
+        """One sentence, with what may be wrong with the record: its sign or its unit."""
+        theta = self._outer(u)
+        left = self._compared(self._left(theta), whiten=False)
+        share = float(np.sqrt(np.mean(np.concatenate([own.ravel() for own in left]) ** 2)))
+        said = f"no numbers were found with which the model follows the record: {100.0 * share:.0f} % of it are left"
+        parts = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(left[0], _PARTS, axis=1)]
+        if parts[0] < 0.2 * max(parts):
+            place = next(n for n, part in enumerate(parts) if part > 0.5 * max(parts))
+            return f"{said}, from about {self.data.time[place * self._samples // _PARTS]:.3g} s on. Give starts that are nearer."
+        gain = self._gain(u, moves)
+        if gain is not None:
+            what = "the sign of the input" if gain < 0.0 else "the units of the input and of the response"
+            return f"{said}, but it follows a record {gain:.3g} times as large: check {what}."
+        return f"{said}. Give starts that are nearer, or another model."
+
+    def _gain(self, u: Floats, moves: NDArray[np.bool_]) -> float | None:
+        """By what the response would have to be multiplied to be followed, if so it is."""
+        from scipy.optimize import least_squares
+
+        own, values = self.coordinates, self.data.values
+
+        def scaled(part: Floats) -> tuple[Floats, float]:
+            expected = self._model.expected([own.outer(part)], self._samples)[0]
+            if not np.isfinite(expected).all():
+                return 10.0 * values.ravel() / values.std(), 0.0
+            seen, wanted = expected - expected.mean(), values - values.mean()
+            gain = float(np.sum(seen * wanted) / max(float(np.sum(seen * seen)), 1e-300))
+            return (wanted - gain * seen).ravel() / values.std(), gain
+
+        low, high = own.low, own.high
+        for begin in (own.start, u):
+            inside = np.clip(begin, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+            found = least_squares(
+                lambda part: scaled(part)[0], inside, bounds=(low, high), x_scale="jac", max_nfev=20, diff_step=1e-5
+            )
+            left, gain = scaled(found.x)
+            if np.sqrt(np.mean(left**2)) < 0.5 * _LOST:
+                return gain
+        return None
+
+    def _interpolated(self, u: Floats, moves: NDArray[np.bool_]) -> Floats:
+        """With the input between its samples that agrees better, if it was not said."""
+        if self.data.interpolation is not None:
+            return u
+        sampled, of_sampled = self._model, self._squares(u)
+        self._model = sampled.interpolated(False)
+        other = self._again(u, moves)
+        if self._squares(other) < of_sampled:
+            return other
+        self._model = sampled
+        return u
+
+    def _is_fine(self, u: Floats) -> bool:
+        """Whether half the step moves no number by more than a small part of its error."""
+        theta = self._outer(u)
+        residual, slopes = self._evaluated(theta)
+        finer = self._model.with_step(2 * self._model.driven.every)
+        left = self.data.values - finer.expected([theta], self._samples)[0]
+        change = residual - np.concatenate([own.ravel() for own in self._compared(left)])
+        information = inverse(slopes.T @ slopes)
+        errors = np.sqrt(np.diag(information) * float(residual @ residual) / max(residual.size - theta.size, 1))
+        return bool((np.abs(information @ (slopes.T @ change)) <= _MOVED * errors).all())
+
+    def _check_influence(self, u: Floats) -> None:
+        """Every number of the model must move the path."""
+        moved = np.abs(self.sensitivity(self._outer(u))).max(axis=0)[: self._model.of_model]
+        if idle := [name for name, move in zip(self.coordinates.names, moved.tolist(), strict=False) if move == 0.0]:
+            never = ": the path never reaches what they belong to" if self.system.of(Stop) else ""
+            raise ValueError(
+                f"{listed(idle)} must not be free: this record does not depend on {'it' if len(idle) == 1 else 'them'}{never}."
+            )
+
+    def _tell(self, share: float) -> None:
+        if self._told is not None:
+            self._told(share)
+
+    def extras(self, theta: Floats) -> dict[str, float]:
+        """The standard deviation of what is left of each point, and how many samples its noise remembers."""
+        found, several = dict[str, float](), len(self._channels) > 1
+        left = self._left(theta)[:, round(self.data.skip / self.data.step) :]
+        for n, (channel, lags) in enumerate(zip(self._channels, self._filters, strict=True), start=1):
+            own = f"_{n}" * several
+            found |= {f"left{own}": float(np.sqrt(np.mean(left[channel] ** 2))), f"noise_lags{own}": float(lags.size)}
+        return found
+
+    def checks(self, theta: Floats, moving: int) -> dict[str, tuple[float, str]]:
+        """Whether what is left is noise: white behind its filter, without any relation to the motion, and of its size."""
+        from scipy import stats
+
+        found = dict[str, tuple[float, str]]()
+        residual, slopes = self._evaluated(theta)
+        variance = float(residual @ residual) / max(residual.size - moving, 1)
+        extra = self._beyond(theta)
+        basis, _ = np.linalg.qr(slopes / np.maximum(np.sqrt((slopes**2).sum(axis=0)), 1e-300))
+        extra = extra - basis @ (basis.T @ extra)
+        size = np.sqrt((extra**2).sum(axis=0))
+        q, r, _ = _pivoted(extra[:, size > 0.0] / size[size > 0.0])
+        rank = int((np.abs(np.diag(r)) > 1e-6).sum())
+        score = float(np.sum((q[:, :rank].T @ residual) ** 2)) / variance
+        found["what is left against the motion (score test)"] = (
+            float(stats.chi2.sf(score, max(rank, 1))), "what is left depends on the motion or the input: the model lacks something",
+        )  # fmt: skip
+        if self.data.noise is not None:
+            raw = np.concatenate(
+                [
+                    own.ravel() * s
+                    for own, s in zip(self._compared(self._left(theta), whiten=False), self._spreads, strict=True)
+                ]
+            )
+            chi = float(raw @ raw) / self.data.noise**2
+            found["size of the residuals (chi-square)"] = (
+                float(stats.chi2.sf(chi, max(raw.size - moving, 1))), "more is left than the stated noise explains",
+            )  # fmt: skip
+        return found
+
+    def _beyond(self, theta: Floats) -> Floats:
+        """What a better model might have: powers and products of the motion, and the input of samples before and after."""
+        expected = self._model.expected([theta], self._samples)[0]
+        columns = list[Floats]()
+        for n, channel in enumerate(self._channels):
+            own = expected[channel] - expected[channel].mean()
+            x = own / max(float(own.std()), 1e-300)
+            v = np.gradient(x, axis=1)
+            v = v / max(float(v.std()), 1e-300)
+            drive = np.broadcast_to(
+                self._model.driven.input_at_samples[:, : self._samples], self.data.values[:, : self._samples].shape
+            )[channel]
+            kinds = [x**2, x**3, np.abs(x), v * np.abs(v), v**3, x * v, x**2 * v, np.sign(v), x, v]
+            kinds += [np.roll(drive, k, axis=1) for k in range(-1, 4)]
+            for kind in kinds:
+                whole = np.zeros_like(expected)
+                whole[channel] = kind * self._spreads[n]
+                columns.append(np.concatenate([each.ravel() for each in self._compared(whole)]))
+        return np.stack(columns, axis=1)
+
+    def doubts(self, theta: Floats) -> tuple[str, ...]:
+        """Of the search, of the input between its samples, and of the record."""
+        said, data = [*super().doubts(theta)], self.data
+        period = 2.0 * np.pi / self._model.driven.plan.motion.scales.frequency
+        if data.interpolation == "linear" and period < _CORNERS * data.step:
+            said.append(
+                f"The input has straight lines between its samples, of which a period has {period / data.step:.3g}: "
+                "if it was sampled behind a filter, interpolation='band-limited' loses nothing."
+            )
+        for name, rows in (("values", data.values), ("input", data.input)):
+            if (count := clipped(rows)) >= _AT_EXTREME:
+                said.append(f"The {name} may be clipped: {count} samples stand at the largest or the least value.")
+        return tuple(said)
+
+    def table(self, theta: Floats) -> Table:
+        """Samples, and what the path with the found numbers has in their place."""
+        expected = self._model.expected([theta], self._samples)[0]
+        rows, samples = self.data.values.shape
+        words = "point" if len(self._channels) > 1 else "piece"
+        names = [f"{words} {n + 1}" for n in range(rows)] if rows > 1 else ["path"]
+        left = (self.data.values - expected).ravel()
+        return Table(
+            "time", "s", np.tile(self.data.time, rows), np.repeat(names, samples), self.data.values.ravel(),
+            expected.ravel(), left / max(float(np.sqrt(np.mean(left**2))), 1e-300),
+        )  # fmt: skip
+
+
+def _pivoted(columns: Floats) -> tuple[Floats, Floats, Floats]:
+    from scipy import linalg
+
+    q, r, order = linalg.qr(columns, mode="economic", pivoting=True)
+    return np.asarray(q), np.asarray(r), np.asarray(order)
+
+
+def clipped(rows: Floats) -> int:
+    """How many samples stand in a row at the largest or least value of all, three or more each time.
+
+    Examples
+    --------
+    >>> clipped(np.array([[0.0, 1.0, 1.0, 1.0, 0.5, -1.0]]))
+    3
+    """
+    count = 0
+    for extreme in (rows.max(), rows.min()):
+        at = (rows == extreme).astype(int)
+        run = np.zeros_like(at)
+        run[:, 2:] = at[:, 2:] * at[:, 1:-1] * at[:, :-2]
+        for back in range(2):
+            run[:, : run.shape[1] - 1] |= run[:, 1:]
+        count += int(run.sum())
+    return count

@@ -1,0 +1,67 @@
+"""The noise of a sensor as an autoregressive process: its order and lags, and the filter that makes it white."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from springpot.machine.arrays import Floats
+
+MOST_LAGS = 12
+
+
+def lags_of(rows: Floats) -> Floats:
+    """The coefficients of an autoregressive model of noise, by Yule and Walker; none of white noise.
+
+    The order is the one with the least Bayesian information criterion, at most twelve.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (rows, samples)
+        Records of the same noise.
+
+    Returns
+    -------
+    ndarray, shape (order,)
+        a of e_t = a_1 e_(t-1) + ... + white noise.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((1, 2000))
+    >>> lags_of(white).size
+    0
+    >>> red = white.copy()
+    >>> for n in range(1, 2000):
+    ...     red[0, n] += 0.9 * red[0, n - 1]
+    >>> lags_of(red).round(2).tolist()
+    [0.89]
+    """
+    centred = rows - rows.mean()
+    most = min(MOST_LAGS, rows.shape[1] // 4)
+    shared = [float((centred[:, k:] * centred[:, : rows.shape[1] - k]).sum()) for k in range(most + 1)]
+    if not shared[0] > 0.0:
+        return np.zeros(0)
+    own, variance = np.zeros(0), 1.0
+    best, found = 0.0, own
+    for order in range(1, most + 1):  # Levinson's recursion
+        new = (shared[order] - float(own @ shared[order - 1 : 0 : -1][: own.size])) / (shared[0] * variance)
+        own = np.append(own - new * own[::-1], new)
+        variance *= max(1.0 - new * new, 1e-15)
+        criterion = rows.size * np.log(variance) + order * np.log(rows.size)
+        if criterion < best:
+            best, found = criterion, own
+    return found
+
+
+def filtered(rows: Floats, lags: Floats) -> Floats:
+    """Rows less what follows from the samples before; the first samples are left out.
+
+    Examples
+    --------
+    >>> filtered(np.array([[1.0, 2.0, 4.0]]), np.array([0.5])).tolist()
+    [[1.5, 3.0]]
+    """
+    samples = rows.shape[-1]
+    found = rows[..., lags.size :].copy()
+    for n, lag in enumerate(lags.tolist(), start=1):
+        found -= lag * rows[..., lags.size - n : samples - n]
+    return found

@@ -1,0 +1,264 @@
+"""Paths of one structure under a known input, with other numbers in each lane: what a search of numbers runs.
+
+An ensemble begins anew each time: it plans, draws, watches and sums.  Here all of that is done once.  A call takes
+systems with other numbers, each with its own x(0) and x'(0), and runs them beside each other, up to 64 in a block.
+So a path and its derivatives by all numbers, as differences, take one call.  The impulses of the input stand once, for
+all lanes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from springpot.machine.arrays import Floats
+from springpot.machine.crew import work_together
+from springpot.memory import ExponentialSum
+from springpot.memory.common_rates import CommonRates, common_rates
+from springpot.memory.exponential_sum import shared_span
+from springpot.problem.parts import RecordedExcitation, Springpot
+from springpot.problem.system import System
+from springpot.simulation.kernel.lanes import LANES
+from springpot.simulation.kernel.normals import key_words
+from springpot.simulation.kernel.tables import by_lane, common, with_common_records
+from springpot.simulation.lowering.compose import Parts, compose, units_of
+from springpot.simulation.lowering.memory import sums_of
+from springpot.simulation.lowering.parts import denser, impulses_of
+from springpot.simulation.paths.simulation import addresses_of
+from springpot.simulation.plan.motion import Motion
+from springpot.simulation.plan.motions import motion_of, near_motion_of
+from springpot.simulation.plan.plan import Plan, plan_of
+from springpot.simulation.plan.schemes import scheme_of
+
+_WIDE = 0.15  # on either side of an order: those that have the same rates of memory
+_NEAR = 0.01  # orders that are never parted
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Driven:
+    """A system under a known input, prepared to run with other numbers.  Made by `driven_by`.
+
+    Attributes
+    ----------
+    plan : Plan
+        Of the system with a short stub in place of the input.
+    step : float
+        Of the input's samples, in s.
+    every : int
+        Steps of the kernel in one of these.
+    inputs : tuple of ndarray, shape (samples,)
+        Several records are those of one lane after another, in turn.
+    is_sampled : bool
+        Whether they are samples of a band-limited signal; otherwise straight lines are between them.
+    accelerates : bool
+        Whether accelerations are wanted too.
+    delay : float
+        In s, by which the inputs come later.
+    samples : int
+        So many are run, the first ones.
+    """
+
+    plan: Plan
+    step: float
+    every: int
+    inputs: tuple[Floats, ...]
+    is_sampled: bool = True
+    accelerates: bool = False
+    delay: float = 0.0
+    samples: int
+    _rates: list[CommonRates] = field(default_factory=list, repr=False)
+    _points: dict[str, list[Floats]] = field(default_factory=dict, repr=False)
+
+    def delayed(self, delay: float) -> Driven:
+        """The same whose inputs come so much later, in s."""
+        return self if delay == self.delay else replace(self, delay=delay)
+
+    def first(self, samples: int) -> Driven:
+        """The same that ends after so many samples."""
+        length = self.plan.settings.step * ((samples - 1) * self.every + self.accelerates)
+        return replace(self, plan=self.plan.but(duration=length, window=(0.0, length)), samples=samples)
+
+    def paths(self, systems: Sequence[System], starts: Floats, threads: int = 1) -> Floats:
+        """x and v of all points at the samples, and x'' if it is wanted.
+
+        Parameters
+        ----------
+        systems : sequence of System
+            With the structure of the plan's, and numbers near those of the first.  They have the inputs in turn.
+        starts : ndarray, shape (systems, 2 coordinates)
+            x and v at time 0.
+        threads : int
+
+        Returns
+        -------
+        ndarray, shape (systems, samples, points, 2 or 3)
+            Not finite where a path grows without limit.
+        """
+        memory, alike = self._memory(systems), dict[bytes, list[int]]()
+        motion, known = motion_of(systems[0]), dict[int, Parts]()
+        for system in systems:
+            if id(system) not in known:
+                near = motion if system is systems[0] else near_motion_of(system, motion)
+                known[id(system)] = self._composed(near, memory)
+        composed = [known[id(system)] for system in systems]
+        for n, parts in enumerate(composed):
+            alike.setdefault(common(parts.tables), []).append(n)
+        most = LANES // len(self.inputs)
+        blocks = [own[n : n + most] for own in alike.values() for n in range(0, len(own), most)]
+        points = len(composed[0].points) + len(composed[0].others)
+        found = np.empty((len(systems), self.samples, points, 3 if self.accelerates else 2))
+        left, stop, impulses = iter(blocks), np.zeros(1, np.uint8), self._impulses
+
+        def work() -> None:
+            for own in left:
+                found[own] = self._block([composed[n] for n in own], starts[own], own, impulses, stop)
+
+        def halt() -> None:
+            stop[0] = 1
+
+        work_together(work, min(threads, len(blocks)), stop=halt)
+        return found
+
+    def _block(
+        self, parts: Sequence[Parts], starts: Floats, numbers: Sequence[int], impulses: Floats,
+        stop: npt.NDArray[np.uint8],
+    ) -> Floats:  # fmt: skip
+        """Of systems that have the common numbers, in lanes of one block; lane n has input n modulo their number."""
+        one, settings, turns = parts[0], self.plan.settings, len(self.inputs)
+        lanes, which = [turns * k + n % turns for k, n in enumerate(numbers)], np.zeros(LANES, np.int64)
+        which[lanes] = np.arange(len(parts))
+        own = np.stack([each.tables.numbers for each in parts])
+        tables = with_common_records(by_lane(one.tables, own, own, which), turns, impulses)
+        whole, usual = replace(one, tables=tables), np.repeat([one.units.length, one.units.speed], len(one.points))
+        away = np.array([np.repeat([each.place, 0.0], len(one.points)) for each in parts])
+        states, used = (starts / usual - away)[which], max(lanes) + 1
+        record = np.empty((used, settings.recorded_points, *one.shape_of_state))
+        whole.kernel()(
+            states, 0, 1, settings, *key_words(settings.seed), 0, False, addresses_of((), (), whole), record, stop,
+            np.empty((LANES, len(one.columns))),
+        )  # fmt: skip
+        for lane, n in zip(lanes, range(len(parts)), strict=True):
+            record[lane, 0] = parts[n].start_of_record(states[lane : lane + 1])[0]
+        moved = (record[lanes] * one.units.state).reshape(len(parts), settings.recorded_points, -1, 2)
+        if not self.accelerates:
+            return moved
+        rate = np.gradient(moved[..., 1], settings.step, axis=1)
+        return np.concatenate([moved, rate[..., None]], axis=3)[:, : moved.shape[1] - 1 : self.every]
+
+    def _composed(self, motion: Motion, memory: Callable[[float], ExponentialSum]) -> Parts:
+        """For the kernel, with the stub."""
+        units = units_of(self.plan)
+        return compose(Plan(motion, self.plan.settings), kernel_units=units, memory=memory, is_read=False)
+
+    @property
+    def input_at_samples(self) -> Floats:
+        """What acts at the samples, shape (inputs, samples): with the delay."""
+        if self.delay == 0.0:
+            return np.array(self.inputs)[:, : self.samples]
+        rows, end = self._dense, self.step * (len(self.inputs[0]) - 1)
+        at = np.linspace(0.0, end, len(self.inputs[0])) - self.delay
+        return np.array([np.interp(at[: self.samples], np.linspace(0.0, end, row.size), row) for row in rows])
+
+    @property
+    def _dense(self) -> list[Floats]:
+        """Points of the inputs, between which lines are straight."""
+        if "dense" not in self._points:
+            times = self.step * np.arange(len(self.inputs[0]))
+            rows = [denser(times, own, self.plan.settings.step)[1] if self.is_sampled else own for own in self.inputs]
+            self._points["dense"] = rows
+        return self._points["dense"]
+
+    @cached_property
+    def _impulses(self) -> Floats:
+        """Of all inputs, one after another, in the units of the kernel."""
+        units, end = units_of(self.plan)[0], self.step * (len(self.inputs[0]) - 1)
+        step, steps, size = self.plan.settings.step / units.time, self.plan.settings.steps, units.time**2 / units.length
+        rows = [
+            impulses_of(np.linspace(0.0, end / units.time, own.size), size * own, step, steps, self.delay / units.time)
+            for own in self._dense
+        ]
+        return np.concatenate([np.pad(row, (0, steps - row.size)) for row in rows])
+
+    def _memory(self, systems: Sequence[System]) -> Callable[[float], ExponentialSum]:
+        """Sums by the order: near orders have the same rates, so that a small change of one moves no path by a jump."""
+        alone, groups = sums_of(self.plan.settings), list[list[float]]()
+        for order in sorted({pot.order for system in systems for pot in system.of(Springpot)}):
+            if groups and (order - groups[-1][0] < _WIDE or order - groups[-1][-1] < _NEAR):
+                groups[-1].append(order)
+            else:
+                groups.append([order])
+        wide = [own for own in groups if len(own) > 1 and 0.0 < own[0] and own[-1] < 1.0]
+        sums = {order: self._rates_of(own[0], own[-1])(order) for own in wide for order in own}
+        return lambda order: sums.get(order) or alone(order)
+
+    def _rates_of(self, low: float, high: float) -> CommonRates:
+        """Rates for all orders between two: those that were used before, if they serve."""
+        known = next((each for each in self._rates if each.low <= low and high <= each.high), None)
+        if known is None:
+            settings = self.plan.settings
+            ends = max(low - _WIDE, 0.5 * low), min(high + _WIDE, 0.5 * (1.0 + high))
+            span = shared_span(settings.steps + 1)
+            known = common_rates(settings.numerical_scheme.family, *ends, span, settings.memory_tolerance)
+            self._rates.append(known)
+        return known
+
+
+def driven_by(
+    system: System, source: str, step: float, inputs: Sequence[Floats], *, every: int | None = None,
+    is_sampled: bool = True, accelerates: bool = False,
+) -> Driven:  # fmt: skip
+    """Prepare a system to run under a known input.
+
+    Parameters
+    ----------
+    system : System
+        With a `RecordedExcitation` as its only excitation that changes in time.
+    source : str
+        The name of that part, whose points are not used.
+    step : float
+        Of the samples of the inputs, in s.
+    inputs : sequence of ndarray, shape (samples,)
+    every : int, optional
+        Steps of the kernel in one of these; if it is not given, so few that they are default steps at most.
+    is_sampled, accelerates : bool
+        As of `Driven`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As of `springpot.simulate`.
+
+    Examples
+    --------
+    >>> from springpot.problem.parts import Spring
+    >>> system = System(Spring(4.0), shaker=RecordedExcitation((0.0, 1.0), (0.0, 0.0), "mass"))
+    >>> driven = driven_by(system, "shaker", 0.1, [np.sin(0.5 * np.arange(50))])
+    >>> path = driven.paths([system], np.zeros((1, 2)))
+    >>> path.shape, driven.every
+    ((1, 50, 1, 2), 2)
+    """
+    stub = with_stub(system, source, step, inputs)
+    count = every or max(1, math.ceil(step / motion_of(stub).default_step(scheme_of("default")) - 1e-9))
+    steps = (len(inputs[0]) - 1) * count + accelerates
+    plan = plan_of(
+        stub, duration=step / count * steps, step=step / count, paths=1, record=1,
+        record_every=1 if accelerates else count, start="rest", threads=1,
+    )  # fmt: skip
+    return Driven(
+        plan=plan, step=step, every=count, inputs=tuple(inputs), is_sampled=is_sampled, accelerates=accelerates,
+        samples=len(inputs[0]),
+    )  # fmt: skip
+
+
+def with_stub(system: System, source: str, step: float, inputs: Sequence[Floats]) -> System:
+    """The system with two points in place of its record, which have the mean square of the inputs."""
+    part, parts = dict(system.stated())[source], dict(system.stated())
+    size = math.sqrt(3.0 * float(np.mean(np.square(inputs))))
+    own = (size, -size)
+    values = (own,) * len(inputs) if len(inputs) > 1 else own
+    return System(**parts | {source: replace(part, time=(0.0, step), values=values, scale=1.0, interpolation="linear")})
