@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from springpot.problem.free_numbers import free, nominal, with_values
     from springpot.problem.messages import (
         AccuracyWarning,
+        FileWarning,
         NoEffectWarning,
         ProblemWarning,
         RareEventWarning,
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
     __version__: str
 
     __all__ = [
-        "AccuracyWarning", "Basquin", "Dimensionless", "MeasuredFrequencyResponse", "MeasuredImpacts",
+        "AccuracyWarning", "Basquin", "Dimensionless", "FileWarning", "MeasuredFrequencyResponse", "MeasuredImpacts",
         "MeasuredModuli", "MeasuredRecord", "MeasuredSpectrum", "MeasuredStatistics", "NoEffectWarning", "Oscillator",
         "ProblemWarning", "RareEventWarning", "SpringpotWarning", "StationarityWarning", "System", "atlas", "beam",
         "design", "exceedance", "exceedance_over_devices", "explain", "explore", "extend", "figures", "fit", "free",
@@ -63,7 +64,7 @@ if TYPE_CHECKING:
         "simulate", "simulate_many", "study", "theory", "to_toml", "trust", "uncertain", "with_values",
     ]  # fmt: skip
 
-_WARNINGS = ("Accuracy", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
+_WARNINGS = ("Accuracy", "File", "NoEffect", "Problem", "RareEvent", "Springpot", "Stationarity")
 _DATA = ("FrequencyResponse", "Impacts", "Moduli", "Record", "Spectrum", "Statistics")
 _LATER = {
     name: f"springpot.{place}"
