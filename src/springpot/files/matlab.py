@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any, BinaryIO, cast
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from springpot.files.table import MOST_NUMBERS, Stated, Table, headings, in_si
-from springpot.files.units import is_unit
-from springpot.machine.faults import FileError
+from springpot.files.table import MOST_NUMBERS, RATES, Stated, Table, headings, in_si
+from springpot.machine.arrays import Floats
+from springpot.machine.faults import FileError, shown
 
 _RATES, _STEPS = ("fs", "rate", "sampling_rate", "samplerate", "sample_rate", "fsample"), ("dt", "ts")
+_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_MATRIX, _COMPRESSED = 14, 15  # other types of elements
+_NUMBERS, _COMPLEX = range(6, 16), 0x800  # classes of arrays, and a flag of them
+_HEADER = 128  # bytes
+_MOST_BYTES = 8 * MOST_NUMBERS
 
 
 def is_matlab(begin: bytes) -> bool:
     """Whether a file begins as those of MATLAB, or as HDF5, in which its newer ones are."""
-    return begin.startswith((b"MATLAB", b"\x89HDF")) or begin[:4] in (b"\0\0\0\0", b"\x0a\0\0\0")
+    return begin.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file", b"\x89HDF"))
 
 
 def read_matlab(file: BinaryIO, title: str, stated: Stated) -> Table:
@@ -38,25 +46,20 @@ def read_matlab(file: BinaryIO, title: str, stated: Stated) -> Table:
     """
     stated.refuse(title, "which is no text", "decimal")
     file.seek(0)
-    if file.read(4) == b"\x89HDF" or _is_seven_three(file):
+    whole = file.read()
+    if not whole.startswith(b"MATLAB 5.0"):
         raise FileError(f"{title} is a MATLAB file of version 7.3, which is not read: save it with "
                         "save(name, '-v7'), or as CSV.")  # fmt: skip
-    file.seek(0)
-    from scipy.io import loadmat
-
     try:
-        content: dict[str, Any] = loadmat(cast(Any, file), squeeze_me=False, struct_as_record=True)
-    except Exception as fault:  # whatever a damaged file makes of the reader
-        why = " ".join(str(fault).split())[:100] or type(fault).__name__
-        raise FileError(f"{title} cannot be read as a MATLAB file, it seems damaged: {why}.") from None
+        content = dict(_variables(whole[_HEADER:], "<" if whole[126:_HEADER] == b"IM" else ">"))
+    except (ValueError, struct.error, zlib.error) as fault:
+        raise FileError(f"{title} cannot be read as a MATLAB file, it seems damaged: {fault}.") from None
     vectors: dict[str, Any] = {}
     rate = None
     for name, value in content.items():
-        if name.startswith("__") or not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf":
-            continue
         if value.size == 1 and name.lower() in (*_RATES, *_STEPS):
             number = float(value.ravel()[0])
-            if rate is not None or not 0.0 < number < 1e12:
+            if rate is not None or not RATES[0] < number < RATES[1]:
                 raise FileError(f"{title} must have one rate or step above 0, such as fs = 1000 or dt = 0.001.")
             rate = number if name.lower() in _RATES else 1.0 / number
         elif value.ndim == 2 and value.size > 1:
@@ -77,14 +80,45 @@ def read_matlab(file: BinaryIO, title: str, stated: Stated) -> Table:
         raise FileError(f"{title} has vectors of different lengths ({own}): name those that belong together, such as "
                         "columns={'t': 'time_s', 'acc': 'acceleration_g'}.")  # fmt: skip
     notes: list[str] = []
-    names = [*vectors]
-    found = [*headings(names, stated, title, notes)]
-    notes += [f"{name} is read as {each.quantity} in {each.unit}" for name, (_, each) in
-              zip(names, found, strict=False) if stated.columns is None and not is_unit(stated.unit)]  # fmt: skip
-    return Table(title, in_si(np.column_stack([own.astype(float) for own in vectors.values()]), found), rate=rate,
+    found = [*headings([*vectors], stated, title, notes)]
+    return Table(title, in_si(np.column_stack([*vectors.values()]), found), rate=rate,
                  notes=notes)  # fmt: skip
 
 
-def _is_seven_three(file: BinaryIO) -> bool:
-    file.seek(0)
-    return b"MATLAB 7.3" in file.read(128)
+def _variables(content: bytes, order: str) -> Iterator[tuple[str, Floats]]:
+    """The real arrays of numbers at the top, with their names: SciPy's reader ends the process at damaged files."""
+    for kind, body in _elements(content, order):
+        if kind == _COMPRESSED:
+            unpacked = zlib.decompressobj()
+            inner = unpacked.decompress(body, _MOST_BYTES)
+            if not unpacked.eof:
+                raise ValueError("a variable is larger than can be read, or ends too early")
+            yield from _variables(inner, order)
+        elif kind == _MATRIX and body:
+            parts = _elements(body, order)
+            (_, flags), (_, sizes), (_, name) = (next(parts, (0, b"")) for _ in range(3))
+            (own, _) = struct.unpack(f"{order}II", flags)
+            shape = np.frombuffer(sizes, f"{order}i4").tolist()
+            if own & 0xFF not in _NUMBERS or own & _COMPLEX or len(shape) != 2:
+                continue
+            kind, body = next(parts, (0, b""))
+            if kind not in _TYPES or [*parts]:
+                raise ValueError(f"{shown(name.decode('latin-1'))} has no numbers where they should be")
+            numbers = np.frombuffer(body, order + _TYPES[kind])
+            yield name.decode("ascii"), numbers.reshape(shape, order="F").astype(float)
+
+
+def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    """The types and the content of the elements, each at a multiple of eight bytes."""
+    at = 0
+    while at < len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        begin = at + 8
+        if kind >> 16:  # of four bytes or less, beside its type
+            kind, size, begin = kind & 0xFFFF, kind >> 16, at + 4
+            at += 8
+        else:
+            at = begin + size + (0 if kind == _COMPRESSED else -size % 8)
+        if at > len(content) or begin + size > at:
+            raise ValueError("an element goes over the end of what it is in")
+        yield kind, content[begin : begin + size]

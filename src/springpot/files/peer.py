@@ -8,10 +8,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from springpot.files.table import MOST_NUMBERS, Column, Stated, Table
+from springpot.files.table import MOST_NUMBERS, RATES, Column, Stated, Table
 from springpot.files.text import Line, are_numbers
 from springpot.files.units import UNITS, quantities_of, spelled
-from springpot.machine.arguments import LARGEST
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import FileError, listed, shown
 
@@ -90,7 +89,7 @@ def _points_and_step(text: str, where: str) -> tuple[int, float]:
         raise FileError(f"{where}: it must state the points and their step, as NPTS= 4000, DT= .005 SEC, not "
                         f"{shown(text.strip())}.")  # fmt: skip
     count, step = int(found[0]), float(found[1].replace("D", "E"))
-    if not (0 < count <= MOST_NUMBERS and 0.0 < step < LARGEST):
+    if not (0 < count <= MOST_NUMBERS and RATES[0] < step < RATES[1]):
         raise FileError(f"{where}: NPTS and DT must be greater than 0, not {count} and {step:g}.")
     return count, step
 
@@ -98,18 +97,22 @@ def _points_and_step(text: str, where: str) -> tuple[int, float]:
 def _values(rows: Sequence[Line], count: int, title: str, width: int = 0) -> tuple[Floats, array[int]]:
     """The numbers in lines, between blanks or in columns of one width that touch, and the line of each."""
     numbers, lines = array("d"), array("I")
-    fault = ""
+    fault, counts = "", []
     for at, text in rows:
         words = [text[n : n + width] for n in range(0, len(text.rstrip()), width)] if width else text.split()
-        if all(_NUMBER.fullmatch(word.strip()) for word in words):
-            numbers.extend([float(word.replace("D", "E")) for word in words])
-            lines.extend([at] * len(words))
-        elif width:
-            return np.empty(0), lines
-        else:
+        if not all(_NUMBER.fullmatch(word.strip()) and (not width or "." in word) for word in words):
             fault = fault or f"{title}, line {at}: {shown(text.strip())} is no row of numbers."
+            continue
+        counts.append(len(words))
+        numbers.extend([float(word.replace("D", "E")) for word in words])
+        lines.extend([at] * len(words))
+    if not fault and counts and (uneven := [n for n, own in enumerate(counts[:-1]) if own != counts[0]]):
+        where = f"{title}, line {rows[uneven[0]][0]}"
+        raise FileError(f"{where}: {counts[0]} numbers are needed, as in the first line, not {counts[uneven[0]]}.")
     if not fault:
         return np.asarray(numbers), lines
+    if width:
+        return np.empty(0), lines
     longest = max(len(text.rstrip()) for _, text in rows)
     found = []
     for each in range(1, 21):
@@ -170,7 +173,7 @@ def read_smc(lines: Iterable[Line], title: str, stated: Stated) -> Table:
         raise FileError(f"{title}: the header of an SMC file has 48 whole numbers and 50 others, not {len(whole)} and "
                         f"{len(real)}.")  # fmt: skip
     comments, count, rate = int(whole[15]), int(whole[16]), real[1]
-    if not (0 <= comments < len(rows) and 0 < count <= MOST_NUMBERS and 0.0 < rate < LARGEST):
+    if not (0 <= comments < len(rows) and 0 < count <= MOST_NUMBERS and RATES[0] < rate < RATES[1]):
         raise FileError(f"{title}: its header states {comments} comments, {count} values and {rate:g} samples per "
                         "second, which cannot be.")  # fmt: skip
     begin = _SMC_TEXT + _SMC_WHOLE + _SMC_REAL + comments

@@ -17,6 +17,7 @@ from springpot.machine.sampling import checked_rate
 
 MOST_COLUMNS = 1000
 MOST_NUMBERS = 20_000_000
+RATES = 1e-9, 1e12  # in samples per second, between which one of a file lies
 _UNIT = re.compile(r"\s*[(\[]|_(?=[^_]*$)")  # where it begins in a header
 
 

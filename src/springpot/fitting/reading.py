@@ -69,6 +69,15 @@ def read_data(
 
     Parameters
     ----------
+    rate : float, optional
+        Samples per second, of a record without a column of the time.
+    unit : str, optional
+        Of the values, where the file does not say it.
+    columns : sequence of str or mapping, optional
+        A header for each column of a file without one, such as ``["time_s", "x_mm"]``, empty for one that is left out;
+        or headers by the names in the file, of the columns that are wanted.
+    decimal : {".", ","}, optional
+        The decimal mark, where it cannot be told.
     path : str or Path
         Records of PEER (.AT2) and in the SMC format, universal files (dataset 58), MATLAB files, or a table in text: a
         header with names and units, then a row for each point:
@@ -90,15 +99,6 @@ def read_data(
         ``averages``, ``sampling_rate_hz``, ``window``, ``segment``, ``noise`` and ``error`` (both in SI units).  Of
         several masses ``at`` is the one that was measured, and ``on`` the one that the force acts on.  The file may
         have 200 MB, 1000 columns and 20 million numbers.
-    rate : float, optional
-        Samples per second, of a record without a column of the time.
-    unit : str, optional
-        Of the values, where the file does not say it.
-    columns : sequence of str or mapping, optional
-        A header for each column of a file without one, such as ``["time_s", "x_mm"]``, empty for one that is left out;
-        or headers by the names in the file, of the columns that are wanted.
-    decimal : {".", ","}, optional
-        The decimal mark, where it cannot be told.
 
     Returns
     -------

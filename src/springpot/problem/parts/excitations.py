@@ -907,9 +907,9 @@ def densities_in(
         raise FileError(f"{title}: {of_density.header} must be of an acceleration or a force, such as psd_g2/Hz.")
     if not len(psd):
         raise FileError(f"{title} is empty below its header: a density needs two points or more.")
-    if (wrong := ~(np.isfinite(frequency) & np.isfinite(psd) & (frequency >= 0.0) & (psd >= 0.0))).any():
+    if (wrong := ~((frequency >= 0.0) & (frequency <= LARGEST) & (psd >= 0.0) & (psd <= LARGEST))).any():
         row = int(wrong.argmax())
-        if not (np.isfinite(frequency[row]) and frequency[row] >= 0.0):
+        if not 0.0 <= frequency[row] <= LARGEST:
             raise FileError(f"{table.where(row)}: {of_frequency.header} must be a finite number, 0 or above.")
         raise FileError(f"{table.where(row)}: {of_density.header} must be a finite number, 0 or above. {_A_DENSITY}")
     if (wrong := np.diff(frequency) <= 0.0).any():

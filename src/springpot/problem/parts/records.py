@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from springpot.files.units import Decimal
-from springpot.machine.arguments import checked_path, items_of, one_of
+from springpot.machine.arguments import LARGEST, checked_path, items_of, one_of
 from springpot.machine.faults import FileError, listed
 from springpot.problem.messages import warn_of_file
 from springpot.problem.parts.checks import put, tabulated
@@ -294,7 +294,7 @@ def _read(path: str | Path, stated: Stated) -> tuple[Points, list[Points], str, 
     rate = table.sampled_at(stated.rate)
     columns = table.alike(kind := kinds.pop(), stated)
     for column in (*times, *columns):
-        if (wrong := ~np.isfinite(column.values)).any():
+        if (wrong := ~(np.abs(column.values) <= LARGEST)).any():
             row = int(wrong.argmax())
             raise FileError(f"{table.where(row)}: {column.header} must be a finite number, not {column.values[row]}.")
     if (count := len(columns[0].values)) < 2:
