@@ -301,6 +301,13 @@ def test_a_file_is_fitted_and_taken_into_the_sliders(rubber: Server, browser: Br
         ("c.csv", b"\\" * 9000, "c.csv, line 1: "),
         ("d.csv", ("#" + "\U0001f600" * 4000 + "\n" + moduli()).encode(), "d.csv: moduli, 15 points."),
         ("e" * 240 + ".csv", moduli().encode(), ": moduli, 15 points."),
+        ("f.csv", moduli().encode("utf-16"), "f.csv: moduli, 15 points."),
+        ("g.csv", "# Prüfung\n".encode("latin-1") + moduli().encode(), "g.csv: moduli, 15 points."),
+        (
+            "h.csv",
+            b"Freq (Hz);E' (Pa);tan delta\n0,1;1;0,2\n1;1,5;0,3\n9;2,3;0,3\n",
+            "3 points; its commas are decimal",
+        ),
     ):
         page.set_input_files("#fit-file", {"name": name, "mimeType": "text/csv", "buffer": content})
         note.filter(has_text=sentence).wait_for()

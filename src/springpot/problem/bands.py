@@ -15,11 +15,13 @@ from springpot.machine.faults import shown
 __all__ = ["Bands", "band_rms", "thinned"]
 
 FRACTION = 6  # of an octave: the bands in which a thinned table keeps its mean square
-_AVERAGED = (3, 6, 12, 24, 48, 96)  # bands in an octave over which lines are averaged, the first that is near enough
+_WIDEST = 3  # bands in an octave over which lines are averaged at first; where that is not near enough, over halves
 _SHARES = (0.75, 0.5, 0.25, 0.0)  # of the tolerance, by which an average may be off that is left out
 _STEP = 10.0**0.3  # an octave of IEC 61260, base 10
 _GRID = 256  # places in a band of a response
-_EVEN = 1e-3  # of a step
+_ROUNDS = 2
+_PLACES = 8  # in a band, at which another begins that is checked
+_EVEN = 0.1  # of a step: frequencies are rounded in files
 _SMALL = 1e-8
 
 
@@ -183,16 +185,22 @@ def _areas(u: Floats, logarithm: Floats, v: Floats, other: Floats) -> Floats:
 
 
 def are_lines(frequency: Floats) -> bool:
-    """Whether frequencies follow at equal steps, as the lines of an analyser or a controller."""
+    """Whether frequencies follow at equal steps but for rounding, as the lines of an analyser or a controller.
+
+    Examples
+    --------
+    >>> are_lines(np.array([0.62, 1.25, 1.88])), are_lines(np.array([10.0, 40.0, 500.0]))
+    (True, False)
+    """
     steps = np.diff(frequency)
-    return bool(np.ptp(steps) <= _EVEN * steps.mean() + 1e-5 * frequency[-1] / len(frequency))
+    return bool(np.ptp(steps) <= _EVEN * steps.mean())
 
 
 def thinned(frequency: Floats, density: Floats, tolerance: float) -> tuple[Floats, Floats, float]:
     """A table of many lines as few break points, which keep the mean square in each sixth of an octave.
 
-    Lines at equal steps are averaged in bands, wide ones first, and averages that lie on straight lines in the log-log
-    plane between others are left out.  The overall mean square is kept exactly.
+    The table is averaged in bands, in narrower ones where that is not near enough, and averages that lie on straight
+    lines in the log-log plane between others are left out.  The overall mean square is kept exactly.
 
     Parameters
     ----------
@@ -223,6 +231,8 @@ def thinned(frequency: Floats, density: Floats, tolerance: float) -> tuple[Float
     if lines := are_lines(frequency):  # trapezia: a straight line between logarithms of scattered lines is too low
         pieces = np.diff(frequency) * 0.5 * (density[1:] + density[:-1])
         whole = np.concatenate([[0.0], np.cumsum(pieces)])
+    elif not (density > 0.0).all():
+        raise ValueError("psd must be above 0: straight lines in the log-log plane never are 0.")
 
     def integral(at: Floats) -> Floats:
         if not lines:
@@ -232,10 +242,15 @@ def thinned(frequency: Floats, density: Floats, tolerance: float) -> tuple[Float
         there = np.interp(f, frequency, density)
         return np.asarray(whole[piece] + 0.5 * (f - frequency[piece]) * (density[piece] + there))
 
-    edges = _edges(u, FRACTION, 2)
+    edges = _edges(u, FRACTION, _PLACES)
     wanted = integral(edges)
-    checked = [(n, m) for n in range(len(edges)) if (m := _next(edges, n, frequency)) is not None]
-    begins, ends = (np.array(each) for each in zip(*checked, strict=True))
+    second = np.append(frequency, [math.inf] * 2)[np.searchsorted(frequency, np.exp(edges) * (1.0 - 1e-12)) + 2]
+    least = np.searchsorted(np.exp(edges) * (1.0 + 1e-12), second)  # of the ends of bands: where two lines have passed
+    ends = np.maximum(np.arange(len(edges)) + _PLACES, least)
+    begins = np.flatnonzero(ends < len(edges))
+    if not begins.size:
+        return frequency, density, 0.0
+    ends = ends[begins]
     area = wanted[ends] - wanted[begins]
     if not (area > 0.0).all():
         low, high = (math.exp(edges[each[int(np.argmin(area))]]) for each in (begins, ends))
@@ -244,38 +259,45 @@ def thinned(frequency: Floats, density: Floats, tolerance: float) -> tuple[Float
             "bands on either side as two noises."
         )
     total = float(integral(u[-1:])[0])
-    for count in _AVERAGED:
-        own = _edges(u, count, 1)
-        while len(own) > 2 and (np.diff(integral(own)) <= 0.0).any():
-            own = np.delete(own, 1 + int(np.argmin(np.diff(integral(own))[:-1])))
-        mean = np.log(np.diff(integral(own)) / np.diff(np.exp(own)))
-        ends_of = (1.5 * mean[0] - 0.5 * mean[1], 1.5 * mean[-1] - 0.5 * mean[-2]) if len(mean) > 1 else (mean[0],) * 2
-        at = np.concatenate([[u[0]], 0.5 * (own[1:] + own[:-1]), [u[-1]]])
-        level = np.concatenate([[ends_of[0]], mean, [ends_of[1]]])
+    cells = _edges(u, _WIDEST, 1)
+    best = frequency, density, math.inf
+    while True:
+        while len(cells) > 2 and (np.diff(integral(cells)) <= 0.0).any():  # no logarithm: it joins the one before
+            cells = np.delete(cells, max(1, int(np.argmin(np.diff(integral(cells))))))
+        mean = np.log(np.diff(integral(cells)) / np.diff(np.exp(cells)))
+        outer = (1.5 * mean[0] - 0.5 * mean[1], 1.5 * mean[-1] - 0.5 * mean[-2]) if len(mean) > 1 else (mean[0],) * 2
+        at = np.concatenate([u[:1], 0.5 * (cells[1:] + cells[:-1]), u[-1:]])
+        level = np.concatenate([outer[:1], mean, outer[1:]])
         for share in _SHARES:
             kept = _break_points(at, level, share * tolerance)
             points, values = at[kept], level[kept]
+            sides = np.concatenate(
+                [u[:1], 0.5 * (points[1:] + points[:-1]), u[-1:]]
+            )  # of what is nearest to each point
+            for _ in range(_ROUNDS):
+                near = np.diff(integral(sides))
+                own = np.diff(integral_to(points, values, sides))
+                values = values + np.log(np.where(near > 0.0, near, own) / own)
             values = values + math.log(total / float(integral_to(points, values, u[-1:])[0]))
             found = integral_to(points, values, edges)
-            worst = float(np.abs((found[ends] - found[begins]) / area - 1.0).max())
-            if worst <= tolerance:
-                return np.exp(points), np.exp(values), worst
-    return frequency, density, 0.0
+            off = np.abs((found[ends] - found[begins]) / area - 1.0)
+            if off.max() < best[2]:
+                best = np.exp(points), np.exp(values), float(off.max())
+            if off.max() <= tolerance:
+                return best
+        left, right = edges[begins][off > tolerance], edges[ends][off > tolerance]
+        middle = 0.5 * (cells[1:] + cells[:-1])
+        touched = ((cells[1:, None] > left) & (cells[:-1, None] < right)).any(axis=1)
+        inside = np.searchsorted(u, cells[1:]) - np.searchsorted(u, cells[:-1])
+        if not (split := touched & (inside >= 2)).any():
+            return best
+        cells = np.sort(np.append(cells, middle[split]))
 
 
 def _edges(u: Floats, fraction: int, steps: int) -> Floats:
     """The ends of bands of a fraction of an octave from the first frequency to the last, each in so many steps."""
     count = max(1, round((u[-1] - u[0]) / math.log(2.0) * fraction))
     return np.linspace(u[0], u[-1], count * steps + 1)
-
-
-def _next(edges: Floats, n: int, frequency: Floats) -> int | None:
-    """The end of a band that begins at an edge: a sixth of an octave on, and two lines at least."""
-    low = math.exp(edges[n])
-    lines = frequency[frequency >= low * (1.0 - 1e-12)]
-    least = float(lines[2]) if len(lines) > 2 else math.inf
-    later = [m for m in range(n + 2, len(edges)) if math.exp(edges[m]) >= least * (1.0 - 1e-12)]
-    return later[0] if later else None
 
 
 def _break_points(u: Floats, level: Floats, tolerance: float) -> Any:
