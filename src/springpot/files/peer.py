@@ -128,20 +128,20 @@ def _values(rows: Sequence[Line], count: int, title: str, width: int = 0) -> tup
 
 def _quantity_and_unit(words: str, stated: Stated, title: str) -> tuple[str, str]:
     """What the numbers are, and in which unit, from the words before them."""
-    named = [spelled(unit) for match in _UNIT.findall(words) for unit in match if unit]
-    units = [unit for unit in named if quantities_of(unit)]
-    quantities = [quantity for word, quantity in _WORDS.items() if word in words]
-    if len({*units}) > 1 or len({*quantities}) > 1 or (named and not units):
+    named = [spelled(unit.rstrip(".")) for match in _UNIT.findall(words) for unit in match if unit]
+    units = {unit for unit in named if {*quantities_of(unit)} & {*_WORDS.values()}}
+    quantities = {quantity for word, quantity in _WORDS.items() if word in words}
+    if len(units) > 1 or (named and not units and not stated.unit):
         raise FileError(f"{title}: its first lines must name one unit, such as UNITS OF G, not "
-                        f"{listed([*map(shown, {**dict.fromkeys(named), **dict.fromkeys(quantities)})])}.")  # fmt: skip
-    if units and stated.unit and units[0] != spelled(stated.unit):
-        raise FileError(f"unit must be left out of {title}, which states {units[0]}.")
-    if not (unit := units[0] if units else spelled(stated.unit)):
+                        f"{listed([*map(shown, dict.fromkeys(named))])}; unit= states it.")  # fmt: skip
+    if units and stated.unit and units != {spelled(stated.unit)}:
+        raise FileError(f"unit must be left out of {title}, which states {units.pop()}.")
+    if not (unit := units.pop() if units else spelled(stated.unit)):
         raise FileError(f"{title} does not say the unit of its numbers: give unit=, such as unit='g'.")
-    fitting = [quantity for quantity in quantities_of(unit) if quantity in quantities or quantity in ("a", "v", "x")]
-    if not fitting or (quantities and fitting[0] not in quantities):
+    quantity = next((each for each in quantities_of(unit) if each in _WORDS.values()), "")
+    if not quantity or (len(quantities) == 1 and quantity not in quantities):
         raise FileError(f"{title}: {unit} is no unit of what its first lines name.")
-    return fitting[0], unit
+    return quantity, unit
 
 
 _SMC_TEXT, _SMC_WHOLE, _SMC_REAL = 11, 6, 10  # lines of the header of the SMC format

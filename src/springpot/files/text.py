@@ -264,7 +264,7 @@ def _without_comments(
             elif not told and are_numbers(own):
                 told = True
                 notes.append(f"line {at} is a comment: its numbers are left out")
-        elif text.strip():
+        elif text.strip(" \t,;"):
             begun = begun or are_numbers(text)
             yield at, text
 

@@ -51,7 +51,7 @@ UNITS: dict[str, dict[str, float]] = {
 }  # fmt: skip
 """What a column may be, and the units it may have."""
 _BARE = {"coherence", "tan_delta"}  # need no unit
-BY_UNIT = ("a", "density", "frequency")
+BY_UNIT = ("a", "density", "frequency", "force", "time")
 """What a column of another name is, where its unit says so."""
 
 _NAMES = {
@@ -121,7 +121,7 @@ def spelled(unit: str) -> str:
     text = " ".join(unit.translate(_SAME_SIGNS).split())
     while len(text) > 2 and _CLOSED.get(text[0]) == text[-1] and _closes_last(text):
         text = text[1:-1].strip()
-    own = text
+    own = "1" if text == "-" else text
     for _ in range(2):  # as it is, then with the small letters of what was written in capitals
         own = own.replace(" /", "/").replace("/ ", "/")
         for other, ours in _SPELLINGS:
@@ -197,7 +197,7 @@ def heading_of(text: str, unit: str = "") -> Heading:
         raise ValueError(f"{shown(text)} is not a column: its header must have at most {_LONGEST} characters.")
     own = " ".join(text.translate(_SAME_SIGNS).split())
     whole = spelled(own)
-    by_unit = [(quantity, whole) for quantity in ("time", *BY_UNIT) if whole in UNITS[quantity]]
+    by_unit = [(quantity, whole) for quantity in BY_UNIT if whole in UNITS[quantity]]
     cuts = [] if by_unit else [*_CUT.finditer(own)]
     splits = [(own, ""), *((own[: cut.start()], own[cut.end() - (cut[0].strip() in _CLOSED) :]) for cut in cuts)]
     known = [(name, quantities, rest.strip()) for name, rest in splits if (quantities := _named(name))]
@@ -209,7 +209,9 @@ def heading_of(text: str, unit: str = "") -> Heading:
         by_unit += [(quantity, found) for quantity in BY_UNIT if (found := spelled(rest)) in UNITS[quantity]]
     if by_unit and not any(rest and (len(name) > 1 or not is_unit(rest)) for name, _, rest in known):
         quantity, found = by_unit[0]
-        word = {"a": "an acceleration", "density": "a spectral density"}.get(quantity, f"the {quantity}")
+        word = {"a": "an acceleration", "density": "a spectral density", "force": "a force"}.get(
+            quantity, f"the {quantity}"
+        )
         return Heading(text, quantity, found, f"{shown(text)} is taken for {word}, by its unit")
     if not known:
         names = [name for own_names in _NAMES.values() for name in own_names]
