@@ -88,17 +88,22 @@ def smc() -> bytes:
 
 def universal(
     numbers: np.ndarray[Any, Any], step: float, kind: int, units: tuple[str, str] = ("m/s2", "NONE"), of: int = 12,
-    on: int = 0, reference: int = 0, begin: float = 0.0,
+    on: int = 0, reference: int = 0, begin: float = 0.0, binary: bool = False,
 ) -> bytes:  # fmt: skip
-    """A dataset 58 as text."""
+    """A dataset 58 as text, or with binary numbers in double precision."""
     complex_, time = np.iscomplexobj(numbers), kind == 1
     flat = np.column_stack([numbers.real, numbers.imag]).ravel() if complex_ else numbers
     axes = [(17 if time else 18, "s" if time else "Hz"), (of, units[0]), (on, units[1]), (0, "NONE")]
     direction = 3 if reference else 0
     lines = ["    -1", "    58", *(f"line {n}" for n in range(1, 6))]
     lines.append(f"{kind:5d}{1:10d}{0:5d}{0:10d} {'NONE':<10}{3:10d}{3:4d} {'NONE':<10}{reference:10d}{direction:4d}")
-    lines.append(f"{5 if complex_ else 2:10d}{len(numbers):10d}{1:10d}{begin:13.5E}{step:13.5E}{0.0:13.5E}")
+    double = 4 if binary else 2
+    if binary:
+        lines[1] = f"    58b{1:6d}{2:6d}{11:12d}{flat.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}"
+    lines.append(f"{5 if complex_ else double:10d}{len(numbers):10d}{1:10d}{begin:13.5E}{step:13.5E}{0.0:13.5E}")
     lines += [f"{spec:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {unit:<20}" for spec, unit in axes]
+    if binary:
+        return "\n".join([*lines, ""]).encode() + flat.astype("<f8").tobytes() + b"\n    -1\n"
     lines += ["".join(f"{number:13.5E}" for number in flat[at : at + 6]) for at in range(0, len(flat), 6)]
     return "\n".join([*lines, "    -1", ""]).encode()
 
@@ -128,6 +133,8 @@ RUBBER = (0.1, 1.0, 10.0), (1e6, 1.5e6, 2.3e6)
 OTHERS = [
     Dialect("SMC format of the USGS", "record", smc(), ((0.0, 0.005), tuple(value for value in RECORD[:2]))),
     Dialect("universal file, a time history", "record", universal(WAVE, 0.01, 1),
+            ((0.0, 0.01), (0.0, 0.29552)), needs="pyuff"),
+    Dialect("universal file, a time history in binary", "record", universal(WAVE, 0.01, 1, binary=True),
             ((0.0, 0.01), (0.0, 0.29552)), needs="pyuff"),
     Dialect("universal file, a frequency response", "data",
             universal(RESPONSE, 4.0, 4, ("m", "N"), 8, 13, 1, 4.0), ((4.0, 8.0), (2.59517e-3, 2.92363e-3)),

@@ -102,18 +102,18 @@ def _datasets(file: BinaryIO, title: str) -> list[dict[str, Any]]:
             raise FileError(f"{title} cannot be read as a universal file, it seems damaged: {why}.") from None
     if not sets or sum(np.size(each["data"]) for each in sets) > MOST_NUMBERS:
         raise FileError(f"{title} has no functions (dataset 58), or too many.")
-    bodies = _bodies(content.decode("latin-1"))
-    for n, each in enumerate(sets):
+    bodies = iter(_bodies(content.decode("latin-1")))
+    for n, each in enumerate(sets, 1):
         data, stated = np.asarray(each["data"]), each["num_pts"]
         if data.size != stated or data.size == 0:
-            raise FileError(f"{title} states {stated} points of its function {n + 1}, and has {data.size}.")
+            raise FileError(f"{title} states {stated} points of its function {n}, and has {data.size}.")
+        if each["binary"]:
+            continue
         columns = [] if each["abscissa_spacing"] else [np.asarray(each["x"])]
         columns += [data.real, data.imag] if np.iscomplexobj(data) else [data]
-        read = np.column_stack(columns).ravel()
-        if not each["binary"] and (
-            len(bodies) != len(sets) or len(bodies[n]) != read.size or not np.allclose(bodies[n], read, 1e-12, 0.0)
-        ):
-            raise FileError(f"{title} has lines in its function {n + 1} whose numbers are not in their columns.")
+        read, body = np.column_stack(columns).ravel(), np.array(next(bodies, []))
+        if body.size != read.size or not np.allclose(body, read, 1e-12, 0.0):
+            raise FileError(f"{title} has lines in its function {n} whose numbers are not in their columns.")
     return sets
 
 
