@@ -154,7 +154,7 @@ def test_few_points_stay_and_a_gap_is_named(tmp_path: Path) -> None:
     f = np.arange(10.0, 500.0)
     with pytest.raises(ValueError, match=r"psd is 0 from .* give the bands on either side as two noises"):
         sp.SpectralExcitation.from_file(written(tmp_path, f, np.where((f > 100.0) & (f < 200.0), 0.0, 0.01)))
-    with pytest.raises(ValueError, match="has 0 points above 0: a density needs two or more"):
+    with pytest.raises(ValueError, match="has fewer than two points above 0: a density needs two or more"):
         sp.SpectralExcitation.from_file(written(tmp_path, f, 0.0 * f))
     with pytest.raises(ValueError, match="tolerance must be in"):
         sp.SpectralExcitation.from_file(written(tmp_path, f, 1.0 + 0.0 * f), tolerance=-1.0)

@@ -918,7 +918,7 @@ def densities_in(
                         f"{frequency[row + 1]:g} Hz follows {frequency[row]:g} Hz.")  # fmt: skip
     kept = np.flatnonzero((psd > 0.0) & (frequency > 0.0))
     if kept.size < 2:
-        raise FileError(f"{title} has {kept.size} points above 0: a density needs two or more.")
+        raise FileError(f"{title} has fewer than two points above 0: a density needs two or more.")
     cut = slice(int(kept[0]), int(kept[-1]) + 1)
     notes, ends = table.notes, frequency[[cut.start, cut.stop - 1]]
     if cut.stop - cut.start < len(psd):
