@@ -75,7 +75,7 @@ def test_a_dialect_is_read(dialect: Dialect, tmp_path: Path) -> None:
         (b"0,5\n0,6\n", {}, r"has no header: give columns=.*if its commas are decimal marks, give decimal=','"),
         (b"time_s;a_g\n1,000;1\n2,000;2\n", {}, "line 2: the comma of '1,000' may be a decimal mark or may separate"),
         (b"time_s;a_g\n0,1;1\n0.2;2\n", {}, "line 3: time_s must be a number with a decimal comma, as the others, not"),
-        (b"time_s,a_g\n0,0,0,5\n0,1,0,6\n", {}, "line 1: it has 2 names, and the rows have 4 numbers; columns= gives"),
+        (b"time_s,a_g\n0,0,0,5\n0,1,0,6\n", {}, "2 names, and the rows have 4 numbers; .*save it with semicolons"),
         (b"Time (s),Acc\n0,1\n1,2\n", {}, "line 1: Acc must have its unit, as Acc_m/s2: unit= states it"),
         (b"Time,Acc (g)\n0,1\n1,2\n", {}, "line 1: Time must have its unit, as Time_s: columns= states it"),
         (b"Time (s),X (g),Y (g)\n0,1,2\n1,1,2\n", {}, r"has columns of several names, 'X \(g\)' and 'Y \(g\)': col"),

@@ -186,8 +186,7 @@ def numbers_of(
         if len(row) == width + 1 and not row[-1].strip():
             del row[-1]
         if len(row) != width:
-            other = "; if its commas are decimal marks, give decimal=','" if point and len(row) == 2 * width else ""
-            raise FileError(f"{title}, line {line}: {width} numbers are needed, not {len(row)}{other}.")
+            raise FileError(f"{title}, line {line}: {width} numbers are needed, not {len(row)}.")
         try:
             text = "".join(row)
             if not point or "_" in text or not text.isascii():
@@ -319,7 +318,6 @@ def _rows(lines: Iterable[Line], separator: str, title: str) -> Iterator[Row]:
             yield line[1]
 
     reader = csv.reader(texts(), delimiter=separator, strict=True)
-
     try:
         for count, row in enumerate(reader, start=1):
             if reader.line_num != count:
@@ -376,9 +374,11 @@ def _header(
                 if len(heads := _names(other, separator, width)) == width and _is_header(heads, stated.unit):
                     raise FileError(f"{title}, line {at}: {_first_fault(_cells(text, separator), heads, '.')}")
         if width and len(names) != width:
-            comma = "; if its commas are decimal marks, give decimal=','" if separator == "," else ""
+            more = "; if its commas are decimal marks, give decimal=','" if separator == "," else ""
+            if separator == "," and width == 2 * len(names) > 2:
+                more = "; if its commas separate numbers and are decimal marks too, save it with semicolons or points"
             raise FileError(f"{title}, line {at}: it has {len(names)} names, and the rows have {width} numbers; "
-                            f"columns= gives a header for each{comma}.")  # fmt: skip
+                            f"columns= gives a header for each{more}.")  # fmt: skip
     if passed:
         own = [at for at, _ in passed]
         lines = f"line {own[0]} is" if len(own) == 1 else f"lines {own[0]} to {own[-1]} are"
