@@ -86,6 +86,24 @@ def smc() -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
+def cosmos(channels: int = 1) -> bytes:
+    """A record in the COSMOS format."""
+    real = [-999.0] * 100
+    real[33], real[61] = 5.0, 10.0
+    lines = [
+        "Corrected acceleration    (Format v01.20 with 13 text lines) Converted",
+        *(f"line {n}" for n in range(2, 14)),
+    ]
+    lines += [" 100 Integer-header values follow on  10 lines, Format= (10I8)"]
+    lines += ["".join(f"{-999:8d}" for _ in range(10))] * 10
+    lines += [" 100 Real-header values follow on  17 lines, Format= (6F13.6)"]
+    lines += ["".join(f"{number:13.6f}" for number in real[at : at + 6]) for at in range(0, 100, 6)]
+    lines += ['   1 Comment line(s) follow, each starting with a "|":', "| a comment"]
+    lines += ["      11 acceleration pts, approx    0 secs, units=cm/sec2(04),Format=(8F10.5)"]
+    lines += ["".join(f"{100.0 * value:10.5f}" for value in RECORD[at : at + 8]) for at in range(0, len(RECORD), 8)]
+    return "\n".join([*lines, "End-of-data for Chan  1 acceleration", ""] * channels).encode()
+
+
 def universal(
     numbers: np.ndarray[Any, Any], step: float, kind: int, units: tuple[str, str] = ("m/s2", "NONE"), of: int = 12,
     on: int = 0, reference: int = 0, begin: float = 0.0, binary: bool = False,
@@ -132,6 +150,7 @@ RUBBER = (0.1, 1.0, 10.0), (1e6, 1.5e6, 2.3e6)
 
 OTHERS = [
     Dialect("SMC format of the USGS", "record", smc(), ((0.0, 0.005), tuple(value for value in RECORD[:2]))),
+    Dialect("COSMOS format, version 1.20", "record", cosmos(), ((0.0, 0.01), tuple(value for value in RECORD[:2]))),
     Dialect("universal file, a time history", "record", universal(WAVE, 0.01, 1),
             ((0.0, 0.01), (0.0, 0.29552)), needs="pyuff"),
     Dialect("universal file, a time history in binary", "record", universal(WAVE, 0.01, 1, binary=True),

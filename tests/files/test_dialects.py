@@ -12,7 +12,7 @@ import pytest
 
 import springpot as sp
 from springpot.machine.faults import FileError
-from tests.files.dialects import DIALECTS, OF_G, RECORD, Dialect, matlab, peer, universal, wide
+from tests.files.dialects import DIALECTS, OF_G, RECORD, Dialect, cosmos, matlab, peer, universal, wide
 from tests.sizes import validation
 
 NAMES = [dialect.name for dialect in DIALECTS]
@@ -72,6 +72,8 @@ def test_a_dialect_is_read(dialect: Dialect, tmp_path: Path) -> None:
         (peer("UNITS OF FURLONG\nNPTS= 11, DT= .02", RECORD, wide, 5), {}, "its first lines must name one unit, such"),
         (peer("VELOCITY IN UNITS OF G\nNPTS= 11, DT= .02", RECORD, wide, 5), {}, "g is no unit of what its first"),
         (peer(f"{OF_G}UNITS OF CM/S/S\nNPTS= 11, DT= .02", RECORD, wide, 5), {}, "must name one unit, such as UNITS"),
+        (cosmos(2), {}, "has 2 channels, and one is read: save it in a file of its own"),
+        (cosmos().replace(b"  0 secs", b" 90 secs"), {}, "does not state the step of its 11 values in about 90 s"),
         (b"0,5\n0,6\n", {}, r"has no header: give columns=.*if its commas are decimal marks, give decimal=','"),
         (b"time_s;a_g\n1,000;1\n2,000;2\n", {}, "line 2: the comma of '1,000' may be a decimal mark or may separate"),
         (b"time_s;a_g\n0,1;1\n0.2;2\n", {}, "line 3: time_s must be a number with a decimal comma, as the others, not"),

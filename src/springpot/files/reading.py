@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from springpot.files.matlab import is_matlab, read_matlab
-from springpot.files.peer import is_peer, is_smc, read_peer, read_smc
+from springpot.files.strong_motion import is_cosmos, is_peer, is_smc, read_cosmos, read_peer, read_smc
 from springpot.files.table import Stated, Table
 from springpot.files.text import HEAD, Sheet, lines_of, sheet_of, table_of
 from springpot.files.universal import is_universal, read_universal
@@ -88,6 +88,8 @@ def contents(
                 whole = chain(head, lines)
                 if is_smc(head):
                     found: Table | Sheet = read_smc(whole, title, stated)
+                elif is_cosmos(head):
+                    found = read_cosmos(whole, title, stated)
                 elif is_peer(head):
                     found = read_peer(whole, title, stated)
                 else:

@@ -79,8 +79,8 @@ def read_data(
     decimal : {".", ","}, optional
         The decimal mark, where it cannot be told.
     path : str or Path
-        Records of PEER (.AT2) and in the SMC format, universal files (dataset 58), MATLAB files, or a table in text: a
-        header with names and units, then a row for each point:
+        Records of PEER (.AT2) and in the SMC or COSMOS format, universal files (dataset 58), MATLAB files, or a table
+        in text: a header with names and units, then a row for each point:
 
         - moduli: ``frequency_hz``, ``storage_Pa`` and ``loss_Pa``, or one of them; or ``tan delta`` for one of them;
         - a spectrum: ``frequency_hz`` and ``density_m2/Hz`` (of x), ``density_m2/s2/Hz`` (of v), ``density_m2/s4/Hz``

@@ -123,9 +123,9 @@ class RecordedExcitation(Excitation):
         ----------
         path : str, Path or sequence of them
             Tables in text, whose header has names and units, such as ``time_s,acceleration_g`` or
-            ``Time (sec);Acc (G)``; records of PEER (.AT2) and in the SMC format; universal files (dataset 58) and
-            MATLAB files.  Each column of an acceleration or of a force is a record.  Of 32 points or more, times that
-            are rounded to some decimals are taken for those of the rate.
+            ``Time (sec);Acc (G)``; records of PEER (.AT2) and in the SMC or COSMOS format; universal files (dataset
+            58) and MATLAB files.  Each column of an acceleration or of a force is a record.  Of 32 points or more,
+            times that are rounded to some decimals are taken for those of the rate.
         rate : float, optional
             Samples per second, of files without times.
         unit : str, optional

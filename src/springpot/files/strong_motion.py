@@ -1,4 +1,4 @@
-"""Records of the ground as PEER has them (.AT2, .VT2, .DT2) and in the SMC format: words, then values at a step."""
+"""Records of the ground as PEER has them (.AT2, .VT2, .DT2), in the SMC and in the COSMOS format."""
 
 from __future__ import annotations
 
@@ -182,6 +182,52 @@ def read_smc(lines: Iterable[Line], title: str, stated: Stated) -> Table:
         raise FileError(f"{title} states {count} values, and has {len(values)}: correct its header, or the numbers.")
     quantity, unit = _SMC_KINDS[kind]
     return Table(title, [Column(kind.lower(), quantity, unit, np.array(values) * UNITS[quantity][unit])], rate=rate)
+
+
+_COSMOS_REAL = re.compile(r"\s*(\d+) Real-header values follow on\s+(\d+) lines, Format= ?\(\d+F(\d+)\.\d+\)\s*")
+_COSMOS_DATA = re.compile(
+    r"\s*(\d+) (\w+) pts, approx\s+(\d+) secs, units= ?([^,(]*)(?:\(\d+\))?, ?"
+    r"Format= ?\(\d+[EFI](\d+)(?:\.\d+)?E?\d*\)\s*"
+)
+_COSMOS_STEPS = 62, 34  # of the real header: the step of the series in ms, and that of the recorder
+
+
+def is_cosmos(head: Sequence[Line]) -> bool:
+    """Whether a text has the header of the COSMOS strong-motion format."""
+    return any(_COSMOS_REAL.fullmatch(text) for _, text in head)
+
+
+def read_cosmos(lines: Iterable[Line], title: str, stated: Stated) -> Table:
+    """A record of one channel in the COSMOS strong-motion format, version 1.20.
+
+    Raises
+    ------
+    FileError
+        If the numbers are not as many as the file says, their step is not known, or there are several channels.
+    """
+    stated.refuse(title, "which states them", "rate", "columns", "decimal", "unit")
+    rows = [(at, text.rstrip()) for at, text in lines]
+    found = [(n, match) for n, (_, text) in enumerate(rows) if (match := _COSMOS_DATA.fullmatch(text))]
+    if len(found) != 1:
+        raise FileError(f"{title} has {len(found)} channels, and one is read: save it in a file of its own.")
+    (begin, data), count, duration = found[0], int(found[0][1][1]), int(found[0][1][3])
+    header, real = next((n, match) for n, (_, text) in enumerate(rows) if (match := _COSMOS_REAL.fullmatch(text)))
+    numbers = _fields(rows[header + 1 : header + 1 + int(real[2])], int(real[3]), title)
+    end = next((n for n, (_, text) in enumerate(rows) if text.startswith("End-of-data")), len(rows))
+    values = _fields([row for row in rows[begin + 1 : end] if row[1].strip()], max(1, int(data[5])), title)
+    if len(numbers) != int(real[1]) or len(values) != count:
+        has = f"{len(numbers)} and {len(values)}: correct them"
+        raise FileError(f"{title} states {real[1]} numbers of its header and {count} values, and has {has}.")
+    steps = [1e-3 * numbers[place - 1] for place in _COSMOS_STEPS if place <= len(numbers)]
+    step = next((step for step in steps if abs(step * count - duration) <= 1.0 + 0.01 * duration), 0.0)
+    if not RATES[0] < step < RATES[1]:
+        raise FileError(f"{title} does not state the step of its {count} values in about {duration} s: give them as a "
+                        "table, with rate=.")  # fmt: skip
+    unit = spelled(data[4])
+    quantity = next((quantity for quantity in quantities_of(unit) if quantity in _WORDS.values()), "")
+    if not quantity or quantity != next((own for word, own in _WORDS.items() if data[2].upper().startswith(word)), ""):
+        raise FileError(f"{title} has {shown(data[2])} in {shown(data[4].strip())}, which is not read.")
+    return Table(title, [Column(data[2], quantity, unit, np.array(values) * UNITS[quantity][unit])], rate=1.0 / step)
 
 
 def _fields(rows: Sequence[Line], width: int, title: str) -> list[float]:
