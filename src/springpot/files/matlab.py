@@ -75,14 +75,15 @@ def read_matlab(file: BinaryIO, title: str, stated: Stated) -> Table:
             f"{title} has no vectors of numbers, or none that columns= names: save vectors, such as t and acc."
         )
 
-    if len(sizes := {name: own.size for name, own in vectors.items()}) > 1 and len({*sizes.values()}) > 1:
-        own = ", ".join(f"{name} {size}" for name, size in [*sizes.items()][:20])
-        raise FileError(f"{title} has vectors of different lengths ({own}): name those that belong together, such as "
+    if len({own.size for own in vectors.values()}) > 1:
+        sizes = ", ".join(f"{name} {own.size}" for name, own in [*vectors.items()][:20])
+        raise FileError(f"{title} has vectors of different lengths ({sizes}): name those that belong together, such as "
                         "columns={'t': 'time_s', 'acc': 'acceleration_g'}.")  # fmt: skip
     notes: list[str] = []
     found = [*headings([*vectors], stated, title, notes)]
-    return Table(title, in_si(np.column_stack([*vectors.values()]), found), rate=rate,
-                 notes=notes)  # fmt: skip
+    own = [*vectors.values()]
+    numbers = np.column_stack([own[place] for place, _ in found])
+    return Table(title, in_si(numbers, found), rate=rate, notes=notes)
 
 
 def _variables(content: bytes, order: str) -> Iterator[tuple[str, Floats]]:

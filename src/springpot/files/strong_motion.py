@@ -30,9 +30,12 @@ def is_peer(head: Sequence[Line]) -> bool:
     >>> is_peer([(4, "NPTS=   40, DT= .02000 SEC")]), is_peer([(1, "time_s,acceleration_g")])
     (True, False)
     """
-    return any(
-        re.search(r"\bNPTS\b", text, re.I) and re.search(r"\bDT\b", text, re.I) for _, text in head[:_MOST_WORDS]
-    )
+    return any(_has_points(text) for _, text in head[:_MOST_WORDS])
+
+
+def _has_points(text: str) -> bool:
+    """Whether a line states the number of points and their step; not in a comment of a table."""
+    return {"NPTS", "DT"} <= {*re.split(r"\W+", text.upper())} and text.lstrip()[:1] not in ("#", "%", "/")
 
 
 def read_peer(lines: Iterable[Line], title: str, stated: Stated) -> Table:
@@ -57,7 +60,7 @@ def read_peer(lines: Iterable[Line], title: str, stated: Stated) -> Table:
     for at, text in lines:
         if count is None:
             words.append(text)
-            if re.search(r"\bNPTS\b", text, re.I):
+            if _has_points(text):
                 count, step = _points_and_step(text, f"{title}, line {at}")
         elif rows or are_numbers(text):
             if text.strip():

@@ -222,6 +222,6 @@ def in_si(numbers: Floats, found: Iterable[tuple[int, Heading]]) -> list[Column]
     """The columns of rows of numbers in SI units, which may be infinite then."""
     with np.errstate(over="ignore"):
         return [
-            Column(each.text, each.quantity, each.unit, numbers[:, place] * UNITS[each.quantity][each.unit])
-            for place, each in found
+            Column(each.text, each.quantity, each.unit, numbers[:, n] * UNITS[each.quantity][each.unit])
+            for n, (_, each) in enumerate(found)
         ]

@@ -142,6 +142,9 @@ def sheet_of(
     decimal = _decimal(body, separator, stated.decimal, title, notes)
     rows_begin = {at for at, text in body if len(_cells(text, separator)) == width}
     first = next((place for place, (at, _) in enumerate(head) if at in rows_begin), 1)
+    if not body and isinstance(stated.columns, tuple):  # columns that are left out have words in each row
+        cells = zip(_cells(head[0][1], separator), stated.columns, strict=False)
+        first = int(not all(are_numbers(cell) for cell, header in cells if header))
     names, at = _header(head[:first], comments, width, separator, title, stated, notes)
     return Sheet(title, names, at, _rows(chain(head[first:], whole), separator, title), decimal, notes)
 
@@ -161,24 +164,25 @@ def table_of(sheet: Sheet, stated: Stated) -> Table:
     [[0.01], [3.0]]
     """
     found = [*headings(sheet.names, stated, f"{sheet.title}, line {sheet.line}", sheet.notes)]
-    numbers, lines = numbers_of(sheet.rows, sheet.names, sheet.title, sheet.decimal)
+    taken = [place for place, _ in found]
+    numbers, lines = numbers_of(sheet.rows, sheet.names, taken, sheet.title, sheet.decimal)
     return Table(sheet.title, in_si(numbers, found), lines, notes=sheet.notes)
 
 
 def numbers_of(
-    rows: Iterable[Row], heads: Sequence[str], title: str, decimal: str = "."
+    rows: Iterable[Row], heads: Sequence[str], taken: Sequence[int], title: str, decimal: str = "."
 ) -> tuple[Floats, Sequence[int]]:
-    """The numbers below a header, and the line of each row.
+    """The numbers below a header, of the columns that are taken, and the line of each row.
 
     Raises
     ------
     FileError
-        If a row has other than one number for each column, or there are more than MOST_NUMBERS.
+        If a row has other than one cell for each column, one that is taken is no number, or there are too many.
 
     Examples
     --------
-    >>> numbers_of([(2, ["0", "1"]), (4, ["1", "3"])], ["time_s", "x_m"], "a.csv")[0].tolist()
-    [[0.0, 1.0], [1.0, 3.0]]
+    >>> numbers_of([(2, ["0", "1"]), (4, ["1", "3"])], ["time_s", "x_m"], [1], "a.csv")[0].tolist()
+    [[1.0], [3.0]]
     """
     numbers, lines = array("d"), array("I")
     width, point = len(heads), decimal == "."
@@ -187,6 +191,8 @@ def numbers_of(
             del row[-1]
         if len(row) != width:
             raise FileError(f"{title}, line {line}: {width} numbers are needed, not {len(row)}.")
+        if len(taken) < width:
+            row = [row[place] for place in taken]
         try:
             text = "".join(row)
             if not point or "_" in text or not text.isascii():
@@ -196,11 +202,12 @@ def numbers_of(
             try:
                 numbers.extend([number_of(cell, decimal) for cell in row])
             except ValueError:
-                raise FileError(f"{title}, line {line}: {_first_fault(row, heads, decimal)}") from None
+                names = [heads[place] for place in taken]
+                raise FileError(f"{title}, line {line}: {_first_fault(row, names, decimal)}") from None
         lines.append(line)
         if len(numbers) > MOST_NUMBERS:
             raise FileError(f"{title} must have at most {MOST_NUMBERS:,} numbers: line {line} has more.")
-    return np.asarray(numbers).reshape(-1, width), lines
+    return np.asarray(numbers).reshape(-1, len(taken)), lines
 
 
 def are_numbers(text: str) -> bool:

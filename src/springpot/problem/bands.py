@@ -12,8 +12,6 @@ from springpot.machine.arguments import LARGEST, finite_number, numbers_in_array
 from springpot.machine.arrays import Floats
 from springpot.machine.faults import shown
 
-__all__ = ["Bands", "band_rms", "thinned"]
-
 FRACTION = 6  # of an octave: the bands in which a thinned table keeps its mean square
 _WIDEST = 3  # bands in an octave over which lines are averaged at first; where that is not near enough, over halves
 _SHARES = (0.75, 0.5, 0.25, 0.0)  # of the tolerance, by which an average may be off that is left out
