@@ -258,5 +258,5 @@ def test_a_problem_in_words_says_the_overall_level_and_the_filter() -> None:
     rough = np.random.default_rng(1).lognormal(0.0, 0.5, 200)
     ragged = sp.System(*shaken.parts[:3], FROM(np.geomspace(10.0, 2000.0, 200), rough, "g2/Hz"))
     assert "has a density that no filter of 24 sections follows" in sp.explain(ragged)
-    with pytest.raises(ValueError, match="Smooth the table, or thin it"):
+    with pytest.raises(ValueError, match="Thin the table to the points that matter, as from_file"):
         sp.simulate(ragged, paths=1)
